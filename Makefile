@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: run test lint format bench docs clean help system-packages system-lint-packages
+
+# Set one to nothing to keep make away from the system's packages.
+SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libgtest-dev libbenchmark-dev \
+  python3-venv python3-dev
+SYSTEM_LINT_PACKAGES = clang-format clang-tidy
+
+# A contributor's tree (warnings are errors) serves the Python package too: one compilation of the
+# core.
+CONTRIBUTING := $(filter test lint bench docs,$(MAKECMDGOALS))$(wildcard build/dev)
+PRESET := $(if $(CONTRIBUTING),dev,release)
+
+PYTHON := .venv/bin/python
+STAMPS := .venv/stamps
+JOBS := $(shell nproc)
+# Directories are listed so that a deleted file is noticed.
+sources = $(shell find $(1) ! -name '__pycache__' ! -name '*.pyc' ! -name '.*' ! -name '\#*' \
+  \( -type f -o -type d \))
+PACKAGE_SOURCES := CMakeLists.txt CMakePresets.json pyproject.toml README.md LICENSE \
+  $(call sources,cmake cpp/symkin cpp/bindings python mechanisms)
+CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
+
+run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
+	@.venv/bin/symkin run 3RRR --out out/3RRR
+
+test: $(STAMPS)/package $(STAMPS)/test ## Build and run the C++ and the Python tests
+	@cmake --build --preset dev --parallel $(JOBS)
+	@scripts/test
+
+lint: build/dev/configured $(STAMPS)/lint | system-lint-packages ## Check format, style and types
+	@clang-format --dry-run -Werror $(CPP_FILES)
+	@$(PYTHON) -m ruff check --quiet
+	@$(PYTHON) -m ruff format --check --quiet
+	@$(PYTHON) -m mypy
+	@$(PYTHON) scripts/tidy.py build/dev cpp
+
+format: $(STAMPS)/lint | system-lint-packages ## Rewrite the sources in the project's format
+	@clang-format -i $(CPP_FILES)
+	@$(PYTHON) -m ruff check --fix --quiet
+	@$(PYTHON) -m ruff format --quiet
+
+bench: $(STAMPS)/package $(STAMPS)/test ## Build and run the benchmarks
+	@cmake --build --preset dev --parallel $(JOBS) --target benchmarks
+	@scripts/bench
+
+docs: $(STAMPS)/package $(STAMPS)/docs ## Build the documentation into build/docs
+	@$(PYTHON) -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo build/docs/index.html
+
+clean: ## Remove all that make has made
+	@rm -rf build .venv out .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
+
+help: ## Say what make can do
+	@sed -n 's/^\([a-z]*\):.*## /\1 /p' $(MAKEFILE_LIST) | \
+	  while read -r target purpose; do printf '  make %-8s%s\n' "$$target" "$$purpose"; done
+
+system-packages:
+	@scripts/system-packages $(SYSTEM_PACKAGES)
+
+system-lint-packages:
+	@scripts/system-packages $(SYSTEM_LINT_PACKAGES)
+
+$(STAMPS)/venv: scripts/make-venv | system-packages
+	@scripts/make-venv .venv
+	@mkdir -p $(STAMPS) && touch $@
+
+# Requirements of pyproject.toml: "package" to build and run, or an extra.
+$(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs: \
+    $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
+	@echo "Installing Python packages: $(*:requirements=build and runtime)"
+	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt
+	@$(PYTHON) -m pip install -qq --disable-pip-version-check -r $@.txt
+	@touch $@
+
+build/%/configured: CMakePresets.json $(STAMPS)/requirements
+	@echo "Configuring build/$*"
+	@mkdir -p build
+	@cmake --preset $* -D SYMKIN_BUILD_PYTHON=ON -D Python_EXECUTABLE=$(abspath $(PYTHON)) \
+	  -D pybind11_DIR="$$($(PYTHON) -m pybind11 --cmakedir)" >build/$*.log 2>&1 || \
+	  { cat build/$*.log >&2; exit 1; }
+	@touch $@
+
+# The core is compiled here, in sight; pip then finds it done and packs it.
+$(STAMPS)/package: build/$(PRESET)/configured $(PACKAGE_SOURCES)
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target _core
+	@$(PYTHON) -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps \
+	  --force-reinstall --config-settings=build-dir=build/$(PRESET) .
+	@touch $@

@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: MIT
+
+if(PROJECT_IS_TOP_LEVEL AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
+  find_program(SYMKIN_CCACHE ccache)
+  mark_as_advanced(SYMKIN_CCACHE)
+  if(SYMKIN_CCACHE)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${SYMKIN_CCACHE})
+  endif()
+endif()

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: MIT
+
+# Our own targets are built with these flags under the preset dev; they never reach a user's target.
+function(symkin_set_warnings target)
+  if(SYMKIN_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Werror)
+  endif()
+endfunction()

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/accuracy.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <string>
+
+#include "symkin/error.hpp"
+#include "symkin/kinematics.hpp"
+
+namespace symkin {
+
+AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
+  const RowMatrix readings = inverse_kinematics(mechanism, poses);
+  const Index legs = mechanism.leg_count();
+  const Index p = mechanism.parameter_count();
+  const Index dof = mechanism.dof();
+  const Index position = position_size(mechanism.pose_space());
+  std::vector<ClosureRows> rows;
+  for (Index leg = 0; leg < legs; ++leg) {
+    rows.push_back(linearise(mechanism, leg, poses, readings.col(leg)));
+  }
+  AccuracyWeights weights{RowMatrix::Zero(legs * p, legs * p), RowMatrix::Zero(legs * p, legs * p)};
+  Eigen::MatrixXd by_pose(legs, dof);
+  Eigen::MatrixXd effect(dof, legs * p);
+  for (Index i = 0; i < poses.rows(); ++i) {
+    for (Index leg = 0; leg < legs; ++leg) {
+      by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
+    }
+    const Eigen::MatrixXd gram = by_pose.transpose() * by_pose;
+    const Eigen::MatrixXd inverse = gram.partialPivLu().solve(by_pose.transpose());
+    for (Index leg = 0; leg < legs; ++leg) {
+      effect.middleCols(leg * p, p) =
+          inverse.col(leg) * rows[static_cast<std::size_t>(leg)].by_parameters.row(i);
+    }
+    if (!effect.allFinite()) {
+      throw InvalidInput("pose " + std::to_string(i) +
+                         " is out of reach or singular: no accuracy can be expected there");
+    }
+    weights.position.noalias() += effect.topRows(position).transpose() * effect.topRows(position);
+    weights.orientation.noalias() +=
+        effect.bottomRows(dof - position).transpose() * effect.bottomRows(dof - position);
+  }
+  weights.position /= static_cast<double>(poses.rows());
+  weights.orientation /= static_cast<double>(poses.rows());
+  return weights;
+}
+
+ExpectedAccuracy expected_accuracy(const AccuracyWeights& weights, ConstRows covariance) {
+  if (covariance.rows() != weights.position.rows() ||
+      covariance.cols() != weights.position.cols()) {
+    throw InvalidInput("the covariance is " + std::to_string(covariance.rows()) + " x " +
+                       std::to_string(covariance.cols()) + "; expected " +
+                       std::to_string(weights.position.rows()) + " parameters of all legs");
+  }
+  return {std::sqrt(weights.position.cwiseProduct(covariance).sum()),
+          std::sqrt(weights.orientation.cwiseProduct(covariance).sum())};
+}
+
+}  // namespace symkin

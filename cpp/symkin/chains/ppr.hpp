@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/planar.hpp"
+
+namespace symkin {
+
+// [P]PR: two guides at a fixed angle on the base, a pivot at the platform point b. q is the
+// distance from the origin O, along u(beta), of the line on which the passive guide holds b.
+// Closure (m):  u(beta) . b - q.  The sensor counts travel along the actuated guide; the sine of
+// the angle between the guides is part of its gain, where the actuated guide starts part of its
+// offset. One root, everywhere within reach; the working mode is ignored.
+struct PprActive1 : PlanarLeg<Azimuth, Length, Azimuth> {
+  // beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"[P]PR",
+            PoseSpace::planar,
+            {kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain, kSensorOffset},
+            kActiveJoint,
+            Anchor::direction,
+            Anchor::point,
+            false,
+            "without meaning: the distance is the only root"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [beta, ob, beta_b] = geometry;
+    return beyond_base_guide(platform_point(pose, ob, beta_b), q, beta);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+    const auto& [beta, ob, beta_b] = geometry;
+    return dot(direction(beta), platform_point(pose, ob, beta_b));
+  }
+
+  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
+    return kUnlimitedReach;
+  }
+
+  // Drawn with guides at right angles: the origin, the foot of the passive guide, the pivot.
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [beta, ob, beta_b] = geometry;
+    return centres(Vec2<double>{0, 0}, polar(q, beta), platform_point(pose, ob, beta_b));
+  }
+};
+
+// P[P]R: the same closure; here the passive guide stands on the base and carries the actuated one.
+struct PprActive2 : PprActive1 {
+  static ChainInfo info() {
+    ChainInfo info = PprActive1::info();
+    info.name = "P[P]R";
+    return info;
+  }
+};
+
+}  // namespace symkin

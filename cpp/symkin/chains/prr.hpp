@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/planar.hpp"
+
+namespace symkin {
+
+// A guide on the base, the line u(beta) . p = OA, with a slider, and a link from the slider to
+// the platform point b. Whichever joint is actuated, the working mode is the sign of
+// n(beta) . (link), whether the link leans along the guide's travel or against it, and the reach
+// ends where the platform point is a link's length away from the guide.
+
+// [P]RR: actuated slider, q its travel along n(beta) from the guide's foot A = OA u(beta).
+// Closure (m): distance from slider to platform point, less the link:  |b - A - q n(beta)| - L.
+// Working mode: sign of n(beta) . (distal link); -1 is the slider ahead of the platform point.
+struct PrrActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // L, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_base;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"[P]RR",
+            PoseSpace::planar,
+            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::line,
+            Anchor::point,
+            true,
+            "sign of n(beta) . (distal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b) - q * normal(beta)) - L;
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return dot(normal(beta), d) - mode * triangle_leg(L, dot(direction(beta), d));
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return L - std::abs(beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta));
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> foot = polar(OA, beta);
+    return centres(foot, foot + q * normal(beta), platform_point(pose, ob, beta_b));
+  }
+};
+
+// P[R]R: actuated joint at the slider, q the direction of the link, from slider to platform point,
+// in the base frame. Closure (m): distance of the slider from the guide:
+// u(beta) . (b - L u(q)) - OA.  Working mode: sign of n(beta) . (distal link), hence of
+// sin(q - beta).
+struct PrrActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // L, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"P[R]R",
+            PoseSpace::planar,
+            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::line,
+            Anchor::point,
+            true,
+            "sign of n(beta) . (distal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return beyond_base_guide(platform_point(pose, ob, beta_b) - polar(L, q), OA, beta);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const double beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
+    return beta.angle + mode * std::acos(beyond / L);
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    return PrrActive1::reach_margin(geometry, pose);
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> b = platform_point(pose, ob, beta_b);
+    return centres(polar(OA, beta), b - polar(L, q), b);
+  }
+};
+
+// PR[R]: actuated joint at the platform, q the direction of the link, from platform point to
+// slider, in the platform frame. Closure (m): distance of the slider from the guide:
+// u(beta) . (b + L u(phi + q)) - OA.  Working mode: sign of n(beta) . (distal link from slider to
+// platform point), as for the other two, hence of -sin(phi + q - beta).
+struct PrrActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // L, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"PR[R]",
+            PoseSpace::planar,
+            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::line,
+            Anchor::point,
+            true,
+            "sign of n(beta) . (distal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return beyond_base_guide(platform_point(pose, ob, beta_b) + polar(L, pose.phi.angle + q), OA,
+                             beta);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const double beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
+    return beta.angle - mode * std::acos(-beyond / L) - pose.phi.angle;
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    return PrrActive1::reach_margin(geometry, pose);
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> b = platform_point(pose, ob, beta_b);
+    return centres(polar(OA, beta), b + polar(L, pose.phi.angle + q), b);
+  }
+};
+
+}  // namespace symkin

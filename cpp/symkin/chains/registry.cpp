@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/chains/registry.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "symkin/chains/families.hpp"
+#include "symkin/error.hpp"
+
+namespace symkin {
+namespace {
+
+const chains::Models& all_models() {
+  static const chains::Models models = [] {
+    chains::Models all;
+    for (const auto& family : {chains::rrr(), chains::rpr(), chains::prr(), chains::rrp(),
+                               chains::prp(), chains::ppr(), chains::rpp(), chains::ups()}) {
+      all.insert(all.end(), family.begin(), family.end());
+    }
+    return all;
+  }();
+  return models;
+}
+
+// A spatial platform is rigid.
+bool carries(const LegModel& model, Platform platform) {
+  return (model.info().pose_space == PoseSpace::point) == (platform == Platform::point);
+}
+
+// Both passive joints prismatic: the leg fixes the platform's orientation and nothing else.
+constexpr std::array<std::string_view, 3> kOrientationOnly{"P[R]P", "[R]PP", "PP[R]"};
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0U : 1U);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+[[noreturn]] void refuse(std::string_view chain, Platform platform) {
+  const std::string quoted = "\"" + std::string(chain) + "\"";
+  if (std::find(kOrientationOnly.begin(), kOrientationOnly.end(), chain) !=
+      kOrientationOnly.end()) {
+    throw InvalidInput("chain " + quoted +
+                       " has two passive prismatic joints: it fixes the platform's orientation "
+                       "only, so its leg cannot be identified from a position");
+  }
+  const auto rigid = chain_names(Platform::rigid);
+  if (platform == Platform::point && std::find(rigid.begin(), rigid.end(), chain) != rigid.end()) {
+    throw InvalidInput("chain " + quoted +
+                       " cannot carry a point platform: it knows the platform by more than a "
+                       "point, by a guide on it, a joint that is read against it or its "
+                       "orientation");
+  }
+  const auto names = chain_names(platform);
+  const auto nearest =
+      std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
+        return edit_distance(chain, a) < edit_distance(chain, b);
+      });
+  throw InvalidInput("unknown chain " + quoted + "; the nearest known one is \"" + *nearest +
+                     "\" (joints from base to platform, the actuated one in brackets)");
+}
+
+}  // namespace
+
+const LegModel& leg_model(std::string_view chain, Platform platform) {
+  for (const LegModel* model : all_models()) {
+    if (model->info().name == chain && carries(*model, platform)) {
+      return *model;
+    }
+  }
+  refuse(chain, platform);
+}
+
+std::vector<std::string> chain_names(Platform platform) {
+  std::vector<std::string> names;
+  for (const LegModel* model : all_models()) {
+    if (carries(*model, platform)) {
+      names.emplace_back(model->info().name);
+    }
+  }
+  return names;
+}
+
+}  // namespace symkin

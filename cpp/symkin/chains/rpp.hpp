@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/planar.hpp"
+
+namespace symkin {
+
+// RP[P]: a pivot at the base point A, two guides at a fixed angle on the platform. q is the
+// distance from the platform's origin o, along u(phi + beta_b), of the line on which the passive
+// guide holds A. Closure (m):  u(phi + beta_b) . (A - r) - q.  The sensor counts travel along the
+// actuated guide; the sine of the angle between the guides is part of its gain, where the
+// actuated guide starts part of its offset. One root, everywhere within reach; the working mode
+// is ignored.
+struct RppActive3 : PlanarLeg<Length, Azimuth, Azimuth> {
+  // OA, beta, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"RP[P]",
+            PoseSpace::planar,
+            {kBaseRadius, kBaseAngle, kPlatformAngle, kSensorGain, kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::direction,
+            false,
+            "without meaning: the distance is the only root"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [OA, beta, beta_b] = geometry;
+    return beyond_platform_guide(polar(OA, beta), pose, q, beta_b);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+    const auto& [OA, beta, beta_b] = geometry;
+    return dot(direction(pose.phi + beta_b), polar(OA, beta) - position(pose));
+  }
+
+  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
+    return kUnlimitedReach;
+  }
+
+  // Drawn with guides at right angles: the pivot, the foot of the passive guide, the platform's
+  // origin.
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [OA, beta, beta_b] = geometry;
+    const Vec2<double> origin = position(pose);
+    return centres(polar(OA, beta), origin + polar(q, pose.phi + beta_b), origin);
+  }
+};
+
+// R[P]P: the same closure; here the passive guide stands on the platform and carries the actuated
+// one.
+struct RppActive2 : RppActive3 {
+  static ChainInfo info() {
+    ChainInfo info = RppActive3::info();
+    info.name = "R[P]P";
+    return info;
+  }
+};
+
+}  // namespace symkin

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/planar.hpp"
+
+namespace symkin {
+
+// A slider between a base point A and a platform point b, d = b - A.
+
+// [R]PR: a guide turns about the base point at the distance e from it, q the direction of its
+// normal in the base frame. Closure (m): distance of the platform point from the guide:
+// u(q) . d - e.  Working mode: sign of n(q) . d, on which side of the guide's foot the slider is.
+// Reach: the platform point stays farther than |e| from the base point.
+struct RprActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // e, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"[R]PR",
+            PoseSpace::planar,
+            {kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::point,
+            true,
+            "sign of n(q) . d, the slider's travel from the guide's foot"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    return dot(direction(q), leg_vector(pose, OA, beta, ob, beta_b)) - e;
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return angle(d) - mode * std::acos(e / norm(d));
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b)) - std::abs(e);
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> base = polar(OA, beta);
+    return centres(base, base + polar(e, q), platform_point(pose, ob, beta_b));
+  }
+};
+
+// R[P]R: telescopic leg, q its length. Closure (m): distance of the two points less the length:
+// |d| - q.  The length is the only root, everywhere within reach; the working mode is ignored.
+struct RprActive2 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
+  // OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"R[P]R",
+            PoseSpace::planar,
+            {kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain, kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::point,
+            false,
+            "without meaning: the length is the only root"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b)) - q;
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+    const auto& [OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b));
+  }
+
+  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
+    return kUnlimitedReach;
+  }
+
+  // The slider is drawn in the middle of the leg.
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double /*q*/) {
+    const auto& [OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> base = polar(OA, beta);
+    const Vec2<double> b = platform_point(pose, ob, beta_b);
+    return centres(base, 0.5 * (base + b), b);
+  }
+};
+
+// RP[R]: [R]PR upside down: the guide turns about the platform point, q the direction of
+// its normal in the platform frame. Closure (m): distance of the base point from the guide:
+// -u(phi + q) . d - e.  Working mode: sign of -n(phi + q) . d, on which side of the guide's foot
+// the slider, now at the base point, is.
+// Reach as [R]PR.
+struct RprActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // e, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"RP[R]",
+            PoseSpace::planar,
+            {kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::point,
+            true,
+            "sign of -n(phi + q) . d, the slider's travel from the guide's foot"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    return -dot(direction(pose.phi.angle + q), leg_vector(pose, OA, beta, ob, beta_b)) - e;
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> to_base = -1.0 * leg_vector(pose, OA, beta, ob, beta_b);
+    return angle(to_base) - mode * std::acos(e / norm(to_base)) - pose.phi.angle;
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    return RprActive1::reach_margin(geometry, pose);
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> b = platform_point(pose, ob, beta_b);
+    return centres(polar(OA, beta), b + polar(e, pose.phi.angle + q), b);
+  }
+};
+
+}  // namespace symkin

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/planar.hpp"
+
+namespace symkin {
+
+// A link from the base point A to a slider on a guide of the platform, the line
+// u(beta_b) . p = ob of the platform frame; n' = n(phi + beta_b) is the travel's direction in the
+// base frame. Whichever joint is actuated, the working mode is the sign of n' . (link), whether
+// the link leans along the guide's travel or against it, and the reach ends where the base point
+// is a link's length away from the guide.
+
+// [R]RP: crank on the base, q the direction of the link in the base frame. Closure (m): distance
+// of the slider from the guide:  u(phi + beta_b) . (A + l u(q) - r) - ob.  Working mode: sign of
+// n' . (proximal link), hence of sin(q - phi - beta_b).
+struct RrpActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // l, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"[R]RP",
+            PoseSpace::planar,
+            {kProximalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::line,
+            true,
+            "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [l, OA, beta, ob, beta_b] = geometry;
+    return beyond_platform_guide(polar(OA, beta) + polar(l, q), pose, ob, beta_b);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [l, OA, beta, ob, beta_b] = geometry;
+    const double beyond = beyond_platform_guide(polar(OA, beta), pose, ob, beta_b);
+    return pose.phi.angle + beta_b.angle + mode * std::acos(-beyond / l);
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    const auto& [l, OA, beta, ob, beta_b] = geometry;
+    return l - std::abs(beyond_platform_guide(polar(OA, beta), pose, ob, beta_b));
+  }
+
+  // The last point is the guide's foot.
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [l, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> base = polar(OA, beta);
+    return centres(base, base + polar(l, q), platform_point(pose, ob, beta_b));
+  }
+};
+
+// R[R]P: actuated joint at the slider, q the direction of the link, from base point to slider, in
+// the platform frame. Closure (m): distance of the slider from the guide:
+// u(phi + beta_b) . (A + l u(phi + q) - r) - ob.  Working mode: sign of n' . (proximal link),
+// hence of sin(q - beta_b).
+struct RrpActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // l, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"R[R]P",
+            PoseSpace::planar,
+            {kProximalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::line,
+            true,
+            "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    return RrpActive1::closure(geometry, pose, pose.phi.angle + q);
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    return RrpActive1::root(geometry, pose, mode) - pose.phi.angle;
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    return RrpActive1::reach_margin(geometry, pose);
+  }
+
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    return RrpActive1::joint_centres(geometry, pose, pose.phi.angle + q);
+  }
+};
+
+// RR[P]: actuated slider, q its travel along n' from the guide's foot b = r + ob u(phi + beta_b).
+// Closure (m): distance from base point to slider, less the link:
+// |b + q n(phi + beta_b) - A| - L.  Working mode: sign of n' . (distal link, from base point to
+// slider), as for the other two.
+struct RrpActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+  // L, OA, beta, ob, beta_b
+  static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_platform;
+
+  static ChainInfo info() {
+    using namespace parameter;
+    return {"RR[P]",
+            PoseSpace::planar,
+            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
+             kSensorOffset},
+            kActiveJoint,
+            Anchor::point,
+            Anchor::line,
+            true,
+            "sign of n(phi + beta_b) . (distal link), its lean along the guide's travel"};
+  }
+
+  template <typename T>
+  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b) + q * normal(pose.phi + beta_b)) - L;
+  }
+
+  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
+    const double across = dot(direction(pose.phi + beta_b), d);
+    return mode * triangle_leg(L, across) - dot(normal(pose.phi + beta_b), d);
+  }
+
+  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+    return RrpActive1::reach_margin(geometry, pose);
+  }
+
+  // The last point is the guide's foot.
+  static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                                    double q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    const Vec2<double> foot = platform_point(pose, ob, beta_b);
+    return centres(polar(OA, beta), foot + q * normal(pose.phi + beta_b), foot);
+  }
+};
+
+}  // namespace symkin

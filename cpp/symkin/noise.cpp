@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/noise.hpp"
+
+#include <cmath>
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+#include "symkin/error.hpp"
+
+namespace symkin {
+namespace {
+
+void check_not_negative(std::initializer_list<std::pair<const char*, double>> values,
+                        const char* what) {
+  for (const auto& [name, value] : values) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      throw InvalidInput(std::string(what) + " " + name + " = " + std::to_string(value) +
+                         "; expected a standard deviation of zero or more");
+    }
+  }
+}
+
+}  // namespace
+
+void MeasurementNoise::check() const {
+  check_not_negative({{"position", position}, {"orientation", orientation}, {"reading", reading}},
+                     "noise");
+  if (position == 0 && orientation == 0 && reading == 0) {
+    throw InvalidInput(
+        "noise is zero throughout; expected a standard deviation above zero for "
+        "the position, the orientation or the reading");
+  }
+}
+
+Vector MeasurementNoise::pose_variances(PoseSpace space) const {
+  Vector variances = Vector::Constant(degrees_of_freedom(space), orientation * orientation);
+  variances.head(position_size(space)).setConstant(position * position);
+  return variances;
+}
+
+Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise) {
+  return rows.by_pose.array().square().matrix() * noise.pose_variances(space) +
+         noise.reading * noise.reading * rows.by_reading.array().square().matrix();
+}
+
+void Tolerances::check() const {
+  check_not_negative({{"length", length}, {"angle", angle}, {"gain", gain}}, "tolerance");
+}
+
+Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) const {
+  Vector deviations(parameters.size());
+  for (Index i = 0; i < parameters.size(); ++i) {
+    switch (chain.parameters[static_cast<std::size_t>(i)].role) {
+      case ParameterRole::length:
+        deviations[i] = length;
+        break;
+      case ParameterRole::gain:
+        deviations[i] = gain * std::abs(parameters[i]);
+        break;
+      case ParameterRole::offset:
+        deviations[i] = is_angle(chain.active_joint) ? angle : length;
+        break;
+      default:
+        deviations[i] = angle;
+    }
+  }
+  return deviations;
+}
+
+}  // namespace symkin

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/observability.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <string>
+
+#include "symkin/error.hpp"
+#include "symkin/kinematics.hpp"
+
+namespace symkin {
+namespace {
+
+// O1 = (s_1 ... s_p)^(1/p) / p as the paper's Eq. 13 has it, O2 = s_p/s_1, O3 = s_p,
+// O4 = s_p^2/s_1, O5 = 1/sum(1/s_i).
+std::array<double, 5> indices_of(const Vector& s) {
+  const auto p = static_cast<double>(s.size());
+  const double largest = s[0];
+  const double smallest = s[s.size() - 1];
+  return {std::exp(s.array().log().sum() / p) / p, smallest / largest, smallest,
+          smallest * smallest / largest, 1 / s.array().inverse().sum()};
+}
+
+}  // namespace
+
+RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
+                             const MeasurementNoise& noise) {
+  if (kind == RowKind::paper) {
+    return parameter_jacobian(mechanism, leg, poses);
+  }
+  noise.check();
+  check_poses(mechanism, poses);
+  const Leg& which = mechanism.leg(leg);
+  Vector readings(poses.rows());
+  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  const ClosureRows rows = linearise(mechanism, leg, poses, readings);
+  const Vector variances = closure_variances(rows, mechanism.pose_space(), noise);
+  return rows.by_parameters.array().colwise() / variances.array().sqrt();
+}
+
+Observability analyse_observability(ConstRows rows, ConstVector scale) {
+  const Index p = rows.cols();
+  if (rows.rows() < p) {
+    throw InvalidInput(std::to_string(rows.rows()) + " rows cannot show " + std::to_string(p) +
+                       " parameters; expected at least as many poses");
+  }
+  if (!rows.allFinite()) {
+    throw InvalidInput("the observability rows are not finite: a pose is out of the leg's reach");
+  }
+  Observability result;
+  const Eigen::MatrixXd matrix = rows;
+  result.r_diagonal =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(matrix).matrixQR().diagonal().cwiseAbs();
+  const Eigen::MatrixXd in_scale = matrix * scale.asDiagonal();
+  result.indices = indices_of(Eigen::JacobiSVD<Eigen::MatrixXd>(in_scale).singularValues());
+
+  Vector lengths = in_scale.colwise().norm();
+  lengths = (lengths.array() > 0).select(lengths, 1);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(in_scale * lengths.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinV);
+  result.singular_values = svd.singularValues();
+  result.condition = result.singular_values[0] / result.singular_values[p - 1];
+  result.rank = (result.singular_values.array() > 1e-10 * result.singular_values[0]).count();
+  result.null_directions =
+      lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - result.rank);
+  result.null_directions.colwise().normalize();
+  return result;
+}
+
+}  // namespace symkin

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/candidate_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "symkin/error.hpp"
+#include "symkin/selection/parallel.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr Index kKeptValues = 4'000'000;    // 32 MB of columns at most
+constexpr Index kValuesPerThread = 500'000;  // less is done before a thread has started
+constexpr Index kChunks = 64;
+constexpr Index kBlocksPerChunk = 16;  // at least
+
+}  // namespace
+
+CandidateBlocks::CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads)
+    : source_(source),
+      excluded_(std::move(excluded)),
+      available_(source.size() - std::count(excluded_.begin(), excluded_.end(), true)) {
+  const Index values = source.size() * shape().width();
+  threads_ = static_cast<int>(
+      std::clamp<Index>(values / kValuesPerThread, 1, thread_count(threads)));
+  if (values > kKeptValues) {
+    return;
+  }
+  ColumnBlocks all(source.size(), shape().width());
+  for_each_chunk([&](Index, Reader& reader) {
+    while (const double* columns = reader.next()) {
+      std::copy_n(columns, shape().width() * kBlock, all.block(reader.first_candidate() / kBlock));
+    }
+  });
+  kept_ = std::move(all);
+}
+
+Index CandidateBlocks::chunks() const {
+  return std::clamp<Index>(blocks() / kBlocksPerChunk, 1, kChunks);
+}
+
+void CandidateBlocks::for_each_chunk(const std::function<void(Index, Reader&)>& task) const {
+  parallel_for(chunks(), threads_, [&](Index chunk) {
+    Reader reader(*this, blocks() * chunk / chunks(), blocks() * (chunk + 1) / chunks());
+    task(chunk, reader);
+  });
+}
+
+RowMatrix CandidateBlocks::rows(Index candidate) const {
+  RowMatrix result(shape().rows, shape().parameters);
+  source_.fill(candidate, 1, result.data());
+  return result;
+}
+
+void CandidateBlocks::gather(const std::vector<Index>& indices, ColumnBlocks& result) const {
+  const Index width = shape().width();
+  std::vector<double> row(static_cast<std::size_t>(width));
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const double* values = row.data();
+    if (source_.in_memory() != nullptr) {
+      values = source_.in_memory() + indices[i] * width;
+    } else if (kept_.count() != 0) {
+      kept_.get(indices[i], row.data());
+    } else {
+      source_.fill(indices[i], 1, row.data());
+    }
+    result.set(static_cast<Index>(i), values);
+  }
+}
+
+RowMatrix CandidateBlocks::information() const {
+  const Index p = shape().parameters;
+  std::vector<RowMatrix> sums(static_cast<std::size_t>(chunks()), RowMatrix::Zero(p, p));
+  for_each_chunk([&](Index chunk, Reader& reader) {
+    while (const double* columns = reader.next()) {
+      kernels().outer_sum(columns, shape(), sums[static_cast<std::size_t>(chunk)].data());
+    }
+  });
+  RowMatrix total = RowMatrix::Zero(p, p);
+  for (const RowMatrix& sum : sums) {
+    total += sum;
+  }
+  return total;
+}
+
+void CandidateBlocks::load(Index block, double* rows, double* columns) const {
+  const Index width = shape().width();
+  const Index first = block * kBlock;
+  const Index count = std::min(kBlock, size() - first);
+  const double* values = rows;
+  if (source_.in_memory() != nullptr) {
+    values = source_.in_memory() + first * width;
+  } else {
+    source_.fill(first, count, rows);
+  }
+  for (Index lane = 0; lane < count; ++lane) {
+    for (Index c = 0; c < width; ++c) {
+      columns[c * kBlock + lane] = values[lane * width + c];
+    }
+  }
+  for (Index lane = 0; lane < kBlock; ++lane) {
+    if (lane >= count || excluded(first + lane)) {
+      for (Index c = 0; c < width; ++c) {
+        columns[c * kBlock + lane] = 0;
+      }
+    }
+  }
+  check_finite(block, columns);
+}
+
+void CandidateBlocks::check_finite(Index block, const double* columns) const {
+  const Index size = shape().width() * kBlock;
+  double probe[8] = {};  // stays zero: only a value that is not finite makes x * 0 differ
+  for (Index i = 0; i < size; i += 8) {
+    for (Index k = 0; k < 8; ++k) {
+      probe[k] += columns[i + k] * 0.0;
+    }
+  }
+  if (std::all_of(probe, probe + 8, [](double value) { return value == 0; })) {
+    return;
+  }
+  for (Index lane = 0; lane < kBlock; ++lane) {
+    for (Index c = 0; c < shape().width(); ++c) {
+      if (!std::isfinite(columns[c * kBlock + lane])) {
+        throw InvalidInput("candidate " + std::to_string(block * kBlock + lane) +
+                           " has a row that is not finite (parameter " +
+                           std::to_string(c % shape().parameters) +
+                           "); leave out or forbid poses that cannot be reached");
+      }
+    }
+  }
+}
+
+CandidateBlocks::Reader::Reader(const CandidateBlocks& candidates, Index first, Index last)
+    : candidates_(candidates), block_(first), last_(last) {
+  if (candidates.kept_.count() == 0) {
+    columns_ = AlignedArray(candidates.shape().width() * kBlock);
+    if (candidates.source_.in_memory() == nullptr) {
+      rows_.resize(static_cast<std::size_t>(candidates.shape().width() * kBlock));
+    }
+  }
+}
+
+const double* CandidateBlocks::Reader::next() {
+  if (block_ == last_) {
+    return nullptr;
+  }
+  const Index block = block_++;
+  if (candidates_.kept_.count() != 0) {
+    return candidates_.kept_.block(block);
+  }
+  candidates_.load(block, rows_.data(), columns_.data());
+  return columns_.data();
+}
+
+}  // namespace symkin

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "symkin/selection/candidate_rows.hpp"
+#include "symkin/selection/column_blocks.hpp"
+#include "symkin/selection/kernels.hpp"
+
+namespace symkin {
+
+// All candidates as blocks of columns, for passes over the whole set. Few candidates are kept;
+// many are read, or made by their source, again in each pass, so that memory does not grow.
+class CandidateBlocks {
+ public:
+  // Excluded candidates (n flags, or none) read as zeros. Throws InvalidInput that names the first
+  // other candidate with a row that is not finite.
+  CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads);
+
+  Index size() const { return source_.size(); }
+  Index available() const { return available_; }  // not excluded
+  bool excluded(Index candidate) const {
+    return !excluded_.empty() && excluded_[static_cast<std::size_t>(candidate)];
+  }
+  Shape shape() const { return {source_.rows_per_pose(), source_.parameters()}; }
+  Index blocks() const { return (size() + kBlock - 1) / kBlock; }
+  int threads() const { return threads_; }
+
+  // The rows of one candidate, excluded or not: rows_per_pose x parameters.
+  RowMatrix rows(Index candidate) const;
+
+  // The rows of some candidates, none excluded, in their order.
+  void gather(const std::vector<Index>& indices, ColumnBlocks& result) const;
+
+  // The same division into chunks of blocks on any number of threads: task(chunk, reader), where
+  // reader yields the blocks of the chunk one by one.
+  class Reader;
+  Index chunks() const;
+  void for_each_chunk(const std::function<void(Index, Reader&)>& task) const;
+
+  // Lower triangle of the sum of x^T x over all candidates.
+  RowMatrix information() const;
+
+ private:
+  friend class Reader;
+  void load(Index block, double* rows, double* columns) const;
+  void check_finite(Index block, const double* columns) const;
+
+  const RowSource& source_;
+  std::vector<bool> excluded_;
+  Index available_;
+  int threads_;
+  ColumnBlocks kept_;
+};
+
+class CandidateBlocks::Reader {
+ public:
+  Reader(const CandidateBlocks& candidates, Index first, Index last);
+
+  // The next block, or null after the last.
+  const double* next();
+  Index first_candidate() const { return (block_ - 1) * kBlock; }  // of the block just read
+
+ private:
+  const CandidateBlocks& candidates_;
+  Index block_, last_;
+  std::vector<double> rows_;
+  AlignedArray columns_;
+};
+
+}  // namespace symkin

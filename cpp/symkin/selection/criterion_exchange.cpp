@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/criterion_exchange.hpp"
+
+#include <algorithm>
+
+#include "symkin/selection/criteria.hpp"
+#include "symkin/selection/criterion_search.hpp"
+#include "symkin/selection/error_bound.hpp"
+#include "symkin/selection/roots.hpp"
+#include "symkin/selection/screening.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr Index kErrorPool = 1000;
+constexpr Index kEigenvaluePool = 256;  // each pair costs an eigenvalue decomposition
+constexpr int kRounds = 12;
+
+// Candidates of largest c G c^T, and the chosen ones.
+std::vector<Index> favoured(const SelectionProblem& problem, const std::vector<Index>& chosen) {
+  const bool error = problem.options.criterion == Criterion::expected_error;
+  const RowMatrix gradient = criterion_gradient(problem.information(chosen), problem.options);
+  const Index keep = std::max(error ? kErrorPool : kEigenvaluePool, 2 * problem.free_count);
+  std::vector<Index> pool = chosen;
+  const auto tops = screen_candidates(problem.candidates, {{lower_root(gradient), keep}});
+  for (const RankedCandidate& candidate : tops.front()) {
+    pool.push_back(candidate.index);
+  }
+  std::sort(pool.begin(), pool.end());
+  pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+  return pool;
+}
+
+void kick_and_descend(const SelectionProblem& problem, CriterionSearch& search, Random& random) {
+  std::vector<Index> best = search.state();
+  double merit = search.merit();
+  for (int kick = 0; kick < problem.options.kicks; ++kick) {
+    const Index most = std::min<Index>(6, problem.free_count);
+    const Index least = std::min<Index>(2, most);
+    search.kick(least + random.below(most - least + 1), random);
+    search.descend(false);
+    if (search.merit() > merit + 1e-9) {
+      best = search.state();
+      merit = search.merit();
+    } else {
+      search.restore(best);
+    }
+  }
+}
+
+}  // namespace
+
+Choice exchange_for_criterion(const SelectionProblem& problem, Choice start) {
+  Choice choice = std::move(start);
+  Random random(problem.options.seed, 1);
+  for (int round = 0; round < kRounds; ++round) {
+    CriterionSearch search(problem, favoured(problem, choice.chosen), choice.chosen);
+    ++choice.passes;
+    const double before = search.merit();
+    search.descend(false);
+    if (round == 0) {
+      kick_and_descend(problem, search, random);
+    }
+    search.descend(true);
+    choice.chosen = search.chosen();
+    choice.exchanges += search.exchanges();
+    if (round > 0 && search.merit() <= before) {
+      break;
+    }
+  }
+  if (problem.options.criterion == Criterion::expected_error) {
+    choice.certificate.error_bound = expected_error_bound(problem, choice.chosen);
+  }
+  return choice;
+}
+
+}  // namespace symkin

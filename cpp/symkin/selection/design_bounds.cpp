@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/design_bounds.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace symkin {
+namespace {
+
+constexpr Index kSample = 8192;
+constexpr Index kPool = 2000;        // of largest d_j for the design without repeats
+constexpr Index kRepeatsPool = 200;  // and for that with repeats
+constexpr int kPasses = 6;
+constexpr double kSampleGap = 2e-2;  // of log det, for the sample
+
+// Every candidate, or a strided sample of them.
+std::vector<Index> sample(const CandidateBlocks& candidates, Index least) {
+  const Index wanted = std::max(kSample, 4 * least);
+  const Index stride = std::max<Index>(1, candidates.available() / wanted);
+  std::vector<Index> result;
+  Index seen = 0;
+  for (Index j = 0; j < candidates.size(); ++j) {
+    if (!candidates.excluded(j) && seen++ % stride == 0) {
+      result.push_back(j);
+    }
+  }
+  return result;
+}
+
+Vector carried_weights(const std::vector<Index>& from, const Vector& weights,
+                       const std::vector<Index>& to) {
+  Vector result = Vector::Zero(static_cast<Index>(to.size()));
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    while (at < from.size() && from[at] < to[i]) {
+      ++at;
+    }
+    if (at < from.size() && from[at] == to[i]) {
+      result[static_cast<Index>(i)] = weights[static_cast<Index>(at)];
+    }
+  }
+  return result;
+}
+
+class BoundingDesigns {
+ public:
+  BoundingDesigns(const SelectionProblem& problem, Random& random, double gap)
+      : problem_(problem), random_(random), gap_(gap), total_(static_cast<double>(problem.free_count)) {}
+
+  DesignBounds run() {
+    result_.pool = sample(problem_.candidates, problem_.free_count);
+    {
+      const ColumnBlocks rows = problem_.whitened(result_.pool);
+      const Vector start = starting_weights(design_problem(rows, 1));
+      result_.distinct.weights = result_.repeats.weights = start;
+      solve(rows, kSampleGap);
+    }
+    while (pass() > gap_ && result_.passes < kPasses) {
+      solve(problem_.whitened(result_.pool), gap_ / 2);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  DesignProblem design_problem(const ColumnBlocks& rows, double upper) const {
+    return {rows, problem_.candidates.shape(), problem_.whitened_fixed, total_, upper};
+  }
+
+  void solve(const ColumnBlocks& rows, double gap) {
+    DesignOptions options;
+    options.gap = gap;
+    for (ApproximateDesign* design : {&result_.distinct, &result_.repeats}) {
+      const double upper = design == &result_.distinct ? 1 : total_;
+      *design = optimise_design(design_problem(rows, upper), std::move(design->weights), options,
+                                random_);
+    }
+  }
+
+  // Bounds from all candidates, the next pool, and the larger of the two gaps.
+  double pass() {
+    const RowMatrix distinct = problem_.own_transform(result_.distinct.factor);
+    const RowMatrix repeats = problem_.own_transform(result_.repeats.factor);
+    const auto tops = screen_candidates(
+        problem_.candidates,
+        {{distinct, std::max(kPool, 2 * problem_.free_count)}, {repeats, kRepeatsPool}});
+    ++result_.passes;
+    Certificate& certificate = result_.certificate;
+    const double distinct_bound = determinant_bound(
+        distinct, fixed_trace(distinct, problem_.fixed) + largest_sum(tops[0], problem_.free_count));
+    const double repeats_bound = determinant_bound(
+        repeats, fixed_trace(repeats, problem_.fixed) + total_ * largest_sum(tops[1], 1));
+    certificate.log_det_bound_repeats =
+        std::min(certificate.log_det_bound_repeats, repeats_bound);
+    certificate.log_det_bound_distinct = std::min(
+        {certificate.log_det_bound_distinct, distinct_bound, certificate.log_det_bound_repeats});
+    const double own = problem_.whitening.log_det;
+    const double gap = std::max(distinct_bound - own - result_.distinct.log_det,
+                                repeats_bound - own - result_.repeats.log_det);
+    next_pool(tops);
+    return gap;
+  }
+
+  void next_pool(const std::vector<std::vector<RankedCandidate>>& tops) {
+    std::vector<Index> pool;
+    for (const auto& top : tops) {
+      for (const RankedCandidate& candidate : top) {
+        pool.push_back(candidate.index);
+      }
+    }
+    for (std::size_t i = 0; i < result_.pool.size(); ++i) {
+      const auto at = static_cast<Index>(i);
+      if (result_.distinct.weights[at] > 0 || result_.repeats.weights[at] > 0) {
+        pool.push_back(result_.pool[i]);
+      }
+    }
+    std::sort(pool.begin(), pool.end());
+    pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+    result_.distinct.weights = carried_weights(result_.pool, result_.distinct.weights, pool);
+    result_.repeats.weights = carried_weights(result_.pool, result_.repeats.weights, pool);
+    result_.pool = std::move(pool);
+  }
+
+  const SelectionProblem& problem_;
+  Random& random_;
+  double gap_;
+  double total_;
+  DesignBounds result_;
+};
+
+}  // namespace
+
+DesignBounds bound_designs(const SelectionProblem& problem, Random& random, double gap) {
+  return BoundingDesigns(problem, random, gap).run();
+}
+
+}  // namespace symkin

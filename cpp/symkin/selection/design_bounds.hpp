@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/random.hpp"
+#include "symkin/selection/approximate_design.hpp"
+#include "symkin/selection/certificate.hpp"
+#include "symkin/selection/problem.hpp"
+
+namespace symkin {
+
+// The two approximate designs of all candidates, what they prove, and the candidates that matter.
+struct DesignBounds {
+  std::vector<Index> pool;     // ascending; candidates of the designs and those of largest d_j
+  ApproximateDesign distinct;  // weights of the pool's members, no repeats
+  ApproximateDesign repeats;   // the same with repeats
+  Certificate certificate;     // the bounds alone
+  Index passes = 0;            // over all candidates
+};
+
+// Solved on a sample first; a pass over all candidates then bounds, finds what the sample lacks,
+// and is repeated until the bounds are within the gap (of log det). The default costs 5e-5 of
+// efficiency with eight parameters.
+DesignBounds bound_designs(const SelectionProblem& problem, Random& random, double gap = 4e-4);
+
+}  // namespace symkin

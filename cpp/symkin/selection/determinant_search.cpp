@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/determinant_search.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace symkin {
+namespace {
+
+constexpr double kGain = 1e-10;         // of a ratio that counts as better
+constexpr Index kExchangesKept = 16;    // before everything is computed afresh
+
+}  // namespace
+
+DeterminantSearch::DeterminantSearch(const SelectionProblem& problem, std::vector<Index> pool,
+                                     const std::vector<Index>& chosen, double ridge)
+    : problem_(problem),
+      shape_(problem.candidates.shape()),
+      fixed_(problem.whitened_fixed +
+             ridge * RowMatrix::Identity(shape_.parameters, shape_.parameters)),
+      pool_(std::move(pool)) {
+  sort_pool(chosen);
+  all_ = problem_.whitened(pool_);
+  x_ = all_;
+  gram_ = AlignedArray(shape_.rows == 1 ? 0 : all_.blocks() * shape_.gram_size() * kBlock);
+  trace_ = AlignedArray(all_.blocks() * kBlock);
+  group_max_ = AlignedArray(all_.blocks() * kGroups);
+  is_chosen_.assign(pool_.size(), false);
+  for (const Index candidate : chosen) {
+    chosen_.push_back(std::find(pool_.begin(), pool_.end(), candidate) - pool_.begin());
+  }
+  rebuild();
+}
+
+// By falling variance: then the kernels skip most groups by the first look at their largest.
+void DeterminantSearch::sort_pool(const std::vector<Index>& chosen) {
+  const RowMatrix factor = inverse_factor(problem_.whitened_information(chosen));
+  if (factor.size() == 0) {
+    return;
+  }
+  const ColumnBlocks rows = problem_.whitened(pool_);
+  AlignedArray d(rows.blocks() * kBlock);
+  for (Index b = 0; b < rows.blocks(); ++b) {
+    kernels().variance(rows.block(b), factor.data(), shape_, d.data() + b * kBlock);
+  }
+  std::vector<std::pair<double, Index>> order;
+  for (std::size_t k = 0; k < pool_.size(); ++k) {
+    order.emplace_back(-d[static_cast<Index>(k)], pool_[k]);
+  }
+  std::sort(order.begin(), order.end());
+  for (std::size_t k = 0; k < pool_.size(); ++k) {
+    pool_[k] = order[k].second;
+  }
+}
+
+void DeterminantSearch::restore(const std::vector<Index>& state) {
+  chosen_ = state;
+  rebuild();
+}
+
+std::vector<Index> DeterminantSearch::chosen() const {
+  std::vector<Index> result;
+  for (const Index member : chosen_) {
+    result.push_back(pool_[static_cast<std::size_t>(member)]);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+void DeterminantSearch::rebuild() {
+  since_rebuild_ = 0;
+  std::vector<double> row(static_cast<std::size_t>(shape_.width()));
+  for (const Index member : hidden_) {
+    all_.get(member, row.data());
+    x_.set(member, row.data());
+    is_chosen_[static_cast<std::size_t>(member)] = false;
+  }
+  const Index count = static_cast<Index>(chosen_.size());
+  chosen_rows_.resize(count, shape_.width());
+  for (Index place = 0; place < count; ++place) {
+    const Index member = chosen_[static_cast<std::size_t>(place)];
+    all_.get(member, chosen_rows_.row(place).data());
+    is_chosen_[static_cast<std::size_t>(member)] = true;
+    x_.clear(member);
+  }
+  hidden_ = chosen_;
+  const Eigen::Map<const RowMatrix> rows(chosen_rows_.data(), count * shape_.rows,
+                                         shape_.parameters);
+  information_.reset(fixed_ + rows.transpose() * rows);
+  if (problem_.spacing.active()) {
+    count_conflicts();
+  }
+  if (!information_.positive_definite()) {
+    return;
+  }
+  const RowMatrix factor = inverse_factor(information_.matrix());
+  for (Index b = 0; b < x_.blocks(); ++b) {
+    kernels().gram(x_.block(b), factor.data(), shape_, gram(b), trace_.data() + b * kBlock,
+                   group_max_.data() + b * kGroups);
+  }
+}
+
+void DeterminantSearch::count_conflicts() {
+  conflicts_.assign(pool_.size(), 0);
+  for (std::size_t j = 0; j < pool_.size(); ++j) {
+    for (const Index member : chosen_) {
+      conflicts_[j] +=
+          problem_.spacing.conflict(pool_[j], pool_[static_cast<std::size_t>(member)]) ? 1 : 0;
+    }
+    if (conflicts_[j] > 0 && !is_chosen_[j]) {
+      x_.clear(static_cast<Index>(j));
+      hidden_.push_back(static_cast<Index>(j));
+    }
+  }
+}
+
+// All variances after M += sign C^T C.
+void DeterminantSearch::update(const double* rows, double sign) {
+  Vector u(shape_.parameters);
+  for (Index row = 0; row < shape_.rows; ++row) {
+    const double* x = rows + row * shape_.parameters;
+    information_.multiply_inverse(x, u.data());
+    const double d = Eigen::Map<const Vector>(x, shape_.parameters).dot(u);
+    const double scale = -sign / (1 + sign * d);
+    for (Index b = 0; b < x_.blocks(); ++b) {
+      kernels().gram_update(x_.block(b), u.data(), scale, shape_, gram(b),
+                            trace_.data() + b * kBlock, group_max_.data() + b * kGroups);
+    }
+    information_.add(x, 1, sign);
+  }
+}
+
+// A hidden member brings nothing, so it is never found.
+void DeterminantSearch::hide(Index member) {
+  x_.clear(member);
+  set_gram(member, RowMatrix::Zero(shape_.rows, shape_.rows));
+}
+
+void DeterminantSearch::show(Index member, const double* rows) {
+  x_.set(member, rows);
+  const Eigen::Map<const RowMatrix> c(rows, shape_.rows, shape_.parameters);
+  set_gram(member, c * information_.inverse() * c.transpose());
+}
+
+void DeterminantSearch::set_gram(Index member, const RowMatrix& products) {
+  trace_[member] = products.trace();
+  if (shape_.rows > 1) {
+    double* lane = gram(member / kBlock) + member % kBlock;
+    for (Index a = 0, pair = 0; a < shape_.rows; ++a) {
+      for (Index b = 0; b <= a; ++b, ++pair) {
+        lane[pair * kBlock] = products(a, b);
+      }
+    }
+  }
+  const Index group = member / kGroup;
+  const double* first = trace_.data() + group * kGroup;
+  group_max_[group] = *std::max_element(first, first + kGroup);
+}
+
+void DeterminantSearch::exchange(const Pair& pair) {
+  Index& place = chosen_[static_cast<std::size_t>(pair.place)];
+  const Index leaving = std::exchange(place, pair.member);
+  ++exchanges_;
+  if (++since_rebuild_ >= kExchangesKept || problem_.spacing.active()) {
+    rebuild();
+    return;
+  }
+  RowMatrix rows(2, shape_.width());
+  all_.get(pair.member, rows.row(0).data());
+  rows.row(1) = chosen_rows_.row(pair.place);
+  chosen_rows_.row(pair.place) = rows.row(0);
+  update(rows.row(0).data(), 1);
+  update(rows.row(1).data(), -1);
+  hide(pair.member);
+  show(leaving, rows.row(1).data());
+  *std::find(hidden_.begin(), hidden_.end(), leaving) = pair.member;
+  is_chosen_[static_cast<std::size_t>(leaving)] = false;
+  is_chosen_[static_cast<std::size_t>(pair.member)] = true;
+}
+
+// The members of least variance go first: their exchange gains most, and then the bound
+// 1 + d_j - d_i leaves little to try for the others.
+DeterminantSearch::Pair DeterminantSearch::best_pair() const {
+  std::vector<LeavingPose> leaving;
+  std::vector<Index> order(chosen_.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  for (const Index place : order) {
+    leaving.emplace_back(information_, chosen_rows_.row(place).data(), shape_);
+  }
+  const auto pose = [&](Index place) -> const LeavingPose& {
+    return leaving[static_cast<std::size_t>(place)];
+  };
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return pose(a).trace() < pose(b).trace(); });
+  Pair best;
+  best.ratio = 1 + kGain;
+  for (const Index place : order) {
+    for (Index b = 0; b < x_.blocks(); ++b) {
+      BestPair found{best.ratio, -1};
+      kernels().best_pair(x_.block(b), shape_.rows == 1 ? nullptr : gram(b),
+                          trace_.data() + b * kBlock, group_max_.data() + b * kGroups,
+                          pose(place).view(), shape_, found);
+      if (found.lane >= 0) {
+        best = {place, b * kBlock + found.lane, found.ratio};
+      }
+    }
+    if (problem_.spacing.active()) {
+      consider_neighbours(pose(place), place, best);
+    }
+  }
+  return best;
+}
+
+// Members that only the leaving pose is too near to.
+void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index place,
+                                            Pair& best) const {
+  const Index pose = pool_[static_cast<std::size_t>(chosen_[static_cast<std::size_t>(place)])];
+  RowMatrix rows(1, shape_.width());
+  for (Index j = 0; j < all_.count(); ++j) {
+    const auto member = static_cast<std::size_t>(j);
+    if (conflicts_[member] == 1 && !is_chosen_[member] &&
+        problem_.spacing.conflict(pool_[member], pose)) {
+      all_.get(j, rows.data());
+      const double ratio = leaving.ratio(information_, rows.data(), shape_);
+      if (ratio > best.ratio) {
+        best = {place, j, ratio};
+      }
+    }
+  }
+}
+
+void DeterminantSearch::descend() {
+  while (information_.positive_definite()) {
+    const Pair pair = best_pair();
+    if (pair.member < 0) {
+      return;
+    }
+    exchange(pair);
+  }
+}
+
+void DeterminantSearch::kick(Index count, Random& random) {
+  for (Index k = 0; k < count; ++k) {
+    const auto place = static_cast<std::size_t>(random.below(static_cast<Index>(chosen_.size())));
+    const Index member = random.below(all_.count());
+    std::vector<Index> others = chosen_;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
+    const bool free = std::find(chosen_.begin(), chosen_.end(), member) == chosen_.end() &&
+                      std::none_of(others.begin(), others.end(), [&](Index other) {
+                        return problem_.spacing.conflict(pool_[static_cast<std::size_t>(member)],
+                                                         pool_[static_cast<std::size_t>(other)]);
+                      });
+    if (free) {
+      chosen_[place] = member;
+    }
+  }
+  rebuild();
+}
+
+}  // namespace symkin

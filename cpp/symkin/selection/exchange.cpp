@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "symkin/selection/criterion_exchange.hpp"
+#include "symkin/selection/design_bounds.hpp"
+#include "symkin/selection/determinant_search.hpp"
+#include "symkin/selection/problem.hpp"
+#include "symkin/selection/verification.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr Index kSmallestKick = 2;
+constexpr Index kLargestKick = 6;
+constexpr int kVerifications = 20;
+constexpr double kRidge = 1e-6;  // of the mean information of a candidate
+
+// The candidates of largest weight that may stand together.
+std::vector<Index> rounded(const SelectionProblem& problem, const DesignBounds& bounds) {
+  std::vector<Index> order(bounds.pool.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    order[i] = static_cast<Index>(i);
+  }
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+    const double wa = bounds.distinct.weights[a];
+    const double wb = bounds.distinct.weights[b];
+    return wa != wb ? wa > wb : a < b;
+  });
+  std::vector<Index> chosen;
+  const auto take = [&](Index candidate) {
+    if (static_cast<Index>(chosen.size()) < problem.free_count &&
+        !problem.candidates.excluded(candidate) && problem.spacing.fits(candidate, chosen)) {
+      chosen.push_back(candidate);
+    }
+  };
+  for (const Index i : order) {
+    take(bounds.pool[static_cast<std::size_t>(i)]);
+  }
+  for (Index j = 0; problem.spacing.active() && j < problem.candidates.size(); ++j) {
+    if (std::find(chosen.begin(), chosen.end(), j) == chosen.end()) {
+      take(j);
+    }
+  }
+  return chosen;
+}
+
+// Poses that do not show every parameter have a determinant of zero, which no exchange may change:
+// a little information about everything leads out of it.
+std::vector<Index> made_regular(const SelectionProblem& problem, const std::vector<Index>& pool,
+                                const std::vector<Index>& chosen) {
+  if (std::isfinite(problem.log_det(chosen))) {
+    return chosen;
+  }
+  DeterminantSearch search(problem, pool, chosen, kRidge);
+  search.descend();
+  return search.chosen();
+}
+
+void join(std::vector<Index>& pool, const std::vector<Index>& others) {
+  pool.insert(pool.end(), others.begin(), others.end());
+  std::sort(pool.begin(), pool.end());
+  pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+}
+
+void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search, Random& random) {
+  std::vector<Index> best = search.state();
+  double best_log_det = search.log_det();
+  for (int kick = 0; kick < problem.options.kicks; ++kick) {
+    const Index most = std::min(kLargestKick, problem.free_count);
+    const Index least = std::min(kSmallestKick, most);
+    search.kick(least + random.below(most - least + 1), random);
+    search.descend();
+    if (search.log_det() > best_log_det + 1e-9) {
+      best = search.state();
+      best_log_det = search.log_det();
+    } else {
+      search.restore(best);
+    }
+  }
+}
+
+}  // namespace
+
+Choice select_exchange(const SelectionProblem& problem) {
+  Choice choice;
+  Random random(problem.options.seed);
+  DesignBounds bounds = bound_designs(problem, random);
+  choice.certificate = bounds.certificate;
+  choice.passes = bounds.passes;
+  std::vector<Index> pool = bounds.pool;
+  choice.chosen = rounded(problem, bounds);
+  join(pool, choice.chosen);
+  choice.chosen = made_regular(problem, pool, choice.chosen);
+  for (int round = 0; round < kVerifications; ++round) {
+    DeterminantSearch search(problem, pool, choice.chosen);
+    search.descend();
+    if (round == 0) {
+      kick_and_descend(problem, search, random);
+    }
+    choice.chosen = search.chosen();
+    choice.exchanges += search.exchanges();
+    const std::vector<Index> better = improving_candidates(problem, choice.chosen);
+    ++choice.passes;
+    if (better.empty()) {
+      break;
+    }
+    join(pool, better);
+  }
+  const bool determinant = problem.options.criterion == Criterion::O1;
+  return determinant ? choice : exchange_for_criterion(problem, std::move(choice));
+}
+
+}  // namespace symkin

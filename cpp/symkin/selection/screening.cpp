@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/screening.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace symkin {
+namespace {
+
+bool ranks_before(const RankedCandidate& a, const RankedCandidate& b) {
+  return a.value > b.value || (a.value == b.value && a.index < b.index);
+}
+
+}  // namespace
+
+TopCandidates::TopCandidates(Index keep, double floor)
+    : keep_(static_cast<std::size_t>(keep)), capacity_(2 * keep_ + 64), threshold_(floor) {}
+
+void TopCandidates::prune() {
+  if (kept_.size() <= keep_) {
+    return;
+  }
+  const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
+  std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
+  // Later candidates have higher indices: an equal value cannot displace what is kept.
+  threshold_ = std::max(threshold_, last->value);
+  kept_.erase(last, kept_.end());
+}
+
+void TopCandidates::merge(const TopCandidates& other) {
+  kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
+}
+
+std::vector<RankedCandidate> TopCandidates::sorted() {
+  prune();
+  std::sort(kept_.begin(), kept_.end(), ranks_before);
+  return kept_;
+}
+
+std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
+                                                            const std::vector<Screen>& screens) {
+  std::vector<TopCandidates> none;
+  for (const Screen& screen : screens) {
+    none.emplace_back(screen.keep, screen.floor);
+  }
+  std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
+  candidates.for_each_chunk([&](Index chunk, CandidateBlocks::Reader& reader) {
+    alignas(64) std::array<double, kBlock> trace;
+    while (const double* columns = reader.next()) {
+      for (std::size_t s = 0; s < screens.size(); ++s) {
+        kernels().variance(columns, screens[s].transform.data(), candidates.shape(), trace.data());
+        TopCandidates& top = tops[static_cast<std::size_t>(chunk)][s];
+        for (std::size_t lane = 0; lane < kBlock; ++lane) {
+          top.offer(reader.first_candidate() + static_cast<Index>(lane), trace[lane]);
+        }
+      }
+    }
+  });
+  std::vector<std::vector<RankedCandidate>> result;
+  for (std::size_t s = 0; s < screens.size(); ++s) {
+    TopCandidates all(screens[s].keep, screens[s].floor);
+    for (const auto& chunk : tops) {
+      all.merge(chunk[s]);
+    }
+    result.push_back(all.sorted());
+  }
+  return result;
+}
+
+}  // namespace symkin

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "symkin/selection/candidate_blocks.hpp"
+
+namespace symkin {
+
+struct RankedCandidate {
+  Index index;
+  double value;
+};
+
+// The `keep` candidates of largest value; of equal ones those of lower index.
+class TopCandidates {
+ public:
+  explicit TopCandidates(Index keep, double floor = 0);
+
+  double threshold() const { return threshold_; }
+  void offer(Index index, double value) {
+    if (value > threshold_) {
+      kept_.push_back({index, value});
+      if (kept_.size() >= capacity_) {
+        prune();
+      }
+    }
+  }
+  void merge(const TopCandidates& other);
+  std::vector<RankedCandidate> sorted();  // largest first
+
+ private:
+  void prune();
+
+  std::size_t keep_, capacity_;
+  double threshold_;
+  std::vector<RankedCandidate> kept_;
+};
+
+// The variance function d_j = trace(C_j T^T T C_j^T) of all candidates and the `keep` largest of
+// those above `floor` (excluded candidates have d = 0).
+struct Screen {
+  RowMatrix transform;  // T, lower triangular, for the candidates' own rows
+  Index keep;
+  double floor = 0;
+};
+
+// All screens in one pass.
+std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
+                                                            const std::vector<Screen>& screens);
+
+}  // namespace symkin

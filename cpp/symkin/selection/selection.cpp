@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/selection/selection.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "symkin/error.hpp"
+#include "symkin/random.hpp"
+#include "symkin/selection/criteria.hpp"
+#include "symkin/selection/design_bounds.hpp"
+#include "symkin/selection/not_identifiable.hpp"
+#include "symkin/selection/problem.hpp"
+#include "symkin/selection/spares.hpp"
+
+namespace symkin {
+namespace {
+
+Choice run_method(const SelectionProblem& problem) {
+  switch (problem.options.method) {
+    case SelectionMethod::sun_hollerbach:
+      return select_sun_hollerbach(problem);
+    case SelectionMethod::exhaustive:
+      return select_exhaustive(problem);
+    case SelectionMethod::random:
+      return select_random(problem);
+    case SelectionMethod::all:
+      return select_all(problem);
+    case SelectionMethod::exchange:
+      break;
+  }
+  return select_exchange(problem);
+}
+
+void refuse_too_few(const SelectionProblem& problem, const std::vector<Index>& chosen) {
+  const auto found = static_cast<Index>(chosen.size());
+  if (found < problem.free_count && problem.options.method != SelectionMethod::all) {
+    const auto required = static_cast<Index>(problem.options.required.size());
+    throw InvalidInput("only " + std::to_string(found + required) + " of " +
+                       std::to_string(problem.options.count) +
+                       " poses were found that keep the minimum distance " +
+                       std::to_string(problem.options.minimum_distance) + " from each other");
+  }
+}
+
+[[noreturn]] void refuse_selection(const SelectionProblem& problem,
+                                   const std::vector<Index>& chosen) {
+  const Eigen::SelfAdjointEigenSolver<RowMatrix> eigen(problem.whitened_information(chosen));
+  const Vector& values = eigen.eigenvalues();
+  const Index p = values.size();
+  const Index missing =
+      std::max<Index>(1, (values.array() < 1e-12 * std::max(values[p - 1], 1e-300)).count());
+  RowMatrix directions =
+      problem.whitening.transform.transpose() * eigen.eigenvectors().leftCols(missing);
+  directions.colwise().normalize();
+  throw NotIdentifiable("the " + std::to_string(problem.options.count) +
+                            " selected poses do not show " + std::to_string(missing) +
+                            " combination(s) of the " + std::to_string(p) +
+                            " parameters, although the candidates do; select more poses",
+                        directions);
+}
+
+// Methods that prove nothing themselves get the bounds of the approximate designs.
+void certify(const SelectionProblem& problem, Choice& choice, double log_det) {
+  const bool no_choice = static_cast<Index>(choice.chosen.size()) == problem.candidates.available();
+  if (no_choice) {
+    choice.certificate.log_det_bound_distinct = log_det;
+    choice.certificate.proven_optimal = true;
+  }
+  const bool unbounded = std::isinf(choice.certificate.log_det_bound_repeats);
+  if (unbounded && problem.options.method != SelectionMethod::all && problem.free_count > 0) {
+    Random random(problem.options.seed);
+    const Certificate bounds = bound_designs(problem, random).certificate;
+    choice.certificate.log_det_bound_repeats = bounds.log_det_bound_repeats;
+    choice.certificate.log_det_bound_distinct =
+        std::min(choice.certificate.log_det_bound_distinct, bounds.log_det_bound_distinct);
+  }
+  choice.certificate.compare(log_det, problem.parameters());
+}
+
+}  // namespace
+
+Selection select_poses(const RowSource& candidates, const SelectionOptions& options) {
+  const SelectionProblem problem(candidates, options);
+  Choice choice = problem.free_count > 0 || options.method == SelectionMethod::all
+                      ? run_method(problem)
+                      : Choice{};
+  refuse_too_few(problem, choice.chosen);
+  Selection result;
+  result.log_det = problem.log_det(choice.chosen);
+  if (!std::isfinite(result.log_det)) {
+    refuse_selection(problem, choice.chosen);
+  }
+  certify(problem, choice, result.log_det);
+  result.criterion_value = criterion_value(problem.information(choice.chosen), options);
+  if (options.criterion == Criterion::expected_error) {
+    choice.certificate.efficiency_error =
+        std::min(1.0, choice.certificate.error_bound / result.criterion_value);
+  }
+  result.certificate = choice.certificate;
+  result.spares = spare_poses(problem, choice.chosen);
+  result.exchanges = choice.exchanges;
+  result.passes = choice.passes;
+  result.nodes = choice.nodes;
+  result.indices = std::move(choice.chosen);
+  result.indices.insert(result.indices.end(), options.required.begin(), options.required.end());
+  std::sort(result.indices.begin(), result.indices.end());
+  return result;
+}
+
+Selection select_poses(const CandidateRows& candidates, const SelectionOptions& options) {
+  return select_poses(RowsInMemory(candidates), options);
+}
+
+}  // namespace symkin

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/symmetry/action.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "symkin/symmetry/leg_ends.hpp"
+
+namespace symkin {
+namespace {
+
+// Rotation by a, or reflection about the line at a.
+Eigen::Matrix2d linear_part(double a, bool reflection) {
+  Eigen::Matrix2d part;
+  if (reflection) {
+    part << std::cos(2 * a), std::sin(2 * a), std::sin(2 * a), -std::cos(2 * a);
+  } else {
+    part << std::cos(a), -std::sin(a), std::sin(a), std::cos(a);
+  }
+  return part;
+}
+
+// The isometries of base and platform that an element stands for: p -> linear p + shift.
+struct Isometries {
+  double base_angle, platform_angle;  // of the rotation, or of the reflection line
+  bool reflection;
+  Eigen::Matrix2d base, platform;
+  Eigen::Vector2d base_shift, platform_shift;
+};
+
+Isometries isometries(const SymmetryGroup& group, SymmetryElement element) {
+  const SymmetryFrame& frame = group.frame();
+  const double angle = group.angle(element);
+  Isometries image;
+  image.reflection = element.reflection;
+  image.base_angle = element.reflection ? frame.base_axis + angle : angle;
+  image.platform_angle = element.reflection ? frame.platform_axis + angle : angle;
+  image.base = linear_part(image.base_angle, element.reflection);
+  image.platform = linear_part(image.platform_angle, element.reflection);
+  image.base_shift = frame.base_centre - image.base * frame.base_centre;
+  image.platform_shift = frame.platform_centre - image.platform * frame.platform_centre;
+  return image;
+}
+
+double turned(double azimuth, double angle, bool reflection) {
+  return reflection ? 2 * angle - azimuth : azimuth + angle;
+}
+
+Eigen::Matrix3d spatial(const Eigen::Matrix2d& planar) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  matrix.topLeftCorner<2, 2>() = planar;
+  return matrix;
+}
+
+// r' + R' (P b + p) = B (r + R b) + s for every platform point b, with the base isometry (B, s)
+// and the platform isometry (P, p): hence R' = B R P^T and r' = B r + s - R' p.
+void transform_spatial(const Isometries& image, double* pose) {
+  const Eigen::Matrix3d base = spatial(image.base);
+  const Eigen::Matrix3d rotation =
+      base * SpatialPose<double>::rotation_matrix(pose) * spatial(image.platform).transpose();
+  Eigen::Map<Eigen::Vector3d> position(pose);
+  position = base * position;
+  position.head<2>() += image.base_shift;
+  position -= rotation.leftCols<2>() * image.platform_shift;
+  Eigen::Map<Eigen::Vector4d>(pose + 3) = Eigen::Quaterniond(rotation).coeffs();
+}
+
+void transform_planar(const Isometries& image, bool turns, double* pose) {
+  double phi = turns ? pose[2] : 0;
+  const double axes = image.base_angle - image.platform_angle;
+  phi = image.reflection ? 2 * axes - phi : phi + axes;
+  Eigen::Map<Eigen::Vector2d> position(pose);
+  position =
+      image.base * position + image.base_shift - linear_part(phi, false) * image.platform_shift;
+  if (turns) {
+    pose[2] = phi;
+  }
+}
+
+// The polar coordinates of a point moved by `shift` in the plane.
+void shift_point(const LegEnd<double>& end, const Eigen::Vector2d& shift) {
+  const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
+  const double height = end.polar_angle != nullptr ? *end.radius * std::cos(*end.polar_angle) : 0;
+  const Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
+  const Eigen::Vector2d point = *end.radius * sine * direction + shift;
+  *end.radius = std::hypot(point.norm(), height);
+  *end.azimuth += wrap_angle(std::atan2(point.y(), point.x()) - *end.azimuth);
+  if (end.polar_angle != nullptr) {
+    *end.polar_angle = std::atan2(point.norm(), height);
+  }
+}
+
+// One end under its isometry. Returns what the sensor offset gains by the shift: a guide without
+// a distance of its own (Anchor::direction) is read from the frame's origin, and a travel along
+// this end's guide from its foot, the point nearest to the origin.
+double transform_end(const LegEnd<double>& end, Anchor anchor, bool travel_is_here, double angle,
+                     bool reflection, const Eigen::Vector2d& shift) {
+  if (end.azimuth == nullptr) {
+    return 0;
+  }
+  *end.azimuth = turned(*end.azimuth, angle, reflection);
+  if (shift.isZero(0)) {
+    return 0;
+  }
+  if (anchor == Anchor::point) {
+    shift_point(end, shift);
+    return 0;
+  }
+  const Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
+  if (anchor == Anchor::line) {
+    *end.radius += shift.dot(direction);
+    return travel_is_here ? direction.x() * shift.y() - direction.y() * shift.x() : 0;
+  }
+  return shift.dot(direction);
+}
+
+double transform_offset(const Isometries& image, ActiveJoint joint, double offset) {
+  switch (joint) {
+    case ActiveJoint::angle_in_base:
+      return turned(offset, image.base_angle, image.reflection);
+    case ActiveJoint::angle_in_platform:
+      return turned(offset, image.platform_angle, image.reflection);
+    case ActiveJoint::elbow_angle:
+    case ActiveJoint::travel_on_base:
+    case ActiveJoint::travel_on_platform:
+      return image.reflection ? -offset : offset;
+    case ActiveJoint::distance:
+      break;
+  }
+  return offset;
+}
+
+}  // namespace
+
+RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, PoseSpace space,
+                          ConstRows poses) {
+  const Isometries image = isometries(group, element);
+  RowMatrix result = poses;
+  for (Index i = 0; i < result.rows(); ++i) {
+    if (space == PoseSpace::spatial) {
+      transform_spatial(image, result.row(i).data());
+    } else {
+      transform_planar(image, space == PoseSpace::planar, result.row(i).data());
+    }
+  }
+  return result;
+}
+
+Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const ChainInfo& chain,
+                  const Leg& leg) {
+  const Isometries image = isometries(group, element);
+  Leg result = leg;
+  double& offset = result.parameters[result.parameters.size() - 1];
+  offset = transform_offset(image, chain.active_joint, offset);
+  offset += transform_end(base_end(chain, result.parameters.data()), chain.base_anchor,
+                          chain.active_joint == ActiveJoint::travel_on_base, image.base_angle,
+                          image.reflection, image.base_shift);
+  // A platform that is a point has no azimuth, and its frame no shift of its own.
+  offset += transform_end(platform_end(chain, result.parameters.data()), chain.platform_anchor,
+                          chain.active_joint == ActiveJoint::travel_on_platform,
+                          image.platform_angle, image.reflection, image.platform_shift);
+  if (element.reflection && chain.mode_is_orientation) {
+    result.working_mode = -leg.working_mode;
+  }
+  return result;
+}
+
+double reading_sign(SymmetryElement element, ActiveJoint joint) {
+  return element.reflection && joint != ActiveJoint::distance ? -1 : 1;
+}
+
+}  // namespace symkin

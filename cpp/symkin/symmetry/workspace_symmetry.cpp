@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/symmetry/workspace_symmetry.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "symkin/error.hpp"
+#include "symkin/kinematics.hpp"
+#include "symkin/symmetry/action.hpp"
+
+namespace symkin {
+namespace {
+
+// The mechanism with the working modes that the element gives it.
+Mechanism with_image_modes(const Mechanism& mechanism, SymmetryElement element) {
+  std::vector<Leg> legs = mechanism.legs();
+  if (element.reflection && mechanism.model().info().mode_is_orientation) {
+    for (Leg& leg : legs) {
+      leg.working_mode = -leg.working_mode;
+    }
+  }
+  return {mechanism.name(), mechanism.model(), std::move(legs)};
+}
+
+// Deviation of the image leg's reading at the image pose from the leg's own; an angle by the
+// shortest turn.
+double deviation(const Mechanism& mechanism, Index leg, double image_reading, double reading,
+                 double sign) {
+  const Vector& parameters = mechanism.leg(leg).parameters;
+  const double gain = parameters[parameters.size() - 2];
+  double travel = gain * (image_reading - sign * reading);
+  if (is_angle(mechanism.model().info().active_joint)) {
+    travel = wrap_angle(travel);
+  }
+  return std::abs(travel / gain);
+}
+
+}  // namespace
+
+WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
+                                            const WorkspaceOptions& options,
+                                            const SymmetryGroup& group, SymmetryElement element,
+                                            Index count, std::uint64_t seed,
+                                            const SymmetryTolerance& tolerance) {
+  const ElementImage image = image_of_legs(mechanism, group, element, tolerance);
+  if (!image.keeps_structure) {
+    throw SymmetryMismatch("element " + SymmetryGroup::label(element) +
+                           " does not map the legs of mechanism \"" + mechanism.name() +
+                           "\" onto themselves");
+  }
+  const RowMatrix poses = draw_poses(mechanism, options, count, seed);
+  const PoseSpace space = mechanism.pose_space();
+  const RowMatrix image_poses = transform_poses(group, element, space, poses);
+  const Mechanism image_mechanism = with_image_modes(mechanism, element);
+  WorkspaceOptions image_options = options;
+  image_options.home =
+      transform_poses(group, element, space, options.home.transpose()).row(0).transpose();
+
+  WorkspaceSymmetry result;
+  result.element = element;
+  result.tested = count;
+  result.keeps_modes = image.keeps_modes;
+  const std::vector<bool> inside = inside_workspace(mechanism, options, poses);
+  const std::vector<bool> image_inside =
+      inside_workspace(image_mechanism, image_options, image_poses);
+  const RowMatrix readings = inverse_kinematics(mechanism, poses);
+  const RowMatrix image_readings = inverse_kinematics(image_mechanism, image_poses);
+  const double sign = reading_sign(element, mechanism.model().info().active_joint);
+  for (Index i = 0; i < count; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    result.inside += inside[row] ? 1 : 0;
+    bool mismatch = inside[row] != image_inside[row];
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      const double reading = readings(i, leg);
+      const double image_reading =
+          image_readings(i, image.permutation[static_cast<std::size_t>(leg)]);
+      mismatch = mismatch || std::isfinite(reading) != std::isfinite(image_reading);
+      if (std::isfinite(reading) && std::isfinite(image_reading)) {
+        result.reading_deviation = std::max(
+            result.reading_deviation, deviation(mechanism, leg, image_reading, reading, sign));
+      }
+    }
+    result.unreachable += readings.row(i).allFinite() ? 0 : 1;
+    result.mismatches += mismatch ? 1 : 0;
+  }
+  return result;
+}
+
+}  // namespace symkin

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/symmetry/verification.hpp"
+#include "symkin/workspace.hpp"
+
+namespace symkin {
+
+// The workspace theorem (Eq. 2) and the active-joint conjecture (Eq. 5), tested on poses.
+struct WorkspaceSymmetry {
+  SymmetryElement element;
+  Index tested = 0;
+  Index inside = 0;       // of them in the workspace
+  Index mismatches = 0;   // pose in the workspace and its image not, or the reverse
+  Index unreachable = 0;  // poses that a leg cannot reach: the same legs must fail at the image
+  double reading_deviation = 0;  // largest |g(lambda(pose)) - lambda(g(pose))|, sensor units
+  bool keeps_modes = false;
+};
+
+// Draws poses from the workspace's box, inside or not, and carries them by the element. An element
+// that flips working modes is tested against the mechanism with the flipped modes, whose
+// workspace it maps this one onto. Throws SymmetryMismatch if the element does not map the legs.
+WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
+                                            const WorkspaceOptions& options,
+                                            const SymmetryGroup& group, SymmetryElement element,
+                                            Index count, std::uint64_t seed,
+                                            const SymmetryTolerance& tolerance = {});
+
+}  // namespace symkin

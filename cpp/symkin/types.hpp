@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+namespace symkin {
+
+using Index = Eigen::Index;
+using Vector = Eigen::VectorXd;
+
+// One row a pose (or a candidate): the layout that crosses the Python boundary without a copy.
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using ConstRows = Eigen::Ref<const RowMatrix>;
+using Rows = Eigen::Ref<RowMatrix>;
+using ConstVector = Eigen::Ref<const Vector>;
+
+}  // namespace symkin

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""Print requirements of pyproject.toml, one a line: of `build`, `runtime` or an extra."""
+
+import sys
+from pathlib import Path
+
+try:
+    import tomllib
+except ModuleNotFoundError:  # Python 3.10
+    from pip._vendor import tomli as tomllib
+
+project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))
+groups = {
+    "build": project["build-system"]["requires"],
+    "runtime": project["project"]["dependencies"],
+    **project["project"]["optional-dependencies"],
+}
+for name in sys.argv[1:]:
+    print(*groups[name], sep="\n")

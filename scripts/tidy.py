@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Run clang-tidy on the sources that changed since they last passed, or whose headers did.
+
+Usage: tidy.py BUILD_DIRECTORY SOURCE_DIRECTORY...
+"""
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+ROOT = Path.cwd()
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+
+
+@cache
+def project_files(source: Path) -> frozenset[Path]:
+    """Return the source with all headers of the project that it includes."""
+    files = {source}
+    for name in INCLUDE.findall(source.read_text(encoding="utf-8")):
+        for header in (source.parent / name, ROOT / "cpp" / name):
+            if header.is_file():
+                files |= project_files(header.resolve())
+                break
+    return frozenset(files)
+
+
+def fingerprint(command: str, source: Path) -> str:
+    digest = hashlib.sha256(command.encode())
+    for file in sorted({ROOT / ".clang-tidy", *project_files(source)}):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def passes(build: Path, source: Path) -> bool:
+    run = subprocess.run(
+        ["clang-tidy", "--quiet", "-p", str(build), str(source)],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    print(f"clang-tidy {source.relative_to(ROOT)}", "" if run.returncode == 0 else "FAILED")
+    if run.returncode != 0:
+        print(run.stdout or run.stderr)
+    sys.stdout.flush()
+    return run.returncode == 0
+
+
+def main() -> int:
+    build = Path(sys.argv[1]).resolve()
+    directories = [Path(name).resolve() for name in sys.argv[2:]]
+    commands = {
+        Path(entry["file"]).resolve(): entry["command"]
+        for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    }
+    record = build / "tidy.json"
+    passed = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
+    wanted = {
+        source: fingerprint(command, source)
+        for source, command in sorted(commands.items())
+        if any(source.is_relative_to(directory) for directory in directories)
+    }
+    stale = [source for source, digest in wanted.items() if passed.get(str(source)) != digest]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = dict(
+            zip(stale, pool.map(lambda source: passes(build, source), stale), strict=True)
+        )
+    for source in stale:
+        passed.pop(str(source), None)
+        if results[source]:
+            passed[str(source)] = wanted[source]
+    record.write_text(json.dumps(passed), encoding="utf-8")
+    print(f"clang-tidy: {len(wanted)} sources, {len(stale)} changed since they last passed")
+    return 0 if all(results.values()) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/chains/registry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "symkin/error.hpp"
+
+namespace symkin {
+namespace {
+
+using Names = std::set<std::string>;
+
+Names names(Platform platform) {
+  const auto listed = chain_names(platform);
+  return {listed.begin(), listed.end()};
+}
+
+std::string refusal(std::string_view chain, Platform platform = Platform::rigid) {
+  try {
+    leg_model(chain, platform);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+void expect_part(const std::string& part, const std::string& message) {
+  EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+bool includes(const Names& all, const Names& some) {
+  return std::includes(all.begin(), all.end(), some.begin(), some.end());
+}
+
+TEST(Registry, KnowsTheEighteenPlanarChainsAndTheHexapodsLeg) {
+  EXPECT_TRUE(includes(
+      names(Platform::rigid),
+      {"[R]RR", "R[R]R", "RR[R]", "R[P]R", "[R]PR", "RP[R]", "[P]RR", "P[R]R", "PR[R]", "RR[P]",
+       "R[R]P", "[R]RP", "[P]RP", "PR[P]", "[P]PR", "P[P]R", "R[P]P", "RP[P]", "U[P]S"}));
+}
+
+TEST(Registry, PutsAPointOnTheChainsThatKnowThePlatformByAPoint) {
+  EXPECT_TRUE(includes(names(Platform::point),
+                       {"[R]RR", "R[R]R", "R[P]R", "[R]PR", "[P]RR", "P[R]R", "[P]PR", "P[P]R"}));
+}
+
+TEST(Registry, GivesEachChainUnderItsOwnName) {
+  for (const Platform platform : {Platform::rigid, Platform::point}) {
+    for (const std::string& name : chain_names(platform)) {
+      EXPECT_EQ(leg_model(name, platform).info().name, name);
+    }
+  }
+}
+
+TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
+  for (const Platform platform : {Platform::rigid, Platform::point}) {
+    for (const std::string& name : chain_names(platform)) {
+      const auto& parameters = leg_model(name, platform).info().parameters;
+      ASSERT_GE(parameters.size(), 3U);
+      EXPECT_EQ(parameters.end()[-2].name, "sensor_gain");
+      EXPECT_EQ(parameters.end()[-1].name, "sensor_offset");
+    }
+  }
+}
+
+TEST(Registry, LeavesOutThePlatformsParametersOfAPoint) {
+  for (const std::string& name : chain_names(Platform::point)) {
+    const ChainInfo& info = leg_model(name, Platform::point).info();
+    EXPECT_EQ(info.pose_space, PoseSpace::point);
+    EXPECT_EQ(info.parameters.size() + 2, leg_model(name).info().parameters.size());
+    for (const ParameterInfo& parameter : info.parameters) {
+      EXPECT_EQ(parameter.name.find("platform"), std::string_view::npos) << parameter.name;
+    }
+  }
+}
+
+TEST(Registry, RefusesTwoPassivePrismaticJointsWithTheReason) {
+  for (const auto* chain : {"P[R]P", "[R]PP", "PP[R]"}) {
+    expect_part("two passive prismatic joints", refusal(chain));
+    expect_part("orientation only", refusal(chain));
+    expect_part("orientation only", refusal(chain, Platform::point));
+  }
+}
+
+TEST(Registry, RefusesAPointPlatformOnChainsThatMeasureThePlatformsDirectionWithTheReason) {
+  for (const auto* chain :
+       {"RR[R]", "RP[R]", "PR[R]", "RR[P]", "R[R]P", "[R]RP", "[P]RP", "PR[P]", "R[P]P", "RP[P]"}) {
+    expect_part("cannot carry a point platform", refusal(chain, Platform::point));
+  }
+}
+
+TEST(Registry, NamesTheNearestChainForAnUnknownOne) {
+  expect_part("\"[R]RR\"", refusal("[R]RRR"));
+  expect_part("unknown chain \"R[P]S\"", refusal("R[P]S"));
+}
+
+}  // namespace
+}  // namespace symkin

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/evaluation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/mechanisms.hpp"
+#include "symkin/accuracy.hpp"
+#include "symkin/kinematics.hpp"
+#include "symkin/random.hpp"
+#include "symkin/simulation.hpp"
+
+namespace symkin {
+namespace {
+
+TEST(Evaluation, IsZeroForThePerfectModel) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = sample_workspace(mechanism, testing::paper_workspace(), 100, 2).poses;
+  const PoseErrors errors = command_errors(mechanism, mechanism, poses);
+  EXPECT_EQ(errors.evaluated, 100);
+  EXPECT_LT(errors.position_max, 1e-13);
+  EXPECT_LT(errors.orientation_max, 1e-13);
+}
+
+TEST(Evaluation, CountsPosesThatTheModelCannotCommand) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = (RowMatrix(2, 3) << 0, 0, 0, 4, 0, 0).finished();
+  const PoseErrors errors = command_errors(mechanism, mechanism, poses);
+  EXPECT_EQ(errors.evaluated, 1);
+  EXPECT_EQ(errors.failed, 1);
+  EXPECT_TRUE(std::isnan(errors.differences(1, 0)));
+}
+
+TEST(Accuracy, FirstOrderPredictionEqualsTheErrorOfSmallDisturbances) {
+  const std::pair<Mechanism, WorkspaceOptions> examples[] = {
+      {testing::paper_3rrr(), testing::paper_workspace()},
+      {testing::hexapod(), testing::hexapod_workspace()}};
+  for (const auto& [nominal, workspace] : examples) {
+    const RowMatrix poses = sample_workspace(nominal, workspace, 200, 2).poses;
+    const AccuracyWeights weights = accuracy_weights(nominal, poses);
+    const Mechanism actual = disturb(nominal, {1e-6, 1e-6, 1e-6}, 8);
+    const RowMatrix change = actual.parameters() - nominal.parameters();
+    const Eigen::Map<const Vector> error(change.data(), change.size());
+    // The "covariance" of one known error is its outer product.
+    const ExpectedAccuracy expected = expected_accuracy(weights, error * error.transpose());
+    const PoseErrors errors = command_errors(actual, nominal, poses);
+    EXPECT_NEAR(expected.position / errors.position_rms, 1, 1e-3) << nominal.name();
+    EXPECT_NEAR(expected.orientation / errors.orientation_rms, 1, 1e-3) << nominal.name();
+  }
+}
+
+TEST(Evaluation, MeasuredPosesAreComparedWithTheModelsForwardKinematics) {
+  const Mechanism mechanism = testing::hexapod();
+  const RowMatrix poses = sample_workspace(mechanism, testing::hexapod_workspace(), 50, 2).poses;
+  RowMatrix measured = poses;
+  Vector step = Vector::Zero(6);
+  step[0] = 0.001;
+  for (Index i = 0; i < 50; ++i) {
+    move_pose(PoseSpace::spatial, step.data(), measured.row(i).data());
+  }
+  const PoseErrors errors =
+      measurement_errors(mechanism, measured, inverse_kinematics(mechanism, poses));
+  EXPECT_NEAR(errors.position_rms, 0.001, 1e-10);
+  EXPECT_NEAR(errors.orientation_rms, 0, 1e-10);
+}
+
+}  // namespace
+}  // namespace symkin

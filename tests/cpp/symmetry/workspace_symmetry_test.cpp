@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/symmetry/workspace_symmetry.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/mechanisms.hpp"
+#include "symkin/error.hpp"
+#include "symkin/symmetry/detection.hpp"
+
+namespace symkin {
+namespace {
+
+TEST(WorkspaceSymmetry, TheoremAndConjectureHoldForEveryElementOfTheStructure) {
+  const std::pair<Mechanism, WorkspaceOptions> examples[] = {
+      {testing::paper_3rrr(), testing::paper_workspace()},
+      {testing::hexapod(), testing::hexapod_workspace()}};
+  for (const auto& [mechanism, workspace] : examples) {
+    const DetectedSymmetry found = detect_symmetry(mechanism);
+    for (const SymmetryElement element : found.structure.elements()) {
+      const WorkspaceSymmetry result =
+          verify_workspace_symmetry(mechanism, workspace, found.structure, element, 5000, 1);
+      EXPECT_EQ(result.mismatches, 0) << SymmetryGroup::label(element);
+      EXPECT_LT(result.reading_deviation, 1e-11) << SymmetryGroup::label(element);
+      EXPECT_GT(result.inside, 100);
+      EXPECT_EQ(result.tested, 5000);
+    }
+  }
+}
+
+TEST(WorkspaceSymmetry, FailsVisiblyOnAMechanismThatIsOnlyRoughlySymmetric) {
+  RowMatrix parameters = testing::paper_3rrr().parameters();
+  parameters(0, 0) += 0.02;
+  const Mechanism rough = testing::paper_3rrr().with_parameters(parameters);
+  const SymmetryGroup group = SymmetryGroup::named("C3");
+  const WorkspaceSymmetry result = verify_workspace_symmetry(
+      rough, testing::paper_workspace(), group, {1, false}, 5000, 1, {0.1, 0.1, 0.1});
+  EXPECT_GT(result.mismatches, 0);
+  EXPECT_GT(result.reading_deviation, 1e-3);
+  EXPECT_THROW(
+      verify_workspace_symmetry(rough, testing::paper_workspace(), group, {1, false}, 10, 1),
+      SymmetryMismatch);
+}
+
+}  // namespace
+}  // namespace symkin
