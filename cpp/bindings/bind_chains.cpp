@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+#include "symkin/chains/registry.hpp"
+
+namespace {
+
+symkin::Platform platform_of(const std::string& name) {
+  return name == "point" ? symkin::Platform::point : symkin::Platform::rigid;
+}
+
+}  // namespace
+
+void bind_chains(py::module_& module) {
+  using symkin::ActiveJoint;
+  using symkin::ChainInfo;
+  using symkin::ParameterInfo;
+  using symkin::ParameterRole;
+
+  py::enum_<ParameterRole>(module, "ParameterRole")
+      .value("length", ParameterRole::length)
+      .value("base_azimuth", ParameterRole::base_azimuth)
+      .value("platform_azimuth", ParameterRole::platform_azimuth)
+      .value("polar_angle", ParameterRole::polar_angle)
+      .value("gain", ParameterRole::gain)
+      .value("offset", ParameterRole::offset);
+
+  py::enum_<ActiveJoint>(module, "ActiveJoint")
+      .value("angle_in_base", ActiveJoint::angle_in_base)
+      .value("angle_in_platform", ActiveJoint::angle_in_platform)
+      .value("elbow_angle", ActiveJoint::elbow_angle)
+      .value("travel_on_base", ActiveJoint::travel_on_base)
+      .value("travel_on_platform", ActiveJoint::travel_on_platform)
+      .value("distance", ActiveJoint::distance);
+
+  py::class_<ParameterInfo>(module, "ParameterInfo")
+      .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })
+      .def_readonly("role", &ParameterInfo::role);
+
+  py::class_<ChainInfo>(module, "ChainInfo")
+      .def_property_readonly("name", [](const ChainInfo& self) { return self.name; })
+      .def_property_readonly("pose_space",
+                             [](const ChainInfo& self) { return to_string(self.pose_space); })
+      .def_readonly("parameters", &ChainInfo::parameters)
+      .def_readonly("active_joint", &ChainInfo::active_joint)
+      .def_property_readonly("reads_angle",
+                             [](const ChainInfo& self) { return is_angle(self.active_joint); })
+      .def_readonly("mode_is_orientation", &ChainInfo::mode_is_orientation)
+      .def_property_readonly("working_mode",
+                             [](const ChainInfo& self) { return self.working_mode; });
+
+  module.def(
+      "chain_info",
+      [](const std::string& chain, const std::string& platform) {
+        return symkin::leg_model(chain, platform_of(platform)).info();
+      },
+      py::arg("chain"), py::arg("platform"));
+  module.def(
+      "chain_names",
+      [](const std::string& platform) { return symkin::chain_names(platform_of(platform)); },
+      py::arg("platform"));
+}

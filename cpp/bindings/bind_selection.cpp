@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+#include "symkin/selection/selection.hpp"
+
+namespace {
+
+void bind_options(py::module_& module) {
+  using symkin::Criterion;
+  using symkin::SelectionMethod;
+  using symkin::SelectionOptions;
+  py::enum_<SelectionMethod>(module, "SelectionMethod")
+      .value("sun_hollerbach", SelectionMethod::sun_hollerbach)
+      .value("exchange", SelectionMethod::exchange)
+      .value("exhaustive", SelectionMethod::exhaustive)
+      .value("random", SelectionMethod::random)
+      .value("all", SelectionMethod::all);
+  py::enum_<Criterion>(module, "Criterion")
+      .value("O1", Criterion::O1)
+      .value("O2", Criterion::O2)
+      .value("O3", Criterion::O3)
+      .value("O4", Criterion::O4)
+      .value("O5", Criterion::O5)
+      .value("expected_error", Criterion::expected_error);
+  py::class_<SelectionOptions>(module, "SelectionOptions")
+      .def(py::init<>())
+      .def_readwrite("count", &SelectionOptions::count)
+      .def_readwrite("method", &SelectionOptions::method)
+      .def_readwrite("criterion", &SelectionOptions::criterion)
+      .def_readwrite("seed", &SelectionOptions::seed)
+      .def_readwrite("restarts", &SelectionOptions::restarts)
+      .def_readwrite("kicks", &SelectionOptions::kicks)
+      .def_readwrite("required", &SelectionOptions::required)
+      .def_readwrite("forbidden", &SelectionOptions::forbidden)
+      .def_readwrite("prior", &SelectionOptions::prior)
+      .def_readwrite("coordinates", &SelectionOptions::coordinates)
+      .def_readwrite("minimum_distance", &SelectionOptions::minimum_distance)
+      .def_readwrite("column_scale", &SelectionOptions::column_scale)
+      .def_readwrite("error_weight", &SelectionOptions::error_weight)
+      .def_readwrite("time_limit_s", &SelectionOptions::time_limit_s)
+      .def_readwrite("spare_count", &SelectionOptions::spare_count)
+      .def_readwrite("threads", &SelectionOptions::threads);
+}
+
+}  // namespace
+
+void bind_selection(py::module_& module) {
+  using symkin::Certificate;
+  using symkin::Selection;
+  bind_options(module);
+  py::class_<Certificate>(module, "Certificate")
+      .def_readonly("log_det_bound_repeats", &Certificate::log_det_bound_repeats)
+      .def_readonly("log_det_bound_distinct", &Certificate::log_det_bound_distinct)
+      .def_readonly("efficiency_repeats", &Certificate::efficiency_repeats)
+      .def_readonly("efficiency_distinct", &Certificate::efficiency_distinct)
+      .def_readonly("error_bound", &Certificate::error_bound)
+      .def_readonly("efficiency_error", &Certificate::efficiency_error)
+      .def_readonly("proven_optimal", &Certificate::proven_optimal);
+  py::class_<Selection>(module, "Selection")
+      .def_readonly("indices", &Selection::indices)
+      .def_readonly("log_det", &Selection::log_det)
+      .def_readonly("criterion_value", &Selection::criterion_value)
+      .def_readonly("certificate", &Selection::certificate)
+      .def_readonly("spares", &Selection::spares)
+      .def_readonly("exchanges", &Selection::exchanges)
+      .def_readonly("passes", &Selection::passes)
+      .def_readonly("nodes", &Selection::nodes);
+  module.def(
+      "select_poses",
+      [](symkin::ConstRows rows, symkin::Index rows_per_pose,
+         const symkin::SelectionOptions& options) {
+        return symkin::select_poses(symkin::CandidateRows{rows, rows_per_pose}, options);
+      },
+      py::arg("rows"), py::arg("rows_per_pose"), py::arg("options"), ReleaseGil());
+}

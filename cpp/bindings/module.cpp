@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+#include "symkin/error.hpp"
+#include "symkin/selection/not_identifiable.hpp"
+
+PYBIND11_MODULE(_core, module) {
+  module.doc() = "The compiled core of symkin. Private: use the package symkin.";
+  // symkin.errors defines the Python side; InvalidInput is a ValueError there.
+  const py::object errors = py::module_::import("symkin.errors");
+  static py::exception<symkin::Error> base(module, "Error", errors.attr("SymkinError").ptr());
+  static py::exception<symkin::SymmetryMismatch> mismatch(module, "SymmetryMismatch",
+                                                          errors.attr("SymmetryError").ptr());
+  static py::exception<symkin::NotIdentifiable> hidden(module, "NotIdentifiable",
+                                                       errors.attr("NotIdentifiableError").ptr());
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) {
+        std::rethrow_exception(pointer);
+      }
+    } catch (const symkin::SymmetryMismatch& error) {
+      py::set_error(mismatch, error.what());
+    } catch (const symkin::NotIdentifiable& error) {
+      // The directions travel with the exception, for a caller that can name them.
+      py::object raised = static_cast<const py::object&>(hidden)(error.what());
+      raised.attr("null_directions") = error.null_directions;
+      PyErr_SetObject(hidden.ptr(), raised.ptr());
+    } catch (const symkin::Error& error) {
+      py::set_error(base, error.what());
+    }
+  });
+  bind_chains(module);
+  bind_mechanism(module);
+  bind_kinematics(module);
+  bind_workspace(module);
+  bind_symmetry(module);
+  bind_observability(module);
+  bind_selection(module);
+  bind_simulation(module);
+  bind_identification(module);
+  bind_evaluation(module);
+}

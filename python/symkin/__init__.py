@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: MIT
+"""Kinematic identification (geometric calibration) of symmetric parallel mechanisms.
+
+The flow, each arrow one function::
+
+    load_mechanism -> sample_workspace -> observability_rows -> select_poses -> map_poses
+      -> make_plan -> simulate or read_measurements -> identify -> evaluate
+
+`run_protocol` is all of it. Units are metres and radians throughout; poses are arrays with one pose
+a row (see `Mechanism`).
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+try:
+    from symkin import _core as _core
+except ModuleNotFoundError as error:
+    if error.name != "symkin._core":
+        raise
+    raise ImportError(
+        "symkin's compiled core is missing; build the package with `make` or `pip install .` "
+        "from the source directory"
+    ) from error
+
+from symkin.chains import ChainInfo, chain_info, chains
+from symkin.errors import (
+    MeasurementError,
+    MechanismError,
+    MechanismFileError,
+    NotIdentifiableError,
+    QuantityError,
+    ResultsError,
+    SymkinError,
+    SymmetryError,
+)
+from symkin.evaluation import Evaluation, evaluate
+from symkin.identification import CrossValidation, Identification, cross_validate, identify
+from symkin.measurements import Measurements
+from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.observability import (
+    ExpectedAccuracy,
+    Observability,
+    analyse_observability,
+    expected_accuracy,
+    observability_rows,
+)
+from symkin.pipeline import ProtocolResult, run_protocol
+from symkin.planning import Plan, make_plan
+from symkin.selection import Certificate, Selection, select_poses
+from symkin.settings import (
+    JointLimits,
+    MeasurementColumns,
+    NoiseSettings,
+    ProtocolSettings,
+    Tolerances,
+    WorkspaceSettings,
+)
+from symkin.simulation import Simulation, disturb, simulate
+from symkin.symmetry import (
+    DetectedSymmetry,
+    SymmetryElement,
+    SymmetryGroup,
+    detect_symmetry,
+    leg_carriers,
+    map_poses,
+)
+from symkin.workspace import WorkspaceSample, sample_workspace
+
+if TYPE_CHECKING:
+    from symkin.files.json_schema import mechanism_schema
+    from symkin.files.measurements import read_measurements, write_measurements
+    from symkin.files.mechanism_file import load_mechanism, shipped_mechanisms
+    from symkin.files.mechanism_writer import save_mechanism
+    from symkin.files.plan import read_plan, write_plan
+    from symkin.files.results import read_results, write_results
+
+__all__ = [
+    "Certificate",
+    "ChainInfo",
+    "CrossValidation",
+    "DeclaredSymmetry",
+    "DetectedSymmetry",
+    "Evaluation",
+    "ExpectedAccuracy",
+    "Identification",
+    "JointLimits",
+    "Leg",
+    "MeasurementColumns",
+    "MeasurementError",
+    "Measurements",
+    "Mechanism",
+    "MechanismError",
+    "MechanismFileError",
+    "NoiseSettings",
+    "NotIdentifiableError",
+    "Observability",
+    "Plan",
+    "ProtocolResult",
+    "ProtocolSettings",
+    "QuantityError",
+    "ResultsError",
+    "Selection",
+    "Simulation",
+    "SymkinError",
+    "SymmetryElement",
+    "SymmetryError",
+    "SymmetryGroup",
+    "Tolerances",
+    "WorkspaceSample",
+    "WorkspaceSettings",
+    "analyse_observability",
+    "chain_info",
+    "chains",
+    "cross_validate",
+    "detect_symmetry",
+    "disturb",
+    "evaluate",
+    "expected_accuracy",
+    "identify",
+    "leg_carriers",
+    "load_mechanism",
+    "make_plan",
+    "map_poses",
+    "mechanism_schema",
+    "observability_rows",
+    "read_measurements",
+    "read_plan",
+    "read_results",
+    "run_protocol",
+    "sample_workspace",
+    "save_mechanism",
+    "select_poses",
+    "shipped_mechanisms",
+    "simulate",
+    "write_measurements",
+    "write_plan",
+    "write_results",
+]
+
+# What reads and writes files needs libraries that take a while to import, so these names are
+# resolved when they are first used.
+_FILE_FUNCTIONS = {
+    "load_mechanism": "mechanism_file",
+    "mechanism_schema": "json_schema",
+    "read_measurements": "measurements",
+    "read_plan": "plan",
+    "read_results": "results",
+    "save_mechanism": "mechanism_writer",
+    "shipped_mechanisms": "mechanism_file",
+    "write_measurements": "measurements",
+    "write_plan": "plan",
+    "write_results": "results",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FILE_FUNCTIONS:
+        raise AttributeError(f"module 'symkin' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"symkin.files.{_FILE_FUNCTIONS[name]}"), name)

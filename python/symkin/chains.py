@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""The kinematic chains that symkin knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from symkin import _core
+
+__all__ = ["ChainInfo", "chain_info", "chains"]
+
+_ANGLES = (
+    _core.ParameterRole.base_azimuth,
+    _core.ParameterRole.platform_azimuth,
+    _core.ParameterRole.polar_angle,
+)
+
+
+@dataclass(frozen=True)
+class ChainInfo:
+    """A chain: its parameters, in the order of every array of parameters, and what it reads.
+
+    Attributes
+    ----------
+    name : str
+        Joints from base to platform, the actuated one in brackets.
+    pose_space : {"planar", "point", "spatial"}
+        Kind of the poses, see `Mechanism`.
+    parameter_names : tuple of str
+        The sensor's gain and offset are the last two.
+    parameter_units : mapping of str to str
+        "m", "rad" or "1" of each parameter, for a sensor that reads in the joint's own unit.
+    reading_unit : {"rad", "m"}
+        Unit of the active joint.
+    description : str
+        What the sign of the working mode means.
+    """
+
+    name: str
+    pose_space: str
+    parameter_names: tuple[str, ...]
+    parameter_units: Mapping[str, str]
+    reading_unit: str
+    description: str
+
+
+def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
+    """Describe a chain.
+
+    Parameters
+    ----------
+    chain : str
+        Such as ``"[R]RR"``.
+    platform : {"rigid", "point"}
+        A platform that turns, or a point that only moves (five-bar).
+
+    Raises
+    ------
+    SymkinError
+        For an unknown chain, with the nearest known one, or one that cannot carry the platform.
+    """
+    info = _core.chain_info(chain, platform)
+    joint_unit = "rad" if info.reads_angle else "m"
+    units = {}
+    for parameter in info.parameters:
+        if parameter.role == _core.ParameterRole.gain:
+            units[parameter.name] = "1"
+        elif parameter.role == _core.ParameterRole.offset:
+            units[parameter.name] = joint_unit
+        else:
+            units[parameter.name] = "rad" if parameter.role in _ANGLES else "m"
+    return ChainInfo(
+        name=info.name,
+        pose_space=info.pose_space,
+        parameter_names=tuple(units),
+        parameter_units=units,
+        reading_unit=joint_unit,
+        description=info.working_mode,
+    )
+
+
+def chains(platform: str = "rigid") -> list[str]:
+    """Return the names of the chains that can carry a platform ("rigid" or "point")."""
+    return list(_core.chain_names(platform))

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""Exceptions of symkin; each message names the value, the expectation and the place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+__all__ = [
+    "MeasurementError",
+    "MechanismError",
+    "MechanismFileError",
+    "NotIdentifiableError",
+    "QuantityError",
+    "ResultsError",
+    "SymkinError",
+    "SymmetryError",
+    "did_you_mean",
+]
+
+
+class SymkinError(ValueError):
+    """Base of every error that symkin raises about what it was given."""
+
+
+class QuantityError(SymkinError):
+    """A number or an expression with units cannot be evaluated, or has another dimension."""
+
+
+class MechanismError(SymkinError):
+    """A leg or a mechanism is not possible as described."""
+
+
+class SymmetryError(SymkinError):
+    """A declared symmetry is absent or does not fit the number of legs."""
+
+
+class NotIdentifiableError(SymkinError):
+    """The measurements do not determine the parameters."""
+
+
+class MeasurementError(SymkinError):
+    """A table of measurements, or a measurement plan, cannot be used as it is."""
+
+
+class ResultsError(SymkinError):
+    """A results file cannot be read or written."""
+
+
+class MechanismFileError(SymkinError):
+    """A mechanism file is wrong at a known place.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    line : int or None
+        Line in the file, counted from 1; None when the file has no text to point at.
+    key : str
+        Dotted key, such as ``legs[2].base_radius``; empty for the file as a whole.
+    """
+
+    def __init__(self, message: str, path: Path, line: int | None = None, key: str = "") -> None:
+        place = f"{path}:{line}" if line is not None else f"{path}"
+        super().__init__(f"{place}: {key}: {message}" if key else f"{place}: {message}")
+        self.path = path
+        self.line = line
+        self.key = key
+
+
+def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
+    """Return ``'; did you mean "x"?'`` for the nearest valid name, or an empty string."""
+    # Only an error needs difflib: importing it here keeps `import symkin` fast.
+    from difflib import get_close_matches
+
+    by_lower_case = {valid.lower(): valid for valid in valid_names}
+    nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0.4)
+    return f'; did you mean "{by_lower_case[nearest[0]]}"?' if nearest else ""

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""Measured poses and sensor readings as tables."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.files.column_mapping import check_columns
+from symkin.files.columns import (
+    own_columns,
+    pose_column_names,
+    read_poses,
+    read_readings,
+    reading_column_names,
+    stated_units,
+    uses_own_names,
+)
+from symkin.files.tables import Table, read_table, write_table
+from symkin.files.unit_check import check_units
+from symkin.measurements import Measurements
+from symkin.settings import MeasurementColumns
+
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
+
+__all__ = ["read_measurements", "write_measurements"]
+
+
+def read_measurements(
+    path: str | os.PathLike[str],
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None = None,
+) -> Measurements:
+    """Read measured poses and readings from a CSV or Parquet table.
+
+    Parameters
+    ----------
+    path : str or path
+        Parquet by the extension ``.parquet`` or ``.pq``, else CSV.
+    mechanism : Mechanism
+        Gives the kind of pose, the number of legs and the readings' unit.
+    columns : MeasurementColumns, optional
+        Which columns hold what. By default the columns that symkin writes (``x_m``, ``phi_rad``,
+        ``psi_1_rad``, ..., with any unit in the name); if the table does not have them, the
+        ``[measurements]`` section of the mechanism's file.
+
+    Returns
+    -------
+    Measurements
+        In SI units. A leg without a reading column has NaN, as has an empty cell in a row of
+        another leg's set.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, the row and the column: a missing column, a cell that is no finite number,
+        a quaternion that is not of unit length, a repeated row, or values whose unit is
+        evidently another than stated.
+    NotIdentifiableError
+        If all legs are measured, with fewer poses than a leg has parameters.
+    """
+    table = read_table(Path(path))
+    columns = columns or _columns_for(table, mechanism)
+    check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
+    measurements = Measurements(
+        poses=read_poses(table, columns),
+        readings=read_readings(table, columns, mechanism.reading_unit),
+        leg_sets=_leg_sets(table, columns, len(mechanism.legs)),
+        row_numbers=np.arange(1, table.row_count + 1),
+        source=table.path,
+    )
+    _check_gaps(table, measurements)
+    _check_repeated_rows(table, measurements)
+    check_units(measurements, mechanism, stated_units(table, columns, mechanism.reading_unit))
+    if len(measurements.measured_legs) == len(mechanism.legs):
+        # A leg may be identified from the sets of all legs, so these count too.
+        everything = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
+        everything.require(len(mechanism.parameter_names))
+    return measurements
+
+
+def write_measurements(
+    measurements: Measurements, path: str | os.PathLike[str], mechanism: Mechanism
+) -> None:
+    """Write measurements as CSV or Parquet, by extension; they read back to the same numbers."""
+    columns: dict[str, NDArray[np.generic]] = {}
+    if measurements.leg_sets.any():
+        columns["leg"] = measurements.leg_sets
+    names = pose_column_names(mechanism.pose_space)
+    columns |= dict(zip(names, measurements.poses.T, strict=True))
+    names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
+    columns |= dict(zip(names, measurements.readings.T, strict=True))
+    write_table(Path(path), columns)
+
+
+def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
+    mapped = mechanism.measurement_columns
+    if mapped is None or uses_own_names(table, mechanism.pose_space):
+        return own_columns(table, mechanism.pose_space, len(mechanism.legs))
+    return mapped
+
+
+def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
+    if columns.leg is None:
+        return np.zeros(table.row_count, dtype=np.intp)
+    table.require(columns.leg, "the leg whose set the pose belongs to")
+    return table.whole_numbers(columns.leg, 0, leg_count)
+
+
+def _check_gaps(table: Table, measurements: Measurements) -> None:
+    """A row may leave out legs that have no column, and legs whose set it does not belong to."""
+    missing = np.isnan(measurements.readings)
+    measured = ~missing.all(axis=0)
+    for leg in np.flatnonzero(measured):
+        own = (measurements.leg_sets == 0) | (measurements.leg_sets == leg + 1)
+        if (missing[:, leg] & own).any():
+            row = int(np.argmax(missing[:, leg] & own)) + 1
+            raise table.error(f"row {row} has no reading of leg {leg + 1}; expected a number")
+
+
+def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
+    rows = np.column_stack(
+        [measurements.leg_sets, measurements.poses, np.nan_to_num(measurements.readings)]
+    )
+    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))
+    if len(repeated):
+        original = first[inverse.ravel()[repeated[0]]]
+        more = f" ({len(repeated)} repeated rows in all)" if len(repeated) > 1 else ""
+        raise table.error(
+            f"row {repeated[0] + 1} repeats row {original + 1}{more}; a repeated row adds no "
+            "information but looks as if it did"
+        )

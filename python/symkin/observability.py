@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""What measured poses show of the parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.mechanism import Mechanism
+from symkin.settings import NoiseSettings, Tolerances
+
+__all__ = [
+    "ExpectedAccuracy",
+    "Observability",
+    "RowKind",
+    "analyse_observability",
+    "expected_accuracy",
+    "noise_of",
+    "observability_rows",
+    "tolerances_of",
+]
+
+RowKind = Literal["paper", "noise_aware"]
+
+
+@dataclass(frozen=True)
+class Observability:
+    """What a set of rows shows of a leg's parameters.
+
+    Attributes
+    ----------
+    r_diagonal : ndarray, shape (p,)
+        abs(R_ii) of the QR decomposition in the parameters' order (Eq. 9). Depends on units.
+    indices : dict of str to float
+        O1 (Eq. 13) to O5, with each parameter in units of its tolerance.
+    singular_values : ndarray, shape (p,)
+        Of the rows with columns of length one, descending: free of units.
+    condition : float
+        Largest over smallest of them.
+    rank : int
+        How many are above 1e-10 of the largest.
+    unseen : tuple of str
+        For each missing rank the combination of parameters (in tolerances) that no row shows.
+    """
+
+    r_diagonal: NDArray[np.float64]
+    indices: dict[str, float]
+    singular_values: NDArray[np.float64]
+    condition: float
+    rank: int
+    unseen: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ExpectedAccuracy:
+    """Expected root mean square end-effector error after identification.
+
+    Attributes
+    ----------
+    position : float
+        m.
+    orientation : float
+        rad; zero for a point platform.
+    """
+
+    position: float
+    orientation: float
+
+
+def observability_rows(
+    mechanism: Mechanism, leg: int, poses: ArrayLike, kind: RowKind = "paper"
+) -> NDArray[np.float64]:
+    """Rows of the identification matrix of a leg (from 0), shape (N, p).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its noise weighs the rows of kind "noise_aware".
+    leg : int
+        From 0.
+    poses : array_like, shape (N, coordinates)
+        Candidate poses.
+    kind : {"paper", "noise_aware"}
+        dg/dparam (Eqs. 8, 11), or the closure's derivatives over its standard deviation at the
+        pose, which is what a measurement is worth.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        NaN where the leg cannot reach.
+    """
+    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    row_kind = getattr(_core.RowKind, kind)
+    return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
+
+
+def analyse_observability(
+    mechanism: Mechanism, leg: int, poses: ArrayLike, kind: RowKind = "paper"
+) -> Observability:
+    """Analyse what poses show of a leg's (from 0) parameters.
+
+    Raises
+    ------
+    SymkinError
+        For fewer poses than parameters, or a pose out of reach.
+    """
+    rows = observability_rows(mechanism, leg, poses, kind)
+    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
+    if not (scale > 0).all():
+        raise SymkinError("a tolerance is zero; observability needs a scale for every parameter")
+    result = _core.analyse_observability(rows, scale)
+    return Observability(
+        r_diagonal=result.r_diagonal,
+        indices={f"O{i}": value for i, value in enumerate(result.indices, 1)},
+        singular_values=result.singular_values,
+        condition=result.condition,
+        rank=result.rank,
+        unseen=tuple(
+            name_combination(direction, mechanism.parameter_names)
+            for direction in result.null_directions.T
+        ),
+    )
+
+
+def expected_accuracy(
+    mechanism: Mechanism, poses: ArrayLike, covariance: ArrayLike
+) -> ExpectedAccuracy:
+    """End-effector error to expect, to first order, from uncertain parameters.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Where the error is linearised.
+    poses : array_like, shape (N, coordinates)
+        Over which the error is averaged.
+    covariance : array_like, shape (legs p, legs p)
+        Of all parameters, leg by leg.
+    """
+    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    weights = _core.accuracy_weights(mechanism.core, rows)
+    position, orientation = _core.expected_accuracy(
+        weights, np.ascontiguousarray(covariance, dtype=np.float64)
+    )
+    return ExpectedAccuracy(position, orientation)
+
+
+def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> str:
+    """Write a direction as ``"0.71 base_angle - 0.71 platform_angle"``, small terms left out."""
+    largest = float(np.abs(direction).max())
+    sign = np.sign(direction[np.argmax(np.abs(direction))])
+    terms = [
+        f"{'-' if value < 0 else '+'} {abs(value):.2g} {name}"
+        for value, name in zip(sign * direction, names, strict=True)
+        if abs(value) > 0.01 * largest
+    ]
+    return " ".join(terms).removeprefix("+ ")
+
+
+def noise_of(noise: NoiseSettings) -> _core.MeasurementNoise:
+    """Settings as the core takes them."""
+    return _core.MeasurementNoise(noise.position, noise.orientation, noise.reading)
+
+
+def tolerances_of(tolerances: Tolerances) -> _core.Tolerances:
+    """Settings as the core takes them."""
+    return _core.Tolerances(tolerances.length, tolerances.angle, tolerances.gain)

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""Selection of the poses to measure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.observability import name_combination
+
+__all__ = ["Certificate", "Criterion", "Selection", "SelectionMethod", "select_poses"]
+
+SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
+Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How far a selection can be from the best possible one.
+
+    Efficiencies are ``(det M / bound)**(1/p)``: 1 for the best, and no selection exceeds it.
+
+    Attributes
+    ----------
+    efficiency : float
+        Against the bound for distinct poses (for the criterion "expected_error": its bound over
+        its value).
+    efficiency_repeats : float
+        Against the Kiefer-Wolfowitz bound, which lets a pose be measured more than once.
+    proven_optimal : bool
+        No other selection is better by more than rounding.
+    """
+
+    efficiency: float
+    efficiency_repeats: float
+    proven_optimal: bool
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Candidates chosen for measurement.
+
+    Attributes
+    ----------
+    indices : ndarray of int, shape (N,)
+        Rows of the candidates, ascending.
+    log_det : float
+        Logarithm of det(C'C) of the chosen rows (and of the prior).
+    criterion : str
+        What was optimised.
+    criterion_value : float
+        Its value: O1 to O5, or trace(M^-1 B).
+    certificate : Certificate
+        How far it can be from the best.
+    spares : ndarray of int
+        Further candidates, in the order in which they add most to the chosen ones.
+    nodes : int
+        Nodes of the proof's search tree; 0 without one.
+    """
+
+    indices: NDArray[np.intp]
+    log_det: float
+    criterion: Criterion
+    criterion_value: float
+    certificate: Certificate
+    spares: NDArray[np.intp]
+    nodes: int
+
+
+def select_poses(
+    rows: ArrayLike,
+    count: int,
+    seed: int = 1,
+    *,
+    method: SelectionMethod = "exchange",
+    criterion: Criterion = "O1",
+    spares: int = 0,
+    required: Sequence[int] = (),
+    forbidden: ArrayLike | None = None,
+    prior: ArrayLike | None = None,
+    coordinates: ArrayLike | None = None,
+    minimum_distance: float = 0.0,
+    scale: ArrayLike | None = None,
+    error_weight: ArrayLike | None = None,
+    time_limit: float = 10.0,
+    threads: int = 0,
+    parameter_names: Sequence[str] | None = None,
+) -> Selection:
+    """Choose the candidates whose measurement tells most of the parameters (Eqs. 12, 13).
+
+    Parameters
+    ----------
+    rows : array_like, shape (n, p) or (n, r, p)
+        One row of the identification matrix a candidate, or r of them (the whole mechanism at
+        once: one a leg); see `observability_rows`.
+    count : int
+        Number of poses to choose, the required ones included.
+    seed : int
+        Of what is random. The same seed gives the same poses on any number of threads.
+    method : {"exchange", "sun_hollerbach", "exhaustive", "random", "all"}
+        Approximate design, rounding and exchange; Sun and Hollerbach's add and drop, for
+        comparison; the exchange with a proof by branch and bound; and two baselines.
+    criterion : {"O1", "O2", "O3", "O4", "O5", "expected_error"}
+        The observability index, or trace(M^-1 B) with B = `error_weight`.
+    spares : int
+        Number of further candidates, to replace poses that cannot be taken.
+    required : sequence of int
+        Candidates that must be chosen.
+    forbidden : array_like of bool, shape (n,), optional
+        Candidates that must not be chosen.
+    prior : array_like, shape (p, p), optional
+        Information matrix of what is measured already.
+    coordinates : array_like, shape (n, m), optional
+        Where the candidates are, for
+    minimum_distance : float
+        between any two chosen ones, in the unit of `coordinates`.
+    scale : array_like, shape (p,), optional
+        Unit of each parameter in O2 to O5, such as its tolerance; O1 chooses the same in any.
+    error_weight : array_like, shape (p, p), optional
+        B of the expected error.
+    time_limit : float
+        Of the proof, s.
+    threads : int
+        0 for as many as the machine has.
+    parameter_names : sequence of str, optional
+        To name the combinations that no candidate shows.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If no choice of so many candidates shows all parameters; names the combination.
+    SymkinError
+        For options that contradict each other, or rows that are not finite.
+    """
+    values = np.ascontiguousarray(rows, dtype=np.float64)
+    if values.ndim not in (2, 3):
+        raise SymkinError(f"rows have {values.ndim} dimensions; expected (n, p) or (n, r, p)")
+    options = _core.SelectionOptions()
+    options.count, options.seed, options.spare_count = count, seed, spares
+    options.method = getattr(_core.SelectionMethod, method)
+    options.criterion = getattr(_core.Criterion, criterion)
+    options.required = list(required)
+    options.minimum_distance, options.time_limit_s = minimum_distance, time_limit
+    options.threads = threads
+    if forbidden is not None:
+        options.forbidden = np.asarray(forbidden, dtype=bool).tolist()
+    for name, array in (
+        ("prior", prior),
+        ("coordinates", coordinates),
+        ("column_scale", scale),
+        ("error_weight", error_weight),
+    ):
+        if array is not None:
+            setattr(options, name, np.ascontiguousarray(array, dtype=np.float64))
+    per_pose = values.shape[1] if values.ndim == 3 else 1
+    try:
+        result = _core.select_poses(values.reshape(-1, values.shape[-1]), per_pose, options)
+    except NotIdentifiableError as error:
+        raise _named(error, parameter_names) from None
+    return _selection(result, criterion)
+
+
+def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
+    certificate = result.certificate
+    efficiency = certificate.efficiency_distinct
+    if criterion == "expected_error":
+        efficiency = certificate.efficiency_error
+    return Selection(
+        indices=np.array(result.indices, dtype=np.intp),
+        log_det=result.log_det,
+        criterion=criterion,
+        criterion_value=result.criterion_value,
+        certificate=Certificate(
+            efficiency=efficiency,
+            efficiency_repeats=certificate.efficiency_repeats,
+            proven_optimal=certificate.proven_optimal,
+        ),
+        spares=np.array(result.spares, dtype=np.intp),
+        nodes=result.nodes,
+    )
+
+
+def _named(error: NotIdentifiableError, names: Sequence[str] | None) -> NotIdentifiableError:
+    """The error with the combinations of parameters that no candidate shows, by name."""
+    directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
+    if names is None or not directions.size:
+        return error
+    unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
+    return NotIdentifiableError(f"{error}: no candidate shows {unseen}")

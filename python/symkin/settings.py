@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""What the protocol needs besides the legs: workspace, noise, tolerances, defaults; SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+__all__ = [
+    "JointLimits",
+    "MeasurementColumns",
+    "NoiseSettings",
+    "ProtocolSettings",
+    "Tolerances",
+    "WorkspaceSettings",
+]
+
+
+@dataclass(frozen=True)
+class WorkspaceSettings:
+    """The box of poses that are sampled, and what keeps a pose away from singularities.
+
+    Bounds and home are written as position (m), then orientation (rad): ``x, y, phi`` for a planar
+    platform, ``x, y`` for a point platform, ``x, y, z, rx, ry, rz`` with the rotation vector in the
+    base frame for a spatial one.
+
+    Attributes
+    ----------
+    lower, upper : tuple of float
+        Corners of the box.
+    reach_margin : float
+        Least distance of every leg from its limits of reach, m.
+    conditioning_limit : float
+        Largest condition number of the inverse pose Jacobian, after scaling by
+        `characteristic_length`.
+    characteristic_length : float or None
+        Length that makes rotations comparable with translations, m; None leaves it to symkin.
+    home : tuple of float or None
+        The pose whose aspect the workspace is; None means the origin at zero orientation.
+    """
+
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    reach_margin: float = 0.0
+    conditioning_limit: float = 20.0
+    characteristic_length: float | None = None
+    home: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """Standard deviations of the measurements.
+
+    Attributes
+    ----------
+    position : float
+        Of each position coordinate, m.
+    orientation : float
+        Of the angle, or of each component of the rotation vector, rad.
+    reading : float
+        Of a sensor reading, in the unit of the sensor (rad or m).
+    """
+
+    position: float = 1e-4
+    orientation: float = 1e-4
+    reading: float = 0.0
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Manufacturing standard deviations of the parameters.
+
+    Attributes
+    ----------
+    length : float
+        Of lengths, m.
+    angle : float
+        Of angles, rad.
+    gain : float
+        Of sensor gains, relative to the gain.
+    """
+
+    length: float = 1e-3
+    angle: float = 1e-3
+    gain: float = 1e-3
+
+
+@dataclass(frozen=True)
+class ProtocolSettings:
+    """Defaults of the protocol: poses measured per leg, candidates sampled, and the seed."""
+
+    pose_count: int = 24
+    candidates: int = 30000
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits of the sensor reading of every active joint, in the unit of the sensor (rad or m)."""
+
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True)
+class MeasurementColumns:
+    """Which columns of a table hold the measured pose and the readings.
+
+    A unit that is None is taken from the column's name (``x_mm``, ``psi_1_rev``). At most one of
+    `angle`, `quaternion` and `rotation_vector` is not empty.
+
+    Attributes
+    ----------
+    position : tuple of str
+        Columns of x, y (and z).
+    angle : str or None
+        Column of the planar platform angle.
+    quaternion : tuple of str
+        Columns of the unit quaternion in the order x, y, z, w, platform frame to base frame.
+    rotation_vector : tuple of str
+        Columns of the rotation vector in the base frame.
+    readings : tuple of str
+        Column of each leg's reading, in the order of the legs.
+    position_unit, orientation_unit, reading_unit : str or None
+        Units, such as "mm", "deg" and "rev".
+    leg : str or None
+        Column of the leg (1, 2, ...) whose set the pose belongs to.
+    """
+
+    position: tuple[str, ...]
+    readings: tuple[str, ...]
+    angle: str | None = None
+    quaternion: tuple[str, ...] = ()
+    rotation_vector: tuple[str, ...] = ()
+    position_unit: str | None = None
+    orientation_unit: str | None = None
+    reading_unit: str | None = None
+    leg: str | None = None

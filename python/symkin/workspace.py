@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""Sampling of the workspace without singularities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.mechanism import Mechanism
+
+__all__ = ["WorkspaceSample", "inside_workspace", "sample_workspace", "workspace_options"]
+
+
+@dataclass(frozen=True)
+class WorkspaceSample:
+    """Poses drawn from the workspace.
+
+    Attributes
+    ----------
+    poses : ndarray, shape (N, coordinates)
+        Uniform in the workspace's box, less what was rejected.
+    readings : ndarray, shape (N, legs)
+        The sensor readings at the poses.
+    drawn : int
+        How many poses were drawn from the box for them.
+    rejected : dict of str to int
+        How many were rejected: "reach", "limits", "aspect", "conditioning".
+    """
+
+    poses: NDArray[np.float64]
+    readings: NDArray[np.float64]
+    drawn: int
+    rejected: dict[str, int]
+
+
+def sample_workspace(
+    mechanism: Mechanism, count: int | None = None, seed: int | None = None
+) -> WorkspaceSample:
+    """Draw poses that every leg reaches, in the aspect of home and away from singularities.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With its workspace settings.
+    count : int, optional
+        Number of poses, by default the protocol's number of candidates.
+    seed : int, optional
+        By default the protocol's. The same seed gives the same poses.
+
+    Returns
+    -------
+    WorkspaceSample
+
+    Raises
+    ------
+    SymkinError
+        If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
+    """
+    sample = _core.sample_workspace(
+        mechanism.core,
+        workspace_options(mechanism),
+        mechanism.protocol.candidates if count is None else count,
+        mechanism.protocol.seed if seed is None else seed,
+    )
+    causes = ("reach", "limits", "aspect", "conditioning")
+    return WorkspaceSample(
+        poses=sample.poses,
+        readings=sample.readings,
+        drawn=sample.drawn,
+        rejected={cause: getattr(sample.rejections, cause) for cause in causes},
+    )
+
+
+def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
+    """Whether each pose meets the workspace's demands, shape (N,); its box is not asked."""
+    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
+
+
+def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
+    """Workspace settings and joint limits as the core takes them."""
+    settings = mechanism.workspace
+    if settings is None:
+        raise SymkinError(
+            f'mechanism "{mechanism.name}" has no workspace; give it WorkspaceSettings, or a '
+            "[workspace] table in its file"
+        )
+    options = _core.WorkspaceOptions()
+    options.lower = np.array(settings.lower, dtype=float)
+    options.upper = np.array(settings.upper, dtype=float)
+    options.reach_margin = settings.reach_margin
+    options.conditioning_limit = settings.conditioning_limit
+    options.characteristic_length = mechanism.characteristic_length
+    options.home = mechanism.home
+    options.reading_lower = mechanism.joint_limits.lower
+    options.reading_upper = mechanism.joint_limits.upper
+    return options

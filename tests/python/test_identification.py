@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Identification on simulated robots and on a real hexapod."""
+
+import numpy as np
+import pytest
+
+import symkin
+
+
+def errors_after(mechanism, plan, poses, robots, estimator, pose_use):
+    """RMS over the robots of the position error after identification, and that predicted."""
+    achieved, predicted = [], []
+    for seed in range(robots):
+        simulation = symkin.simulate(mechanism, plan, seed)
+        found = symkin.identify(mechanism, simulation.measurements, estimator, poses=pose_use)
+        assert found.converged
+        after = symkin.evaluate(found.mechanism, actual=simulation.actual, poses=poses)
+        achieved.append(after.position_rms)
+        predicted.append(symkin.expected_accuracy(mechanism, poses, found.covariance).position)
+    return np.sqrt(np.mean(np.square(achieved))), np.sqrt(np.mean(np.square(predicted)))
+
+
+@pytest.fixture(scope="module")
+def planned(paper):
+    candidates = symkin.sample_workspace(paper, 6000, seed=1).poses
+    return symkin.make_plan(paper, candidates, seed=1), candidates[:400]
+
+
+def test_the_error_after_identification_is_the_predicted_one_and_implicit_is_better(paper, planned):
+    plan, poses = planned
+    by_paper, predicted = errors_after(paper, plan, poses, 60, "paper", "own")
+    assert by_paper == pytest.approx(predicted, rel=0.15)
+    by_implicit, _ = errors_after(paper, plan, poses, 60, "implicit", "all")
+    by_joint, predicted_joint = errors_after(paper, plan, poses, 60, "joint", "all")
+    assert by_implicit < 0.7 * by_paper
+    assert by_joint < by_implicit
+    assert by_joint == pytest.approx(predicted_joint, rel=0.15)
+
+
+def test_the_paper_protocol_predicts_the_published_first_order_accuracy(paper, planned):
+    # 8.2e-5 m and 15.4e-5 rad for 24 poses a leg; the candidate set moves it by some percent.
+    plan, poses = planned
+    found = symkin.identify(
+        paper, symkin.simulate(paper, plan, 1, actual=paper).measurements, "paper", poses="own"
+    )
+    expected = symkin.expected_accuracy(paper, poses, found.covariance)
+    assert expected.position == pytest.approx(8.2e-5, rel=0.1)
+    assert expected.orientation == pytest.approx(15.4e-5, rel=0.1)
+
+
+def test_a_real_hexapod_is_identified(hexapod, hexapod_table):
+    measurements = symkin.read_measurements(hexapod_table, hexapod)
+    assert measurements.poses.shape == (108, 7)
+    closures = [
+        hexapod.closure(leg, measurements.poses, measurements.readings[:, leg]) for leg in range(6)
+    ]
+    assert np.sqrt(np.mean(np.square(closures))) == pytest.approx(50.5e-3, abs=0.1e-3)
+    found = symkin.identify(hexapod, measurements)
+    assert found.converged
+    assert found.residual_rms == pytest.approx(0.409e-3, abs=0.005e-3)
+    # 187 without weights; the whitening by the declared noise moves it a little.
+    assert max(leg.condition for leg in found.legs) == pytest.approx(187, rel=0.1)
+    validated = symkin.cross_validate(hexapod, measurements, folds=5)
+    assert validated.residual_rms < 0.5e-3
+    after = symkin.evaluate(found.mechanism, measurements=measurements)
+    assert after.position_rms == pytest.approx(0.953e-3, rel=0.02)
+    assert after.failed == 0
+
+
+def test_doubts_are_stated_apart_from_convergence(paper, planned):
+    plan, _ = planned
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    good = symkin.identify(paper, measurements)
+    assert good.converged
+    assert good.trustworthy
+    small = symkin.NoiseSettings(position=1e-6, orientation=1e-6)
+    doubtful = symkin.identify(paper, measurements, noise=small)
+    assert doubtful.converged
+    assert not doubtful.trustworthy
+    assert any("declared noise" in doubt for doubt in doubtful.doubts)
+
+
+def test_fewer_poses_than_parameters_are_refused(paper, planned):
+    plan, _ = planned
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    with pytest.raises(symkin.NotIdentifiableError, match="leg 1 has 7"):
+        symkin.identify(paper, measurements.subset(np.arange(7)))
+
+
+def test_an_unmeasured_leg_is_refused_by_number(paper, planned):
+    plan, _ = planned
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    readings = measurements.readings.copy()
+    readings[:, 1] = np.nan
+    partial = symkin.Measurements.of(measurements.poses, readings)
+    with pytest.raises(symkin.NotIdentifiableError, match="leg 2"):
+        symkin.identify(paper, partial)
+
+
+def test_cross_validation_refuses_an_impossible_number_of_folds(paper, planned):
+    plan, _ = planned
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    with pytest.raises(symkin.SymkinError, match="1 folds"):
+        symkin.cross_validate(paper, measurements, folds=1)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Mechanisms, their kinematics and what they refuse."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symkin
+
+NEAR_HOME = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.1, 0.3))
+
+
+@given(NEAR_HOME)
+def test_forward_kinematics_of_inverse_kinematics_returns_the_pose(pose):
+    mechanism = symkin.load_mechanism("3RRR")
+    found, converged = mechanism.forward_kinematics(mechanism.inverse_kinematics(pose))
+    assert converged.all()
+    np.testing.assert_allclose(found[0], pose, atol=1e-11)
+
+
+@given(st.lists(st.floats(-0.15, 0.15), min_size=6, max_size=6))
+def test_a_hexapods_forward_kinematics_undo_its_inverse_kinematics(step):
+    mechanism = symkin.load_mechanism("hexapod_jugglebot")
+    sample = symkin.sample_workspace(mechanism, 5, seed=int(1e6 * (1 + sum(step))))
+    found, converged = mechanism.forward_kinematics(sample.readings)
+    assert converged.all()
+    np.testing.assert_allclose(found[:, :3], sample.poses[:, :3], atol=1e-10)
+    quaternions = (
+        found[:, 3:] * np.sign(np.sum(found[:, 3:] * sample.poses[:, 3:], axis=1))[:, None]
+    )
+    np.testing.assert_allclose(quaternions, sample.poses[:, 3:], atol=1e-10)
+
+
+def test_arrays_have_the_documented_shapes(paper, hexapod):
+    for mechanism, coordinates, dof in ((paper, 3, 3), (hexapod, 7, 6)):
+        legs, p = len(mechanism.legs), len(mechanism.parameter_names)
+        poses = symkin.sample_workspace(mechanism, 5, seed=1).poses
+        assert poses.shape == (5, coordinates)
+        assert mechanism.parameters.shape == (legs, p)
+        assert mechanism.inverse_kinematics(poses).shape == (5, legs)
+        assert mechanism.parameter_jacobian(0, poses).shape == (5, p)
+        assert mechanism.pose_jacobian(poses).shape == (5, legs, dof)
+        readings = mechanism.inverse_kinematics(poses)
+        assert mechanism.closure(1, poses, readings[:, 1]).shape == (5,)
+
+
+def test_a_leg_out_of_reach_gives_nan_and_no_exception(paper):
+    readings = paper.inverse_kinematics([[0, 0, 0], [5, 0, 0]])
+    assert np.isfinite(readings[0]).all()
+    assert np.isnan(readings[1]).all()
+
+
+def test_a_mechanism_is_built_in_code_as_in_a_file(paper):
+    built = symkin.Mechanism("built", [symkin.Leg(leg.chain, leg.parameters) for leg in paper.legs])
+    np.testing.assert_array_equal(built.parameters, paper.parameters)
+    np.testing.assert_array_equal(
+        built.inverse_kinematics([0.1, 0, 0]), paper.inverse_kinematics([0.1, 0, 0])
+    )
+
+
+def changed(leg, **parameters):
+    return symkin.Leg(leg.chain, {**leg.parameters, **parameters}, leg.working_mode)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda legs: legs[:2], "2 legs"),
+        (lambda _: [], "none"),
+        (lambda legs: [changed(legs[0], distal_length=-1.0), *legs[1:]], "leg 1.*distal_length"),
+        (lambda legs: [*legs[:2], changed(legs[2], lenght=1.0)], "leg 3.*lenght"),
+        (lambda legs: [*legs[:2], changed(legs[2], sensor_gain=0.0)], "leg 3.*sensor_gain"),
+        (lambda _: [symkin.Leg("[R]RX", {})] * 3, 'unknown chain.*nearest.*"\\[R\\]R'),
+        (lambda _: [symkin.Leg("P[R]P", {})] * 3, "orientation only"),
+    ],
+)
+def test_what_cannot_be_a_mechanism_is_refused_in_words(paper, change, words):
+    with pytest.raises(symkin.SymkinError, match=words):
+        symkin.Mechanism("changed", change(list(paper.legs)))
+
+
+def test_poses_of_another_kind_are_refused(paper):
+    with pytest.raises(symkin.SymkinError, match="2 columns"):
+        paper.inverse_kinematics([0.0, 0.0])
