@@ -38,19 +38,19 @@ void stack_closures(const Mechanism& mechanism, ConstRows poses, ConstRows readi
   }
 }
 
-// On which side of its singularities a configuration lies: a bit per leg (type 1) and one for
-// det(dh/dpose) (type 2), which exists only with as many legs as degrees of freedom.
+// On which side of its singularities a configuration lies: with as many legs as degrees of freedom
+// the sign of det(dh/dpose) (type 2), else a bit per leg (type 1). The working modes of the former
+// are compared at the solution, which redundant readings with errors do not allow.
 using Aspect = std::uint64_t;
 
 Aspect aspect(const StackedClosures& closures, Index row, Index dof) {
   const Index legs = closures.h.cols();
+  if (legs == dof) {
+    return pose_determinant(closures.by_pose.row(row).data(), legs, dof) > 0 ? 1 : 0;
+  }
   Aspect sides = 0;
   for (Index leg = 0; leg < legs; ++leg) {
     sides = 2 * sides + (closures.by_reading(row, leg) > 0 ? 1 : 0);
-  }
-  if (legs == dof) {
-    const double determinant = pose_determinant(closures.by_pose.row(row).data(), legs, dof);
-    sides = 2 * sides + (determinant > 0 ? 1 : 0);
   }
   return sides;
 }
@@ -75,12 +75,23 @@ Eigen::Matrix<double, Dof, 1> newton_step(const StackedClosures& closures, Index
   return -Square(jacobian.transpose() * jacobian).ldlt().solve(jacobian.transpose() * h);
 }
 
+// |h|^2 less |h + J step|^2, which for a Newton step is |J step|^2.
+template <int Dof>
+double predicted_decrease(const StackedClosures& closures, Index row,
+                          const Eigen::Matrix<double, Dof, 1>& step) {
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
+  const Eigen::Map<const Jacobian> jacobian(closures.by_pose.row(row).data(), closures.h.cols(),
+                                            Dof);
+  return (jacobian * step).squaredNorm();
+}
+
 // One pose on its way: the accepted pose, its cost and the step that is being tried from there.
 template <int Dof>
 struct Iterate {
   Index row = 0;                           // in the caller's arrays
   std::array<double, Dof + 1> accepted{};  // coordinates (a quaternion needs one more)
   double cost = std::numeric_limits<double>::infinity();
+  double predicted = 0;  // how much of the cost the whole step would take away, were h linear
   Eigen::Matrix<double, Dof, 1> step = Eigen::Matrix<double, Dof, 1>::Zero();
   double scale = 1;
 };
@@ -166,12 +177,15 @@ class BlockSolver {
   bool advance(Iterate<Dof>& iterate, Index trial) {
     const double cost = closures_.h.row(trial).squaredNorm();
     const double tried = iterate.scale * iterate.step.cwiseAbs().maxCoeff();
-    const bool decreased = cost <= iterate.cost * (1 - 1e-4 * iterate.scale);
+    // Against the predicted decrease, since the readings of a redundantly actuated mechanism with
+    // errors leave a cost that no step takes away.
+    const bool decreased = cost <= iterate.cost - 1e-4 * iterate.scale * iterate.predicted;
     // Below sqrt(tolerance) rounding decides whether the cost still falls.
     if (decreased || tried < std::sqrt(options_.step_tolerance) * 1e-2) {
       store(trial, iterate);
       iterate.cost = cost;
       iterate.step = newton_step<Dof>(closures_, trial);
+      iterate.predicted = predicted_decrease<Dof>(closures_, trial, iterate.step);
       iterate.scale = 1;
       if (!iterate.step.allFinite()) {
         return false;
@@ -227,6 +241,26 @@ void solve_blocks(const Mechanism& mechanism, ConstRows readings, ConstRows star
   }
 }
 
+// A solution counts only if every leg stands in its working mode there: its reading is the root
+// that the mode picks, up to the square root of the rounding at the end of its reach.
+void compare_working_modes(const Mechanism& mechanism, ConstRows readings,
+                           ForwardKinematicsResult& result) {
+  constexpr double kTolerance = 1e-6;
+  const bool angular = is_angle(mechanism.model().info().active_joint);
+  const RowMatrix roots = inverse_kinematics(mechanism, result.poses);
+  for (Index i = 0; i < readings.rows(); ++i) {
+    ForwardStatus& status = result.status[static_cast<std::size_t>(i)];
+    for (Index leg = 0; leg < readings.cols() && status == ForwardStatus::converged; ++leg) {
+      const Vector& parameters = mechanism.leg(leg).parameters;
+      const double travel = parameters[parameters.size() - 2] * (roots(i, leg) - readings(i, leg));
+      // A root that is not a number, just beyond the reach, fails the comparison too.
+      if (!(std::abs(angular ? wrap_angle(travel) : travel) < kTolerance)) {
+        status = ForwardStatus::left_aspect;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void ForwardKinematicsOptions::check() const {
@@ -265,6 +299,9 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
       break;
     default:
       solve_blocks<6>(mechanism, readings, start, options, result);
+  }
+  if (mechanism.leg_count() == mechanism.dof()) {
+    compare_working_modes(mechanism, readings, result);
   }
   return result;
 }

@@ -29,12 +29,30 @@ void add_noise(PoseSpace space, const MeasurementNoise& noise, Random& random, R
   }
 }
 
+// What the sensors show at the poses taken. With more legs than degrees of freedom the commanded
+// readings of a mechanism with errors contradict each other: the motors yield, and the sensors show
+// what the pose leaves them (NaN where a leg cannot reach it).
+RowMatrix sensed(const Mechanism& actual, const ForwardKinematicsResult& taken,
+                 const RowMatrix& commanded) {
+  if (actual.leg_count() == actual.dof()) {
+    return commanded;
+  }
+  RowMatrix readings = commanded;
+  for (Index i = 0; i < readings.rows(); ++i) {
+    if (taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged) {
+      readings.row(i) = inverse_kinematics(actual, taken.poses.row(i));
+    }
+  }
+  return readings;
+}
+
 // Rows of the set that can be measured: the wanted ones, failed ones replaced by spares.
 std::vector<Index> measurable(const PoseSet& set, const ForwardKinematicsResult& taken,
-                              std::size_t number) {
+                              const RowMatrix& readings, std::size_t number) {
   std::vector<Index> rows;
   for (Index i = 0; i < set.poses.rows() && static_cast<Index>(rows.size()) < set.wanted; ++i) {
-    if (taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged) {
+    if (taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged &&
+        readings.row(i).allFinite()) {
       rows.push_back(i);
     }
   }
@@ -78,9 +96,10 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
   Index next = 0;
   for (std::size_t number = 0; number < sets.size(); ++number) {
     const PoseSet& set = sets[number];
-    const RowMatrix readings = inverse_kinematics(model, set.poses);
-    const ForwardKinematicsResult taken = forward_kinematics(actual, readings, set.poses);
-    const std::vector<Index> rows = measurable(set, taken, number + 1);
+    const RowMatrix commanded = inverse_kinematics(model, set.poses);
+    const ForwardKinematicsResult taken = forward_kinematics(actual, commanded, set.poses);
+    const RowMatrix readings = sensed(actual, taken, commanded);
+    const std::vector<Index> rows = measurable(set, taken, readings, number + 1);
     Index replaced = 0;
     for (const Index row : rows) {
       measured.poses.row(next) = taken.poses.row(row);

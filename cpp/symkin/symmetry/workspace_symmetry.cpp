@@ -11,15 +11,34 @@
 namespace symkin {
 namespace {
 
-// The mechanism with the working modes that the element gives it.
-Mechanism with_image_modes(const Mechanism& mechanism, SymmetryElement element) {
+// The mechanism with the working modes that the element gives it: each leg's goes to the leg that
+// its image is.
+Mechanism with_image_modes(const Mechanism& mechanism, const ElementImage& image) {
+  const bool flips = image.element.reflection && mechanism.model().info().mode_is_orientation;
   std::vector<Leg> legs = mechanism.legs();
-  if (element.reflection && mechanism.model().info().mode_is_orientation) {
-    for (Leg& leg : legs) {
-      leg.working_mode = -leg.working_mode;
-    }
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const Index onto = image.permutation[static_cast<std::size_t>(leg)];
+    legs[static_cast<std::size_t>(onto)].working_mode =
+        mechanism.leg(leg).working_mode * (flips ? -1 : 1);
   }
   return {mechanism.name(), mechanism.model(), std::move(legs)};
+}
+
+// The options of the image: home moves along, and so do the limits of readings that change sign
+// if it is another mechanism, the one with the opposite modes.
+WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGroup& group,
+                                  const ElementImage& image, const WorkspaceOptions& options) {
+  WorkspaceOptions result = options;
+  result.home =
+      transform_poses(group, image.element, mechanism.pose_space(), options.home.transpose())
+          .row(0)
+          .transpose();
+  if (!image.keeps_modes &&
+      reading_sign(image.element, mechanism.model().info().active_joint) < 0) {
+    result.reading_lower = -options.reading_upper;
+    result.reading_upper = -options.reading_lower;
+  }
+  return result;
 }
 
 // Deviation of the image leg's reading at the image pose from the leg's own; an angle by the
@@ -51,10 +70,8 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
   const RowMatrix poses = draw_poses(mechanism, options, count, seed);
   const PoseSpace space = mechanism.pose_space();
   const RowMatrix image_poses = transform_poses(group, element, space, poses);
-  const Mechanism image_mechanism = with_image_modes(mechanism, element);
-  WorkspaceOptions image_options = options;
-  image_options.home =
-      transform_poses(group, element, space, options.home.transpose()).row(0).transpose();
+  const Mechanism image_mechanism = with_image_modes(mechanism, image);
+  const WorkspaceOptions image_options = image_of_options(mechanism, group, image, options);
 
   WorkspaceSymmetry result;
   result.element = element;
@@ -75,7 +92,8 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
       const double image_reading =
           image_readings(i, image.permutation[static_cast<std::size_t>(leg)]);
       mismatch = mismatch || std::isfinite(reading) != std::isfinite(image_reading);
-      if (std::isfinite(reading) && std::isfinite(image_reading)) {
+      // At the end of a leg's reach the readings carry the square root of the rounding.
+      if (inside[row] && std::isfinite(image_reading)) {
         result.reading_deviation = std::max(
             result.reading_deviation, deviation(mechanism, leg, image_reading, reading, sign));
       }

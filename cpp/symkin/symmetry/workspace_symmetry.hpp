@@ -13,7 +13,8 @@ struct WorkspaceSymmetry {
   Index inside = 0;       // of them in the workspace
   Index mismatches = 0;   // pose in the workspace and its image not, or the reverse
   Index unreachable = 0;  // poses that a leg cannot reach: the same legs must fail at the image
-  double reading_deviation = 0;  // largest |g(lambda(pose)) - lambda(g(pose))|, sensor units
+  // Largest |g(lambda(pose)) - lambda(g(pose))| of the poses inside, sensor units.
+  double reading_deviation = 0;
   bool keeps_modes = false;
 };
 
