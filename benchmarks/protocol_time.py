@@ -9,25 +9,32 @@ Prints the best processor time and wall time of the stages over the repetitions:
 
 import sys
 import time
+from itertools import pairwise
 
 import symkin
+
+
+class Marks:
+    """When each stage began: wall time and processor time."""
+
+    def __init__(self) -> None:
+        self.all: list[tuple[str, float, float]] = []
+
+    def add(self, stage: str) -> None:
+        self.all.append((stage, time.perf_counter(), time.process_time()))
 
 
 def main(repetitions: int) -> None:
     mechanism = symkin.load_mechanism("3RRR")
     stages: dict[str, list[tuple[float, float]]] = {}
     for _ in range(repetitions):
-        marks: list[tuple[str, float, float]] = []
-
-        def mark(stage: str) -> None:
-            marks.append((stage, time.perf_counter(), time.process_time()))
-
-        symkin.run_protocol(mechanism, progress=mark)
-        mark("end")
-        for (stage, wall, cpu), (_, next_wall, next_cpu) in zip(marks, marks[1:], strict=False):
+        marks = Marks()
+        symkin.run_protocol(mechanism, progress=marks.add)
+        marks.add("end")
+        for (stage, wall, cpu), (_, next_wall, next_cpu) in pairwise(marks.all):
             stages.setdefault(stage, []).append((next_wall - wall, next_cpu - cpu))
         stages.setdefault("whole protocol", []).append(
-            (marks[-1][1] - marks[0][1], marks[-1][2] - marks[0][2])
+            (marks.all[-1][1] - marks.all[0][1], marks.all[-1][2] - marks.all[0][2])
         )
     print(f"{'stage':40} {'wall, ms':>9} {'cpu, ms':>9}   (best of {repetitions})")
     for stage, times in stages.items():

@@ -88,30 +88,70 @@ def make_plan(
     Returns
     -------
     Plan
-        With a quarter as many spares as poses for each leg.
+        With half as many spares as poses for each leg.
     """
     poses = np.atleast_2d(np.ascontiguousarray(candidates, dtype=np.float64))
     count = mechanism.protocol.pose_count if count is None else count
     seed = mechanism.protocol.seed if seed is None else seed
-    spares = -(-count // 4)
+    spares = -(-count // 2)
 
     def chosen(leg: int) -> NDArray[np.float64]:
         leg_rows = observability_rows(mechanism, leg, poses, rows)
         selection = select_poses(
-            leg_rows,
-            count,
-            seed,
-            method=method,
-            spares=spares,
-            parameter_names=mechanism.parameter_names,
+            leg_rows, count, seed, method=method, parameter_names=mechanism.parameter_names
         )
-        ordered: NDArray[np.float64] = poses[np.concatenate([selection.indices, selection.spares])]
+        backup = _spares(mechanism, poses, leg_rows, selection.indices, spares, seed)
+        ordered: NDArray[np.float64] = poses[np.concatenate([selection.indices, backup])]
         return ordered
 
     carriers = leg_carriers(mechanism)
     references = {reference: chosen(reference) for reference in {leg for leg, _ in carriers}}
     sets = [map_poses(mechanism, element, references[leg]) for leg, element in carriers]
     return _plan(mechanism, sets, count)
+
+
+def _spares(
+    mechanism: Mechanism,
+    poses: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    chosen: NDArray[np.intp],
+    count: int,
+    seed: int,
+) -> NDArray[np.intp]:
+    """Candidates to replace chosen poses that a real robot cannot take, best first.
+
+    The best poses crowd at the rim of the workspace, where a robot with errors misses neighbours
+    together. Spares keep twice the distance from singularities and complete the chosen poses that
+    do so too.
+    """
+    some = np.unique(np.concatenate([chosen, np.arange(0, len(poses), -(-len(poses) // 2000))]))
+    limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
+    safe = mechanism.singularity_measures(poses[some])[2] <= limit
+    is_chosen = np.isin(some, chosen)
+    if np.count_nonzero(safe & ~is_chosen) < count:
+        safe[:] = True
+    # Poses that may be missed count for little, but keep the information regular.
+    weights = np.where(safe[is_chosen], 1.0, 0.01)[:, None]
+    kept = rows[some[is_chosen]]
+    information = kept.T @ (weights * kept)
+    left = some[safe & ~is_chosen]
+    if len(left) <= count:
+        return left
+    found = select_poses(rows[left], count, seed, prior=information)
+    return _best_first(left[found.indices], rows, information)
+
+
+def _best_first(
+    indices: NDArray[np.intp], rows: NDArray[np.float64], information: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Order candidates so that each adds most to the information of those before it."""
+    left, ordered = indices.tolist(), []
+    while left:
+        gains = np.einsum("ij,ji->i", rows[left], np.linalg.solve(information, rows[left].T))
+        best = left.pop(int(np.argmax(gains)))
+        information = information + np.outer(rows[best], rows[best])
+        ordered.append(best)
+    return np.array(ordered, dtype=np.intp)
 
 
 def _plan(mechanism: Mechanism, sets: Sequence[NDArray[np.float64]], count: int) -> Plan:

@@ -169,7 +169,7 @@ def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
 def map_poses(
     mechanism: Mechanism, element: SymmetryElement | str, poses: ArrayLike
 ) -> NDArray[np.float64]:
-    """Carry poses by an element of the mechanism's declared group (Eqs. 14, 22).
+    """Carry poses by an element of the mechanism's group (Eqs. 14, 22).
 
     Parameters
     ----------

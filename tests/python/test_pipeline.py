@@ -21,7 +21,7 @@ def test_the_protocol_improves_the_robot_and_knows_how_well(small):
         small, result.candidates.poses, result.identification.covariance
     )
     assert result.after.position_rms < 3 * expected.position
-    assert result.plan.poses.shape[0] == 3 * (24 + 6)
+    assert result.plan.poses.shape[0] == 3 * (24 + 12)
 
 
 def test_the_same_seed_gives_the_same_bytes(small):

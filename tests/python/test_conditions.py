@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""The paper's conditions, tested numerically."""
+
+import pytest
+
+import symkin
+from symkin.conditions import check_conditions
+
+
+def failing(conditions):
+    return [(item.section, item.number) for item in conditions.conditions if not item.holds]
+
+
+def test_the_paper_mechanism_meets_all_conditions(paper):
+    conditions = check_conditions(paper, count=3000)
+    assert failing(conditions) == []
+    assert conditions.structure == "D_6"
+    assert conditions.with_modes == "C_3"
+    assert conditions.carriers == ("leg 1 by r0", "leg 1 by r1", "leg 1 by r2")
+    assert [(item.section, item.number) for item in conditions.conditions] == [
+        *((4, number) for number in range(1, 6)),
+        *((5, number) for number in range(1, 8)),
+    ]
+
+
+def test_the_hexapod_meets_all_conditions_with_its_reflections(hexapod):
+    conditions = check_conditions(hexapod, count=2000)
+    assert failing(conditions) == []
+    assert conditions.with_modes == "D_6"
+
+
+def test_more_legs_than_degrees_of_freedom_fail_the_first_condition_alone():
+    assert failing(check_conditions(symkin.load_mechanism("4RRR"), count=2000)) == [(4, 1)]
+
+
+def test_an_asymmetric_mechanism_fails_the_conditions_on_symmetry():
+    failed = failing(check_conditions(symkin.load_mechanism("3RRR_asymmetric"), count=500))
+    assert {(4, 4), (5, 1), (5, 2), (5, 7)} <= set(failed)
+    assert (4, 1) not in failed
+
+
+def test_unequal_gains_and_offsets_are_found(paper):
+    parameters = paper.parameters
+    parameters[1, -2] = 1.01
+    unequal = paper.replace(symmetry=None).with_parameters(parameters)
+    assert (5, 6) in failing(check_conditions(unequal, count=500))
+
+
+def test_a_workspace_is_needed(paper):
+    with pytest.raises(symkin.SymkinError, match="workspace"):
+        check_conditions(paper.replace(workspace=None))
