@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""Figures: each function takes data and returns a `matplotlib.figure.Figure`."""
+
+from symkin.report.figures.errors import error_histogram_figure, error_map_figure
+from symkin.report.figures.mechanism import mechanism_figure
+from symkin.report.figures.observability import observability_figure
+from symkin.report.figures.parameters import parameter_errors_figure
+from symkin.report.figures.residuals import residuals_figure
+from symkin.report.figures.workspace import poses_figure
+
+__all__ = [
+    "error_histogram_figure",
+    "error_map_figure",
+    "mechanism_figure",
+    "observability_figure",
+    "parameter_errors_figure",
+    "poses_figure",
+    "residuals_figure",
+]

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""The mechanism and what its file asks of the protocol."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.chains import chain_info
+from symkin.mechanism import Mechanism
+from symkin.report.content import Group, Image, Section, Table, image
+from symkin.report.figures import mechanism_figure
+from symkin.report.wording import (
+    plural,
+    pose_coordinates,
+    setting,
+)
+
+__all__ = ["mechanism_section"]
+
+_PLATFORMS = {
+    "planar": "moves in the plane and turns",
+    "point": "a point that moves in the plane",
+    "spatial": "moves and turns in space",
+}
+
+
+def mechanism_section(mechanism: Mechanism, poses: NDArray[np.float64]) -> Section:
+    """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches."""
+    groups = [
+        Group(_structure(mechanism), "Structure"),
+        Group(_workspace(mechanism), "Workspace"),
+        Group(_noise(mechanism), "Measurement noise (standard deviations)"),
+        Group(_tolerances(mechanism), "Manufacturing tolerances (standard deviations)"),
+    ]
+    settings = Table(
+        "Mechanism and settings",
+        ("Setting", "Value"),
+        [group for group in groups if group.rows],
+        wordy=True,
+    )
+    drawing = _drawing(mechanism, poses)
+    paragraph = (
+        f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
+        f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
+    )
+    return Section("mechanism", "Mechanism", [paragraph], [*drawing, settings])
+
+
+def _drawing(mechanism: Mechanism, poses: NDArray[np.float64]) -> list[Image]:
+    """The drawing, unless no pose is within reach of all legs."""
+    tried = np.vstack([mechanism.home, poses])
+    reached = np.flatnonzero(np.isfinite(mechanism.inverse_kinematics(tried)).all(axis=1))
+    if not reached.size:
+        return []
+    where = "at its home pose" if reached[0] == 0 else "at one of its poses (home is out of reach)"
+    drawn = image(
+        mechanism_figure(mechanism, tried[reached[0]]),
+        "mechanism",
+        alternative=f"Drawing of {mechanism.name} {where}: base, platform and numbered legs.",
+        caption=f"{mechanism.name} {where}. Each leg keeps its colour in all figures.",
+    )
+    return [drawn]
+
+
+def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
+    info = chain_info(mechanism.chain, mechanism.platform)
+    rows: list[Sequence[str]] = [
+        ("legs", str(len(mechanism.legs))),
+        ("chain (actuated joint in brackets)", mechanism.chain),
+        ("platform", _PLATFORMS[mechanism.pose_space]),
+        ("sensor reading", mechanism.reading_unit),
+    ]
+    if not info.description.startswith("without meaning"):
+        modes = ", ".join(setting(mode) for mode in mechanism.working_modes)
+        rows.append(("working modes", f"{modes} ({info.description})"))
+    limits = mechanism.joint_limits
+    if math.isfinite(limits.lower) or math.isfinite(limits.upper):
+        unit = mechanism.reading_unit
+        span = f"{setting(limits.lower, unit)} to {setting(limits.upper, unit)}"
+        rows.append(("limits of the reading", span))
+    return rows
+
+
+def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
+    settings = mechanism.workspace
+    if settings is None:
+        return []
+    names = pose_coordinates(mechanism.pose_space)
+    rows: list[Sequence[str]] = [
+        (name, f"{setting(low)} to {setting(high, unit)}")
+        for (name, unit), low, high in zip(names, settings.lower, settings.upper, strict=True)
+    ]
+    home = settings.home or (0.0,) * len(names)
+    rows += [
+        (
+            "home",
+            ", ".join(
+                f"{name} = {setting(value, unit)}"
+                for (name, unit), value in zip(names, home, strict=True)
+            ),
+        ),
+        ("margin to the limits of reach, at least", setting(settings.reach_margin, "m")),
+        ("condition number, at most", setting(settings.conditioning_limit)),
+    ]
+    if mechanism.pose_space != "point":
+        length = setting(mechanism.characteristic_length, "m")
+        rows.append(("length that weighs rotations in it", length))
+    return rows
+
+
+def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
+    noise = mechanism.noise
+    rows: list[Sequence[str]] = [("position", setting(1e3 * noise.position, "mm"))]
+    if mechanism.pose_space != "point":
+        rows.append(("orientation", setting(1e3 * noise.orientation, "mrad")))
+    reading = setting(noise.reading, mechanism.reading_unit) if noise.reading else "none"
+    return [*rows, ("sensor reading", reading)]
+
+
+def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:
+    tolerances = mechanism.tolerances
+    return [
+        ("lengths", setting(1e3 * tolerances.length, "mm")),
+        ("angles", setting(1e3 * tolerances.angle, "mrad")),
+        ("sensor gains", setting(100 * tolerances.gain, "%")),
+    ]

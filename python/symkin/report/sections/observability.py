@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""What the poses of every leg show of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError
+from symkin.mechanism import Mechanism
+from symkin.observability import Observability, analyse_observability, observability_rows
+from symkin.report.content import Group, Section, Table, image
+from symkin.report.figures import observability_figure
+from symkin.report.wording import plural, significant
+from symkin.symmetry import observability_group
+
+__all__ = ["observability_section"]
+
+_R = "|R_ii|"
+_INDICES = {
+    "O1": "O1, all parameters (D-optimality)",
+    "O2": "O2, least over most visible",
+    "O3": "O3, least visible direction",
+    "O4": "O4, product of O2 and O3",
+    "O5": "O5, all directions, the least counting most",
+}
+
+
+def observability_section(
+    mechanism: Mechanism, sets: Sequence[NDArray[np.float64]], *, symmetric: bool
+) -> Section:
+    """Compare the observability of all legs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Where it is evaluated.
+    sets : sequence of ndarray, shape (N, coordinates)
+        Poses of each leg; those that the leg cannot reach are left out, and said so.
+    symmetric : bool
+        Whether the sets were made to be images of each other.
+    """
+    reached = [_within_reach(mechanism, leg, poses) for leg, poses in enumerate(sets)]
+    try:
+        legs = [analyse_observability(mechanism, leg, poses) for leg, poses in enumerate(reached)]
+    except SymkinError as error:
+        return Section("observability", "Observability", [f"Not analysed: {error}."])
+    diagonals = np.array([leg.r_diagonal for leg in legs])
+    deviations = _largest_deviations(diagonals)
+    left_out = sum(map(len, sets)) - sum(map(len, reached))
+    paragraphs = [_EXPLANATION]
+    if symmetric and observability_group(mechanism) is not None:
+        paragraphs.append(_symmetrical(mechanism, deviations))
+    if left_out:
+        paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
+    bars = image(
+        observability_figure(mechanism.parameter_names, diagonals),
+        "observability",
+        alternative=f"Bars of {_R} for every parameter, all legs side by side.",
+        caption=f"{_R} of every parameter, all legs at their own poses.",
+    )
+    table = _table(mechanism, legs, diagonals, deviations)
+    return Section("observability", "Observability", paragraphs, [bars, table])
+
+
+_EXPLANATION = (
+    f"{_R} is the diagonal of the QR decomposition of a leg's identification matrix (Eqs. 9, 10): "
+    "the larger, the better the leg's poses show the parameter. It depends on units; the condition "
+    "number and the indices, with every parameter in units of its tolerance, do not."
+)
+
+
+def _symmetrical(mechanism: Mechanism, deviations: NDArray[np.float64]) -> str:
+    worst = int(np.argmax(deviations))
+    if deviations[worst] == 0:
+        return "All legs have exactly the same values: their observability is symmetrical."
+    verdict = (
+        "which is rounding: their observability is symmetrical."
+        if deviations[worst] < 1e-9
+        else "more than rounding: the legs are not equally observable."
+    )
+    return (
+        f"The legs differ from leg 1 by at most {significant(deviations[worst], 2)} of the value "
+        f"({mechanism.parameter_names[worst]}), {verdict}"
+    )
+
+
+def _within_reach(
+    mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    finite = np.isfinite(observability_rows(mechanism, leg, poses)).all(axis=1)
+    reached: NDArray[np.float64] = poses[finite]
+    return reached
+
+
+def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of each parameter between any leg and leg 1, relative to leg 1."""
+    scale = np.where(diagonals[0] > 0, diagonals[0], 1.0)
+    deviations: NDArray[np.float64] = np.abs(diagonals - diagonals[0]).max(axis=0) / scale
+    return deviations
+
+
+def _table(
+    mechanism: Mechanism,
+    legs: Sequence[Observability],
+    diagonals: NDArray[np.float64],
+    deviations: NDArray[np.float64],
+) -> Table:
+    names = mechanism.parameter_names
+    visible = [
+        (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
+        for i, name in enumerate(names)
+    ]
+    indices = [
+        (label, *(significant(leg.indices[key]) for leg in legs), "")
+        for key, label in _INDICES.items()
+    ]
+    ranks = [
+        ("condition number, free of units", *(significant(leg.condition) for leg in legs), ""),
+        ("rank", *(f"{leg.rank} of {len(names)}" for leg in legs), ""),
+        ("not shown at all", *("; ".join(leg.unseen) or "nothing" for leg in legs), ""),
+    ]
+    return Table(
+        "Observability of every leg at its own poses",
+        ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation"),
+        [
+            Group(visible, f"{_R}, SI units"),
+            Group(indices, "Indices"),
+            Group(ranks, "Identifiability"),
+        ],
+    )

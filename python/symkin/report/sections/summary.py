@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""The answer, in plain words."""
+
+from __future__ import annotations
+
+from symkin.evaluation import Evaluation
+from symkin.identification import CrossValidation, Identification
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy
+from symkin.pipeline import ProtocolResult
+from symkin.report.content import Summary
+from symkin.report.wording import count, milli, plural, ratio, setting
+
+Headline = tuple[str, str, str]  # label, value, remark
+
+__all__ = ["identification_summary", "protocol_summary"]
+
+
+def protocol_summary(result: ProtocolResult, expected: ExpectedAccuracy) -> Summary:
+    """Sum up a run of the protocol on a simulated robot."""
+    nominal, identification = result.nominal, result.identification
+    paragraphs = [_done(result), _achieved(result, expected)]
+    return Summary(
+        title=f"{nominal.name}: identification of a simulated robot",
+        subtitle=_subtitle(nominal),
+        figures=_figures(nominal, result.before, result.after, expected),
+        verdict=_verdict(identification),
+        judgement=_judgement(identification),
+        doubts=identification.doubts,
+        paragraphs=paragraphs,
+    )
+
+
+def identification_summary(
+    nominal: Mechanism,
+    measurements: Measurements,
+    identification: Identification,
+    before: Evaluation | None,
+    after: Evaluation | None,
+    residual_before: float,
+    validation: CrossValidation | None,
+) -> Summary:
+    """Sum up an identification from measurements."""
+    source = f" ({measurements.source.name})" if measurements.source else ""
+    done = (
+        f"{plural(len(measurements.poses), 'measured pose')}{source} "
+        f"{'was' if len(measurements.poses) == 1 else 'were'} used to identify the "
+        f"{nominal.parameters.size} parameters of {plural(len(nominal.legs), 'leg')} with the "
+        f"estimator {_quoted(identification.estimator)}."
+    )
+    closures = (residual_before, identification.residual_rms)
+    remark = ratio(*closures)
+    achieved = (
+        f"The legs miss closing by {milli(closures[0], 'm')} (root mean square) with the nominal "
+        f"parameters, and by {milli(closures[1], 'm')} with the identified ones."
+    )
+    if validation is not None:
+        unseen = milli(validation.residual_rms, "m")
+        remark += f"; {unseen} in cross-validation"
+        achieved += (
+            f" At poses that the identification did not see they miss by {unseen} "
+            f"({validation.folds}-fold cross-validation)."
+        )
+    figures = [_figure("Closure of the legs", "m", closures, remark)]
+    texts = [done, achieved]
+    if before is not None and after is not None:
+        figures += _figures(nominal, before, after)
+        texts += [_missed(nominal, before, after), *_failures(before, after)]
+    return Summary(
+        title=f"{nominal.name}: identification from measurements",
+        subtitle=_subtitle(nominal),
+        figures=figures,
+        verdict=_verdict(identification),
+        judgement=_judgement(identification),
+        doubts=identification.doubts,
+        paragraphs=texts,
+    )
+
+
+def _missed(nominal: Mechanism, before: Evaluation, after: Evaluation) -> str:
+    return (
+        f"The forward kinematics misses the measured poses by {_errors(nominal, before)} (root "
+        f"mean square) with the nominal parameters, and by {_errors(nominal, after)} with the "
+        "identified ones."
+    )
+
+
+def _done(result: ProtocolResult) -> str:
+    nominal, tolerances = result.nominal, result.nominal.tolerances
+    turns = nominal.pose_space != "point"
+    noise = setting(1e3 * nominal.noise.position, "mm")
+    noise += f" and {setting(1e3 * nominal.noise.orientation, 'mrad')}" if turns else ""
+    return (
+        f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
+        f"allow (standard deviations {setting(1e3 * tolerances.length, 'mm')}, "
+        f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
+        f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
+        f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
+        f"{noise}; from these the {nominal.parameters.size} parameters of its "
+        f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
+        f"{_quoted(result.identification.estimator)}."
+    )
+
+
+def _achieved(result: ProtocolResult, expected: ExpectedAccuracy) -> str:
+    nominal, before, after = result.nominal, result.before, result.after
+    foreseen = milli(expected.position, "m")
+    if nominal.pose_space != "point":
+        foreseen += f" and {milli(expected.orientation, 'rad')}"
+    text = (
+        f"A controller that believes the drawing misses the commanded poses by "
+        f"{_errors(nominal, before)} (root mean square); one that uses the identified parameters "
+        f"misses them by {_errors(nominal, after)}. Expected, from the uncertainty of the "
+        f"parameters, were {foreseen}."
+    )
+    return " ".join([text, *_failures(before, after)])
+
+
+def _failures(before: Evaluation, after: Evaluation) -> list[str]:
+    """Say how many poses the errors leave out, if any."""
+    if not before.failed and not after.failed:
+        return []
+    return [
+        f"Left out are poses that could not be calculated: {count(before.failed)} of "
+        f"{count(before.evaluated + before.failed)} before and {count(after.failed)} of "
+        f"{count(after.evaluated + after.failed)} after."
+    ]
+
+
+def _figures(
+    mechanism: Mechanism,
+    before: Evaluation,
+    after: Evaluation,
+    expected: ExpectedAccuracy | None = None,
+) -> list[Headline]:
+    """Errors before and after, with what was to be expected where that can be compared."""
+    kinds = [("position", "m"), ("orientation", "rad")]
+    figures = []
+    for kind, unit in kinds if mechanism.pose_space != "point" else kinds[:1]:
+        old, new = (getattr(evaluation, f"{kind}_rms") for evaluation in (before, after))
+        remark = ratio(old, new)
+        if expected is not None:
+            remark += f"; {milli(getattr(expected, kind), unit)} expected"
+        figures.append(_figure(f"{kind.capitalize()} error", unit, (old, new), remark))
+    return figures
+
+
+def _figure(label: str, unit: str, values: tuple[float, float], remark: str) -> Headline:
+    old, new = values
+    arrow = "\N{RIGHTWARDS ARROW}"
+    return (
+        f"{label}, root mean square",
+        f"{milli(old, unit)} {arrow} {milli(new, unit)}",
+        remark,
+    )
+
+
+def _errors(mechanism: Mechanism, evaluation: Evaluation) -> str:
+    position = milli(evaluation.position_rms, "m")
+    if mechanism.pose_space == "point":
+        return position
+    return f"{position} and {milli(evaluation.orientation_rms, 'rad')}"
+
+
+def _verdict(identification: Identification) -> str:
+    if not identification.converged:
+        return "bad"
+    return "doubtful" if identification.doubts else "good"
+
+
+def _judgement(identification: Identification) -> str:
+    if not identification.converged:
+        failed = [
+            f"leg {leg}" + (f" ({fit.failure})" if fit.failure else "")
+            for leg, fit in enumerate(identification.legs, 1)
+            if not fit.converged
+        ]
+        return f"Not converged: {', '.join(failed) or 'the joint estimate of all legs'}."
+    if identification.doubts:
+        return "Converged, with doubts."
+    return "Converged; nothing speaks against the estimate."
+
+
+def _subtitle(mechanism: Mechanism) -> str:
+    return f"{plural(len(mechanism.legs), 'leg')}, chain {mechanism.chain}"
+
+
+def _quoted(text: str) -> str:
+    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"

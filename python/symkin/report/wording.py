@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""Numbers as a person reads them: sensible digits, with units."""
+
+from __future__ import annotations
+
+import math
+
+from symkin.chains import chain_info
+from symkin.mechanism import Mechanism
+
+__all__ = [
+    "NONE",
+    "angle",
+    "count",
+    "decimals_of",
+    "fixed",
+    "milli",
+    "parameter_units",
+    "plural",
+    "pose_coordinates",
+    "quantity",
+    "ratio",
+    "setting",
+    "share",
+    "significant",
+]
+
+NONE = "\N{EN DASH}"
+_SPACE = "\N{NO-BREAK SPACE}"
+_MINUS = "\N{MINUS SIGN}"
+_SUPERSCRIPTS = str.maketrans(
+    "-0123456789", "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079"
+)
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """So many significant digits, a power of ten where the number is far from one."""
+    if not math.isfinite(value):
+        return NONE
+    if value == 0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e6:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        power = str(int(power)).translate(_SUPERSCRIPTS)
+        return _signed(f"{mantissa}{_SPACE}\N{MULTIPLICATION SIGN}{_SPACE}10{power}")
+    # The exponent after rounding: 9.999 has one digit more before the point than it seems.
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])
+    decimals = digits - 1 - exponent
+    return _signed(f"{round(value, decimals):.{max(0, decimals)}f}")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """So many digits after the point."""
+    return _signed(f"{value:.{decimals}f}") if math.isfinite(value) else NONE
+
+
+def decimals_of(deviation: float, otherwise: int = 6) -> int:
+    """Digits after the point that show a standard deviation to its second digit."""
+    if not (math.isfinite(deviation) and deviation > 0):
+        return otherwise
+    return max(0, 1 - math.floor(math.log10(deviation)))
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit: ``2.94 mm``."""
+    return f"{significant(value, digits)}{_SPACE}{unit}" if math.isfinite(value) else NONE
+
+
+def setting(value: float, unit: str = "") -> str:
+    """A number that was given, without the zeros that nobody wrote: ``0.1 mm``."""
+    return _signed(f"{value:.5g}") + (_SPACE + unit if unit else "")
+
+
+def milli(value: float, unit: str) -> str:
+    """A small length or angle in thousandths of its unit: ``0.0821 mm``."""
+    return quantity(1e3 * value, f"m{unit}")
+
+
+def angle(value_rad: float) -> str:
+    """An angle in degrees."""
+    return f"{_signed(f'{math.degrees(value_rad):.4g}')}\N{DEGREE SIGN}"
+
+
+def ratio(before: float, after: float) -> str:
+    """How much smaller an error became: ``44 times smaller``."""
+    if not (before > 0 and after > 0):
+        return NONE
+    if after <= before:
+        return f"{significant(before / after, 2)} times smaller"
+    return f"{significant(after / before, 2)} times larger"
+
+
+def count(number: int) -> str:
+    """An integer with its thousands apart."""
+    return f"{number:,}".replace(",", _SPACE)
+
+
+def share(part: int, whole: int) -> str:
+    """Part of a whole in percent."""
+    return f"{100 * part / whole:.1f}{_SPACE}%" if whole else NONE
+
+
+def plural(number: int, noun: str, many: str | None = None) -> str:
+    """A counted noun: ``1 pose``, ``72 poses``."""
+    return f"{count(number)} {noun if number == 1 else many or noun + 's'}"
+
+
+def parameter_units(mechanism: Mechanism) -> tuple[str, ...]:
+    """Unit of each parameter, with the sensor's own unit in the gain's; empty for pure numbers."""
+    info = chain_info(mechanism.chain, mechanism.platform)
+    units = {name: "" if unit == "1" else unit for name, unit in info.parameter_units.items()}
+    if mechanism.reading_unit != info.reading_unit:
+        units["sensor_gain"] = f"{info.reading_unit}/{mechanism.reading_unit}"
+    return tuple(units.values())
+
+
+def pose_coordinates(pose_space: str) -> tuple[tuple[str, str], ...]:
+    """Name and unit of the coordinates of a workspace's bounds."""
+    position = [("x", "m"), ("y", "m")]
+    if pose_space == "planar":
+        return (*position, ("\N{GREEK SMALL LETTER PHI}", "rad"))
+    if pose_space == "point":
+        return tuple(position)
+    rotation = [(f"r{axis}", "rad") for axis in "xyz"]
+    return (*position, ("z", "m"), *rotation)
+
+
+def _signed(text: str) -> str:
+    return text.replace("-", _MINUS)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""Small runs of the protocol and the reports that they give."""
+
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import symkin
+from symkin.comparison import compare_estimators
+from symkin.report import write_identification_report, write_report
+
+
+class Page(HTMLParser):
+    """A page's tags with their attributes, its texts, and its tables by caption."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.folder = path.parent
+        self.source = path.read_text(encoding="utf-8")
+        self.tags = []
+        self.tables = {}
+        self._open = []
+        self._cell = None
+        self._rows = []
+        self.feed(self.source)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag == "table":
+            self._rows = []
+        elif tag == "tr":
+            self._rows.append([])
+        elif tag in ("caption", "td", "th"):
+            self._cell = ""
+
+    def handle_data(self, data):
+        if self._cell is not None:
+            self._cell += data
+
+    def handle_endtag(self, tag):
+        if tag == "caption":
+            self.tables[self._cell] = self._rows
+            self._cell = None
+        elif tag in ("td", "th"):
+            self._rows[-1].append(self._cell)
+            self._cell = None
+
+    def row(self, caption, heading):
+        """The cells of the one row with this heading, which is left out."""
+        (found,) = [row[1:] for row in self.tables[caption] if row[:1] == [heading]]
+        return found
+
+    def all(self, tag):
+        """The attributes of all tags of a kind."""
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+def small(mechanism, candidates=400, pose_count=16):
+    settings = symkin.ProtocolSettings(pose_count=pose_count, candidates=candidates, seed=3)
+    return mechanism.replace(protocol=settings)
+
+
+@pytest.fixture(scope="session")
+def planar_result(paper):
+    return symkin.run_protocol(small(paper))
+
+
+@pytest.fixture(scope="session")
+def spatial_result(hexapod):
+    return symkin.run_protocol(small(hexapod))
+
+
+@pytest.fixture(scope="session")
+def planar_page(planar_result, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("planar") / "new"
+    return Page(write_report(planar_result, folder, compare_estimators(planar_result)))
+
+
+@pytest.fixture(scope="session")
+def spatial_page(spatial_result, tmp_path_factory):
+    return Page(write_report(spatial_result, tmp_path_factory.mktemp("spatial")))
+
+
+@pytest.fixture(scope="session")
+def measured(hexapod, hexapod_table):
+    """The hexapod's measurements, what is identified from them, and its cross-validation."""
+    measurements = symkin.read_measurements(hexapod_table, hexapod)
+    identification = symkin.identify(hexapod, measurements, loss="tukey")
+    return measurements, identification, symkin.cross_validate(hexapod, measurements, 5)
+
+
+@pytest.fixture(scope="session")
+def measured_page(hexapod, measured, tmp_path_factory):
+    measurements, identification, validation = measured
+    path = write_identification_report(
+        hexapod,
+        measurements,
+        identification,
+        symkin.evaluate(hexapod, measurements=measurements),
+        symkin.evaluate(identification.mechanism, measurements=measurements),
+        tmp_path_factory.mktemp("measured"),
+        cross_validation=validation,
+    )
+    return Page(Path(path))

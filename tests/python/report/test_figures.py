@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""Figures: drawn without pyplot, not blank, one panel for everything that they should show."""
+
+import io
+import subprocess
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import symkin
+from symkin.report import figures
+
+# One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
+DRAWN = ["3RRR", "3PRR", "3PRP", "3RRP", "3RPR", "3RPR_end_joint", "5bar", "hexapod_jugglebot"]
+
+
+def assert_not_blank(figure):
+    assert isinstance(figure, Figure)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=50)
+    buffer.seek(0)
+    pixels = matplotlib.image.imread(buffer)[..., :3]
+    ink = (pixels < 0.95).any(axis=2)
+    assert ink.mean() > 0.01
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
+    assert np.ptp(rows) > 0.7 * pixels.shape[0]
+    assert np.ptp(columns) > 0.7 * pixels.shape[1]
+
+
+def test_the_files_of_a_report_are_not_blank(planar_page, spatial_page):
+    for page in (planar_page, spatial_page):
+        for path in page.folder.glob("*.png"):
+            pixels = matplotlib.image.imread(path)[..., :3]
+            assert (pixels < 0.95).any(axis=2).mean() > 0.01, path.name
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_leg_of_a_mechanism_is_drawn_and_numbered(name):
+    mechanism = symkin.load_mechanism(name)
+    figure = figures.mechanism_figure(mechanism, mechanism.home)
+    assert_not_blank(figure)
+    flat = figure.axes[-1]
+    numbers = {text.get_text() for text in flat.texts}
+    assert numbers == {str(leg + 1) for leg in range(len(mechanism.legs))}
+
+
+def test_the_drawing_puts_the_joints_where_the_mechanism_has_them(paper):
+    figure = figures.mechanism_figure(paper, paper.home)
+    links = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xdata()) == 3]
+    readings = paper.inverse_kinematics(paper.home)[0]
+    for leg, link in enumerate(links):
+        np.testing.assert_allclose(link, paper.core.joint_centres(leg, paper.home, readings[leg]))
+    assert len(links) == 3
+
+
+def test_poses_of_every_leg_lie_on_the_cloud(planar_result):
+    plan, cloud = planar_result.plan, planar_result.candidates.poses
+    sets = [plan.poses[plan.rows_of(leg)] for leg in range(3)]
+    figure = figures.poses_figure("planar", cloud, sets)
+    assert_not_blank(figure)
+    candidates, *legs = figure.axes[0].collections
+    assert len(candidates.get_offsets()) == len(cloud)
+    for poses, drawn in zip(sets, legs, strict=True):
+        np.testing.assert_array_equal(drawn.get_offsets(), poses[:, :2])
+
+
+def test_a_large_cloud_is_thinned(planar_result):
+    cloud = np.tile(planar_result.candidates.poses, (50, 1))
+    figure = figures.poses_figure("planar", cloud)
+    assert len(figure.axes[0].collections[0].get_offsets()) < len(cloud) / 2
+
+
+def test_spatial_poses_are_drawn_in_three_projections(spatial_result):
+    figure = figures.poses_figure("spatial", spatial_result.candidates.poses)
+    assert_not_blank(figure)
+    labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes[:3]]
+    assert labels == [("x, m", "y, m"), ("x, m", "z, m"), ("y, m", "z, m")]
+
+
+def test_observability_has_a_bar_for_every_leg_and_parameter():
+    diagonals = np.array([[1.0, 20.0, 0.3], [1.0, 20.0, 0.3]])
+    figure = figures.observability_figure(("base_radius", "base_angle", "gain"), diagonals)
+    assert_not_blank(figure)
+    heights = [patch.get_height() for patch in figure.axes[0].patches]
+    assert heights == [1.0, 20.0, 0.3] * 2
+    assert figure.axes[0].get_yscale() == "log"
+
+
+def test_histograms_are_logarithmic_and_mark_the_root_mean_squares(planar_result):
+    before, after = planar_result.before, planar_result.after
+    figure = figures.error_histogram_figure(before, after)
+    assert_not_blank(figure)
+    position = figure.axes[0]
+    assert position.get_xscale() == "log"
+    marks = [line.get_xdata()[0] for line in position.lines]
+    np.testing.assert_allclose(marks, [1e3 * before.position_rms, 1e3 * after.position_rms])
+
+
+def test_maps_have_one_scale_a_state(planar_result):
+    figure = figures.error_map_figure(
+        "planar", planar_result.candidates.poses, planar_result.before, planar_result.after
+    )
+    assert_not_blank(figure)
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    scales = [axes.collections[0].get_clim() for axes in panels]
+    assert len(set(scales[:3])) == len(set(scales[3:])) == 1
+    assert scales[0][1] > 5 * scales[3][1]
+
+
+def test_a_map_leaves_out_poses_that_failed(planar_result):
+    poses, before = planar_result.candidates.poses, planar_result.before
+    differences = before.differences.copy()
+    differences[::2] = np.nan
+    failed = symkin.Evaluation(1.0, 1.0, 1.0, 1.0, 200, 200, differences)
+    figure = figures.error_map_figure("planar", poses, failed, planar_result.after)
+    assert_not_blank(figure)
+    panels = [axes for axes in figure.axes if axes.get_title()]
+    assert sum(len(axes.collections[0].get_offsets()) for axes in panels[:3]) == 200
+
+
+def test_errors_beyond_the_interval_stand_out():
+    errors = np.array([[0.5, -1.0], [2.5, np.nan]])
+    figure = figures.parameter_errors_figure(("base_radius", "base_angle"), errors)
+    assert_not_blank(figure)
+    inside, outside = (line.get_xdata() for line in figure.axes[1].lines[-2:])
+    assert list(outside) == [2.5]
+    assert 2.5 not in inside
+
+
+def test_residuals_show_every_pose_of_every_leg(planar_result):
+    identification = planar_result.identification
+    figure = figures.residuals_figure(planar_result.simulation.measurements, identification)
+    assert_not_blank(figure)
+    for axes, fit in zip(figure.axes, identification.legs, strict=True):
+        np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * fit.residuals)
+
+
+def test_figures_need_neither_pyplot_nor_a_display():
+    code = "import sys, symkin.report; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: MIT
+"""The report says what the results are, and needs no other file to say it."""
+
+import base64
+import re
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.report import write_identification_report
+from symkin.report.wording import fixed, milli, significant
+
+RUN_FIGURES = {
+    "mechanism",
+    "workspace",
+    "observability",
+    "parameter_errors",
+    "residuals",
+    "error_histogram",
+    "error_map",
+}
+MEASURED_FIGURES = (RUN_FIGURES | {"poses"}) - {"workspace", "parameter_errors"}
+
+
+@pytest.fixture(params=["planar", "spatial"])
+def run(request):
+    """A result of the protocol and its page."""
+    name = request.param
+    return request.getfixturevalue(f"{name}_result"), request.getfixturevalue(f"{name}_page")
+
+
+def assert_self_contained(page):
+    assert not re.search(r"https?:|url\(|@import", page.source)
+    assert not page.all("script")
+    assert not page.all("link")
+    for attributes in page.all("img"):
+        assert attributes["src"].startswith("data:image/png;base64,")
+
+
+def test_the_page_is_self_contained(run):
+    assert_self_contained(run[1])
+
+
+def test_the_page_of_measurements_is_self_contained(measured_page):
+    assert_self_contained(measured_page)
+
+
+def test_every_figure_is_on_the_page_and_in_a_file(run):
+    page = run[1]
+    files = {path.stem: path.read_bytes() for path in page.folder.glob("*.png")}
+    assert set(files) == RUN_FIGURES
+    inlined = [base64.b64decode(image["src"].split(",")[1]) for image in page.all("img")]
+    assert sorted(inlined) == sorted(files.values())
+
+
+def test_every_figure_of_measurements_is_on_the_page_and_in_a_file(measured_page):
+    assert {path.stem for path in measured_page.folder.glob("*.png")} == MEASURED_FIGURES
+    assert len(measured_page.all("img")) == len(MEASURED_FIGURES)
+
+
+def test_images_have_texts_and_tables_have_headings(run):
+    page = run[1]
+    assert all(len(image["alt"]) > 20 for image in page.all("img"))
+    assert len(page.all("caption")) == len(page.all("table")) == len(page.tables)
+    assert {heading["scope"] for heading in page.all("th")} == {"col", "row", "rowgroup"}
+
+
+def test_errors_before_after_and_expected_are_the_results(run):
+    result, page = run
+    expected = symkin.expected_accuracy(
+        result.identification.mechanism,
+        result.candidates.poses,
+        result.identification.covariance,
+    )
+    cells = page.row("End-effector error", "position, root mean square")
+    before, after = result.before, result.after
+    assert cells[:2] == [milli(before.position_rms, "m"), milli(after.position_rms, "m")]
+    assert cells[3] == milli(expected.position, "m")
+    cells = page.row("End-effector error", "orientation, maximum")
+    assert cells[:2] == [milli(e.orientation_max, "rad") for e in (before, after)]
+    assert page.row("End-effector error", "evaluated")[:2] == ["400", "400"]
+    assert page.row("End-effector error", "failed")[:2] == [str(before.failed), str(after.failed)]
+
+
+def test_the_summary_says_the_answer_and_whether_to_trust_it(run):
+    result, page = run
+    top = page.source[: page.source.index("<main>")]
+    assert milli(result.before.position_rms, "m") in top
+    assert milli(result.after.position_rms, "m") in top
+    assert result.identification.trustworthy
+    assert "nothing speaks against the estimate" in top
+
+
+def test_identified_and_true_parameters_are_the_results(run):
+    result, page = run
+    calibrated, actual = result.identification.mechanism, result.simulation.actual
+    rows = [row for row in page.tables["Identified parameters"][1:] if len(row) > 1]
+    assert len(rows) == calibrated.parameters.size
+    names = result.nominal.parameter_names * len(result.nominal.legs)
+    assert [row[0] for row in rows] == list(names)
+    identified, deviations, true, errors = _numbers(rows)
+    np.testing.assert_allclose(deviations, calibrated.deviations.ravel(), rtol=0.06)
+    slack = calibrated.deviations.ravel() / 10
+    assert (np.abs(identified - calibrated.parameters.ravel()) < slack).all()
+    assert (np.abs(true - actual.parameters.ravel()) < slack).all()
+    in_sigmas = (calibrated.parameters - actual.parameters) / calibrated.deviations
+    np.testing.assert_allclose(errors, in_sigmas.ravel(), atol=0.006)
+
+
+def _numbers(rows):
+    """Columns identified, standard deviation, true and error of the parameters."""
+    superscripts = str.maketrans(
+        "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079", "-0123456789"
+    )
+
+    def number(cell):
+        mantissa, _, power = cell.replace("\N{MINUS SIGN}", "-").partition("\xa0\xd7\xa010")
+        return float(mantissa) * 10.0 ** int(power.translate(superscripts) or 0)
+
+    return (np.array([number(row[column]) for row in rows]) for column in (3, 4, 5, 6))
+
+
+def test_observability_of_all_legs_is_the_results(run):
+    result, page = run
+    nominal, plan = result.nominal, result.plan
+    legs = [
+        symkin.analyse_observability(nominal, leg, plan.poses[plan.rows_of(leg)])
+        for leg in range(len(nominal.legs))
+    ]
+    caption = "Observability of every leg at its own poses"
+    for i, name in enumerate(nominal.parameter_names):
+        shown = page.row(caption, name)
+        assert shown[:-1] == [significant(leg.r_diagonal[i]) for leg in legs]
+    assert page.row(caption, "O1, all parameters (D-optimality)")[:-1] == [
+        significant(leg.indices["O1"]) for leg in legs
+    ]
+    assert "their observability is symmetrical" in page.source
+
+
+def test_sampling_and_plan_are_counted(run):
+    result, page = run
+    sampling = page.tables["Sampling of the workspace"]
+    counts = [int(row[1].replace("\xa0", "")) for row in sampling[1:]]
+    assert counts[0] == result.candidates.drawn == sum(counts[1:])
+    assert counts[-1] == 400
+    for leg, replaced in enumerate(result.simulation.replaced):
+        spares = len(result.plan.rows_of(leg, spare=True))
+        shown = page.row("Planned poses", f"leg {leg + 1}")
+        assert shown[:3] == ["16", str(spares), str(replaced)]
+
+
+def test_symmetry_names_the_element_of_every_leg(planar_page, spatial_page):
+    caption = "Where the legs and their poses come from (Eqs. 7, 21)"
+    assert planar_page.row(caption, "leg 3") == ["leg 1", "r2", "rotation by 240\N{DEGREE SIGN}"]
+    assert spatial_page.row(caption, "leg 2") == [
+        "leg 1",
+        "s0",
+        "reflection about the axis at 30\N{DEGREE SIGN}",
+    ]
+
+
+def test_planned_poses_outside_the_box_are_counted(spatial_page, planar_page):
+    assert "Check that the robot may go there" in spatial_page.source
+    assert int(spatial_page.row("Planned poses", "leg 2")[3]) > 0
+    assert "Check that the robot may go there" not in planar_page.source
+
+
+def test_the_comparison_of_the_estimators_is_shown_if_given(planar_page, spatial_page):
+    caption = "Every estimator on the same measurements"
+    assert [row[0] for row in planar_page.tables[caption][1:]] == [
+        "paper",
+        "implicit",
+        "implicit",
+        "joint",
+    ]
+    assert caption not in spatial_page.tables
+
+
+def test_the_report_of_measurements_has_residuals_and_cross_validation(measured, measured_page):
+    _, identification, validation = measured
+    caption = "Closure residual of all legs"
+    assert measured_page.row(caption, "calibrated") == [
+        milli(identification.residual_rms, "m"),
+        milli(identification.residual_max, "m"),
+    ]
+    unseen = "5-fold cross-validation (poses that the fit did not see)"
+    assert measured_page.row(caption, unseen)[0] == milli(validation.residual_rms, "m")
+    fit = identification.legs[1]
+    cells = measured_page.row("How the legs fit", "leg 2")
+    assert cells[3].startswith(f"{len(fit.rejected)} (rows ")
+    assert cells[5] == significant(fit.chi_square)
+    rows = measured_page.tables["Identified parameters"]
+    assert rows[0][-1] == "Standard deviation"
+    assert rows[2][3] == fixed(identification.mechanism.parameters[0, 0], 5)
+
+
+def test_measurements_of_single_legs_are_reported_without_end_effector_errors(
+    planar_result, tmp_path
+):
+    taken = planar_result.simulation.measurements
+    own = taken.leg_sets[:, np.newaxis] == np.arange(1, 4)
+    partial = symkin.Measurements(
+        taken.poses, np.where(own, taken.readings, np.nan), taken.leg_sets, taken.row_numbers
+    )
+    identification = symkin.identify(planar_result.nominal, partial)
+    path = write_identification_report(
+        planar_result.nominal, partial, identification, None, None, tmp_path
+    )
+    text = path.read_text(encoding="utf-8")
+    assert "No end-effector error" in text
+    assert not (tmp_path / "error_map.png").exists()
+
+
+def test_doubts_and_failure_stand_on_top(planar_result, tmp_path):
+    measurements = planar_result.simulation.measurements
+    stopped = symkin.identify(planar_result.nominal, measurements, max_iterations=1)
+    assert not stopped.converged
+    path = write_identification_report(
+        planar_result.nominal, measurements, stopped, planar_result.before, None, tmp_path
+    )
+    top = path.read_text(encoding="utf-8").split("<main>")[0]
+    assert "Not converged: leg 1" in top
+    assert all(doubt in top for doubt in stopped.doubts)
+
+
+def test_names_are_escaped(planar_result, tmp_path):
+    nominal = planar_result.nominal.replace(name="<b>3RRR</b> & co")
+    measurements = planar_result.simulation.measurements
+    identification = symkin.identify(nominal, measurements)
+    path = write_identification_report(nominal, measurements, identification, None, None, tmp_path)
+    text = path.read_text(encoding="utf-8")
+    assert "<b>" not in text
+    assert "&lt;b&gt;3RRR&lt;/b&gt; &amp; co" in text

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Numbers as a person reads them."""
+
+import math
+
+import pytest
+
+from symkin.report import wording
+
+SPACE = "\N{NO-BREAK SPACE}"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (2.9364, "2.94"),
+        (50.0, "50.0"),
+        (9.999, "10.0"),
+        (1234.5, "1230"),
+        (0.066159, "0.0662"),
+        (0.00036, "0.000360"),
+        (-1.5, "\N{MINUS SIGN}1.50"),
+        (0.0, "0"),
+        (math.nan, wording.NONE),
+        (6.05e-5, f"6.05{SPACE}\xd7{SPACE}10\u207b\u2075"),
+    ],
+)
+def test_numbers_have_three_significant_digits(value, text):
+    assert wording.significant(value) == text
+
+
+def test_small_lengths_are_in_millimetres():
+    assert wording.milli(8.2e-5, "m") == f"0.0820{SPACE}mm"
+    assert wording.milli(math.nan, "m") == wording.NONE
+
+
+def test_given_numbers_keep_the_digits_that_were_given():
+    assert wording.setting(0.1, "mm") == f"0.1{SPACE}mm"
+    assert wording.setting(20.0) == "20"
+
+
+@pytest.mark.parametrize(("deviation", "decimals"), [(0.0016, 4), (0.25, 2), (30.0, 0), (0.0, 6)])
+def test_digits_follow_the_standard_deviation(deviation, decimals):
+    assert wording.decimals_of(deviation) == decimals
+
+
+def test_changes_of_an_error_are_told_as_a_factor():
+    assert wording.ratio(2.94, 0.0662) == "44 times smaller"
+    assert wording.ratio(1.0, 2.0) == "2.0 times larger"
+    assert wording.ratio(0.0, 0.0) == wording.NONE
+
+
+def test_counts_have_their_thousands_apart():
+    assert wording.plural(30000, "pose") == f"30{SPACE}000 poses"
+    assert wording.plural(1, "pose lies", "poses lie") == "1 pose lies"
+
+
+def test_the_gain_of_a_motor_that_winds_a_cable_has_its_unit(hexapod, paper):
+    assert wording.parameter_units(hexapod)[6] == "m/rad"
+    assert wording.parameter_units(paper)[6] == ""
