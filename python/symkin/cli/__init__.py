@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""The command line: one module a command, each a thin layer over one public function."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from symkin.cli.check import check
+from symkin.cli.errors import exit_code_of
+from symkin.cli.evaluate import evaluate
+from symkin.cli.help import with_example
+from symkin.cli.identify import identify
+from symkin.cli.plan import plan
+from symkin.cli.run import run
+from symkin.cli.simulate import simulate
+from symkin.cli.workspace import workspace
+
+__all__ = ["app", "main"]
+
+# Plain help starts faster than rich's, and pastes cleanly.
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (check, workspace, plan, simulate, identify, evaluate, run):
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+@with_example("symkin run 3RRR --out out")
+def overview(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    """Kinematic identification of symmetric parallel mechanisms.
+
+    The stages pass files to each other: check, plan, simulate (or measure a real robot), identify,
+    evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the name of a
+    mechanism that comes with symkin, such as 3RRR.
+
+    A file that symkin did not write, or that was changed since, is not overwritten unless
+    --overwrite allows it, and a file that the command reads never is. For this, symkin notes what
+    it writes in .symkin.json beside it.
+
+    Exit code: 0; 1 for a result that did not converge; 2 for an input that cannot be used.
+    """
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"symkin {version_of('symkin')}")
+    elif context.invoked_subcommand is None:
+        raise typer.BadParameter("a command is missing")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line, by default the program's own, and return its exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
+    return exit_code_of(lambda: app(args=given, prog_name="symkin", standalone_mode=False))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: MIT
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from symkin.identification import Estimator, PoseUse
+from symkin.observability import RowKind
+from symkin.selection import SelectionMethod
+
+__all__ = [
+    "CandidatesOption",
+    "ColumnsOption",
+    "EstimatorOption",
+    "JsonOption",
+    "MechanismArgument",
+    "MethodOption",
+    "OverwriteOption",
+    "PoseUseOption",
+    "RowsOption",
+    "SeedOption",
+]
+
+MechanismArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="MECHANISM",
+        help="A mechanism file, or the name of a shipped one.",
+        show_default=False,
+    ),
+]
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document instead of text.")
+]
+SeedOption = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=0,
+        max=2**63 - 1,
+        help="Of all that is random; by default the mechanism's. Same seed, same bytes.",
+    ),
+]
+OverwriteOption = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite", help="Replace output files even if symkin did not write them as they are."
+    ),
+]
+CandidatesOption = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=1,
+        max=10**7,
+        help="Poses drawn from the workspace; by default the mechanism's.",
+    ),
+]
+ColumnsOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="TOML file whose [measurements] section says which columns hold what; by default the "
+        "section of the mechanism's file, or symkin's own column names.",
+    ),
+]
+RowsOption = Annotated[
+    RowKind,
+    typer.Option(
+        help="What a pose is worth to the selection: the paper's dg/dparam, or the closures' "
+        "derivatives weighted by the declared noise."
+    ),
+]
+MethodOption = Annotated[
+    SelectionMethod,
+    typer.Option(help="Exchange; Sun and Hollerbach's; exchange with a proof; or a baseline."),
+]
+EstimatorOption = Annotated[
+    Estimator,
+    typer.Option(
+        help="Whitened closures of each leg; the paper's Gauss-Newton on g - psi; the same cost by "
+        "Levenberg-Marquardt; or all legs together."
+    ),
+]
+PoseUseOption = Annotated[
+    PoseUse,
+    typer.Option(help="Whether a leg uses all poses, or only its own set, as in the paper."),
+]

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Results as plain values, for results files and for machines.
+
+Keys of lengths end in ``_m``, of angles in ``_rad``; legs and rows count from 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from symkin.comparison import EstimatorFigures, expected
+from symkin.evaluation import Evaluation
+from symkin.identification import Identification
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy, analyse_observability
+from symkin.outcome import MeasuredIdentification, closure_residual
+from symkin.pipeline import ProtocolResult
+from symkin.planning import Plan
+
+__all__ = [
+    "evaluation_document",
+    "identification_document",
+    "measured_document",
+    "plan_document",
+    "run_document",
+]
+
+Document = dict[str, Any]
+
+
+def run_document(
+    result: ProtocolResult, comparison: Sequence[EstimatorFigures] = (), **settings: Any
+) -> Document:
+    """Return what ``results.json`` of a run holds; `settings` are how it was run."""
+    measurements = result.simulation.measurements
+    return {
+        "command": "run",
+        "mechanism": result.nominal.name,
+        "settings": settings,
+        "candidates": len(result.candidates.poses),
+        "plan": plan_document(result.nominal, result.plan),
+        "simulation": {
+            "measured": len(measurements.poses),
+            "replaced": list(result.simulation.replaced),
+        },
+        "identification": identification_document(
+            result.nominal, measurements, result.identification
+        ),
+        "evaluation": {
+            "before": evaluation_document(result.before),
+            "after": evaluation_document(result.after),
+            "expected": _accuracy_document(expected(result, result.identification)),
+        },
+        "comparison": [_figures_document(figures) for figures in comparison],
+    }
+
+
+def measured_document(result: MeasuredIdentification, **settings: Any) -> Document:
+    """Return what ``results.json`` of an identification holds; `settings` are how it was made."""
+    measurements, validation = result.measurements, result.cross_validation
+    return {
+        "command": "identify",
+        "mechanism": result.nominal.name,
+        "measurements": {
+            "file": measurements.source.name if measurements.source else None,
+            "poses": len(measurements.poses),
+        },
+        "settings": settings,
+        "identification": identification_document(
+            result.nominal, measurements, result.identification
+        ),
+        "evaluation": {
+            "before": evaluation_document(result.before),
+            "after": evaluation_document(result.after),
+        },
+        "cross_validation": validation
+        and {
+            "folds": validation.folds,
+            "residual_rms_m": validation.residual_rms,
+            "residual_max_m": validation.residual_max,
+        },
+    }
+
+
+def plan_document(mechanism: Mechanism, plan: Plan) -> Document:
+    """Return what a plan shows of each leg's parameters."""
+    legs = []
+    for leg in range(len(mechanism.legs)):
+        rows = plan.rows_of(leg)
+        shown = analyse_observability(mechanism, leg, plan.poses[rows])
+        legs.append(
+            {
+                "leg": leg + 1,
+                "poses": len(rows),
+                "spares": len(plan.rows_of(leg, spare=True)),
+                "r_diagonal": dict(zip(mechanism.parameter_names, shown.r_diagonal, strict=True)),
+                "indices": shown.indices,
+                "condition": shown.condition,
+            }
+        )
+    return {"poses": int(np.sum(~plan.spare)), "spares": int(np.sum(plan.spare)), "legs": legs}
+
+
+def identification_document(
+    nominal: Mechanism, measurements: Measurements, identification: Identification
+) -> Document:
+    """Return the estimate, its uncertainty and what speaks for and against it."""
+    return {
+        "estimator": identification.estimator,
+        "converged": identification.converged,
+        "trustworthy": identification.trustworthy,
+        "doubts": identification.doubts,
+        "residual_before_rms_m": closure_residual(nominal, measurements),
+        "residual_after_rms_m": identification.residual_rms,
+        "residual_after_max_m": identification.residual_max,
+        "legs": [
+            _leg_document(nominal, measurements, identification, leg)
+            for leg in range(len(nominal.legs))
+        ],
+        "covariance": identification.covariance,
+    }
+
+
+def evaluation_document(evaluation: Evaluation | None) -> Document | None:
+    """Return the figures of an evaluation, without the single poses."""
+    if evaluation is None:
+        return None
+    return {
+        "position_rms_m": evaluation.position_rms,
+        "position_max_m": evaluation.position_max,
+        "orientation_rms_rad": evaluation.orientation_rms,
+        "orientation_max_rad": evaluation.orientation_max,
+        "evaluated": evaluation.evaluated,
+        "failed": evaluation.failed,
+    }
+
+
+def _leg_document(
+    nominal: Mechanism, measurements: Measurements, identification: Identification, leg: int
+) -> Document:
+    fit, calibrated = identification.legs[leg], identification.mechanism
+    names = nominal.parameter_names
+    deviations = calibrated.deviations
+    return {
+        "leg": leg + 1,
+        "converged": fit.converged,
+        "failure": fit.failure,
+        "iterations": fit.iterations,
+        "poses": len(fit.rows),
+        "rejected_rows": measurements.row_numbers[fit.rejected],
+        "chi_square_per_degree_of_freedom": fit.chi_square,
+        "condition": fit.condition,
+        "parameters": {
+            name: {
+                "nominal": nominal.parameters[leg, index],
+                "value": calibrated.parameters[leg, index],
+                "standard_deviation": None if deviations is None else deviations[leg, index],
+            }
+            for index, name in enumerate(names)
+        },
+    }
+
+
+def _accuracy_document(accuracy: ExpectedAccuracy) -> Document:
+    return {
+        "position_rms_m": accuracy.position,
+        "orientation_rms_rad": accuracy.orientation,
+    }
+
+
+def _figures_document(figures: EstimatorFigures) -> Document:
+    return {
+        "estimator": figures.estimator,
+        "poses": figures.poses,
+        "converged": figures.converged,
+        "evaluation": evaluation_document(figures.evaluation),
+        "expected": figures.expected and _accuracy_document(figures.expected),
+    }

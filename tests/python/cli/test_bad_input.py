@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: MIT
+"""Bad input gets one sentence on stderr, exit code 2, and never a traceback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"[R]RR"', '"[R]RX"', 'unknown chain "[R]RX"'),
+        ("proximal_length", "proximl_length", 'did you mean "proximal_length"?'),
+        ('proximal_length = "1.5 m"', 'proximal_length = "-1.5 m"', "is -1.5 m"),
+        ('proximal_length = "1.5 m"', 'proximal_length = "1.5 rad"', "is an angle"),
+        ("legs = 3", "legs = 4", "group C3 carries one leg to 3 legs"),
+        ('home = ["0 m"', 'home = ["9 m"', "beyond the reach of legs 1, 2, 3"),
+    ],
+)
+def test_a_wrong_mechanism_file_is_refused(
+    changed: Callable[[str, str], Path],
+    refused: Callable,
+    old: str,
+    new: str,
+    words: str,
+    tmp_path: Path,
+) -> None:
+    path = changed(old, new)
+    refused("check", path, words=words)
+    refused("run", path, "--out", tmp_path / "out", words=words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_group_that_the_listed_legs_do_not_have_is_refused(
+    refused: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "listed.toml"
+    text = (protocol / "actual.toml").read_text()
+    path.write_text(text + '\n[symmetry]\ngroup = "C3"\nlegs = 3\n')
+    refused("check", path, words="symmetry")
+
+
+def _cells(text: str) -> list[list[str]]:
+    return [line.split(",") for line in text.splitlines()]
+
+
+def _empty(_text: str) -> str:
+    return ""
+
+
+def _without_rows(text: str) -> str:
+    return text.splitlines()[0] + "\n"
+
+
+def _without_a_column(text: str) -> str:
+    return text.replace("phi_rad", "angle", 1)
+
+
+def _with_nan(text: str) -> str:
+    rows = _cells(text)
+    rows[2][1] = "nan"
+    return "\n".join(map(",".join, rows)) + "\n"
+
+
+def _with_a_repeated_row(text: str) -> str:
+    return text + text.splitlines()[-1] + "\n"
+
+
+def _in_degrees(text: str) -> str:
+    header, *rows = _cells(text)
+    rows = [row[:4] + [repr(math.degrees(float(cell))) for cell in row[4:]] for row in rows]
+    return "\n".join(map(",".join, [header, *rows])) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (_empty, "the file is empty"),
+        (_without_rows, "no rows below the header"),
+        (_without_a_column, 'column "phi_rad"'),
+        (_with_nan, 'row 2 has nan in column "x_m"'),
+        (_with_a_repeated_row, "row 31 repeats row 30"),
+        (_in_degrees, "stated in rad but fit in deg"),
+    ],
+)
+def test_wrong_measurements_are_refused(
+    refused: Callable, protocol: Path, tmp_path: Path, spoil: Callable[[str], str], words: str
+) -> None:
+    path = tmp_path / "measurements.csv"
+    path.write_text(spoil((protocol / "measurements.csv").read_text()))
+    refused("identify", "3RRR", path, "--out", tmp_path / "out", words=words)
+    refused("evaluate", "3RRR", "--measurements", path, words=words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_fewer_poses_than_parameters_are_refused(
+    refused: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "measurements.csv"
+    path.write_text("\n".join((protocol / "measurements.csv").read_text().splitlines()[:5]) + "\n")
+    refused("identify", "3RRR", path, words="its 8 parameters need at least 8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "nosuch"], "neither a file nor a shipped mechanism"),
+        (["check", "nosuch.toml"], "no such file"),
+        (["check"], "Missing argument"),
+        (["check", "3RRR", "--bogus"], "No such option"),
+        (["bogus"], "No such command"),
+        (["plan", "3RRR"], "Missing option"),
+        (["plan", "3RRR", "--out", "p.csv", "--poses", "0"], "--poses"),
+        (["plan", "3RRR", "--out", "p.csv", "--poses", "many"], "--poses"),
+        (["plan", "3RRR", "--out", "p.csv", "--seed", "-1"], "--seed"),
+        (["plan", "3RRR", "--out", "p.csv", "--rows", "best"], "'paper', 'noise_aware'"),
+        (["plan", "3RRR", "--out", "p.csv", "--poses", "5"], "at least 8"),
+        (["plan", "3RRR", "--out", "p.csv", "--candidates", "20"], "20 candidates"),
+        (["run", "3RRR", "--out", "out", "--pose-count", "4"], "at least 8"),
+        (["simulate", "3RRR", "nosuch.csv", "--out", "m.csv"], "nosuch.csv"),
+        (["identify", "3RRR", "nosuch.csv"], "no such file"),
+        (["evaluate", "3RRR"], "either --actual or --measurements"),
+        (["evaluate", "3RRR", "--actual", "hexapod_jugglebot"], "expected the same"),
+        (["evaluate", "3RRR", "--measurements", "m.csv", "--candidates", "9"], "with --actual"),
+    ],
+)
+def test_a_wrong_command_line_is_refused(
+    refused: Callable,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused(*arguments, words=words)
+    assert not list(tmp_path.rglob("*.*"))
+
+
+@pytest.mark.parametrize("json", [[], ["--json"]])
+def test_a_place_that_cannot_be_written_is_refused(
+    refused: Callable, tmp_path: Path, json: list[str]
+) -> None:
+    file = tmp_path / "file"
+    file.write_text("mine")
+    small = ["--candidates", "200", *json]
+    refused("plan", "3RRR", "--out", file / "plan.csv", *small, words=str(file))
+    refused("plan", "3RRR", "--out", tmp_path, *small, words="is a folder")
+    refused("run", "3RRR", "--out", file, *small, words="is not a folder")
+    refused("run", "3RRR", "--out", "/proc/nowhere", *small, words="/proc/nowhere")
+    assert file.read_text() == "mine"
+
+
+def test_cross_validation_in_too_many_parts_is_refused(refused: Callable, protocol: Path) -> None:
+    measured = protocol / "measurements.csv"
+    refused("identify", "3RRR", measured, "--cross-validate", 99, words="from 2 to 30")
+    refused("identify", "3RRR", measured, "--cross-validate", 1, words="--cross-validate")

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Every command from end to end, and its files from one to the next."""
+
+from __future__ import annotations
+
+import dataclasses
+import filecmp
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import symkin as library
+
+COMMANDS = ["check", "plan", "simulate", "identify", "evaluate", "run"]
+
+
+def test_check_describes_a_mechanism(symkin: Callable) -> None:
+    shown = symkin("check", "3RRR")
+    assert shown.code == 0
+    assert "3 legs [R]RR, planar" in shown.out
+    assert "proximal_length, m" in shown.out
+    document = symkin("check", "3RRR", "--json").json
+    assert [leg["element"] for leg in document["legs"]] == ["r0", "r1", "r2"]
+    assert [leg["rank"] for leg in document["identifiability"]] == [8, 8, 8]
+    assert 0.1 < document["workspace"]["share"] < 0.5
+
+
+def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "plan.csv"
+    arguments = ("plan", "3RRR", "--out", out, "--poses", 9, "--candidates", 300)
+    document = symkin(*arguments, "--json").json
+    assert document["plan"]["poses"] == 27
+    first, *others = (leg["r_diagonal"] for leg in document["plan"]["legs"])
+    assert all(leg == pytest.approx(first, rel=1e-9) for leg in others)
+    shown = symkin(*arguments)
+    assert "|R_ii|" in shown.out
+    assert str(out) in shown.out
+
+
+def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -> None:
+    plan, measured, actual = (tmp_path / name for name in ("p.csv", "m.csv", "a.toml"))
+    symkin("plan", "3RRR", "--out", plan, "--poses", 10, "--candidates", 300)
+    simulated = symkin("simulate", "3RRR", plan, "--out", measured, "--actual-out", actual)
+    assert "30 poses measured" in simulated.out
+    folder = tmp_path / "identified"
+    identified = symkin("identify", "3RRR", measured, "--out", folder, "--json").json
+    assert identified["identification"]["residual_after_rms_m"] < 3e-4
+    calibrated = folder / "calibrated.toml"
+    for model, least, most in (("3RRR", 5e-4, 1e-1), (calibrated, 1e-6, 4e-4)):
+        against = ("evaluate", model, "--actual", actual, "--json")
+        for poses in (("--poses", plan), ("--candidates", 200)):
+            error = symkin(*against, *poses).json["evaluation"]
+            assert least < error["position_rms_m"] < most
+
+
+def test_run_writes_all_its_files(protocol: Path) -> None:
+    names = {path.name for path in protocol.iterdir()}
+    files = ["plan.csv", "measurements.csv", "actual.toml", "calibrated.toml", "results.json"]
+    assert names.issuperset([*files, "report.html", ".symkin.json"])
+    assert not [name for name in names if name.startswith(".symkin-")]
+    results = library.read_results(protocol / "results.json")
+    before, after = results["evaluation"]["before"], results["evaluation"]["after"]
+    assert after["position_rms_m"] < before["position_rms_m"] / 5
+    compared = [(row["estimator"], row["poses"]) for row in results["comparison"]]
+    assert compared == [
+        ("paper", "own"),
+        ("implicit", "own"),
+        ("implicit", "all"),
+        ("joint", "all"),
+    ]
+
+
+def test_identify_prints_residuals_parameters_and_cross_validation(
+    symkin: Callable, protocol: Path
+) -> None:
+    measured = protocol / "measurements.csv"
+    shown = symkin("identify", "3RRR", measured, "--cross-validate", 3, "--loss", "huber")
+    assert shown.code == 0
+    for words in ("closure residual rms", "3-fold cross-validation rms", "±", "chi-square"):
+        assert words in shown.out
+    document = symkin("identify", "3RRR", measured, "--estimator", "paper", "--json").json
+    assert document["identification"]["estimator"] == "paper"
+    parameter = document["identification"]["legs"][2]["parameters"]["base_angle"]
+    assert abs(parameter["value"] - parameter["nominal"]) < 0.01
+    assert 0 < parameter["standard_deviation"] < 0.01
+
+
+def test_measurements_are_read_through_a_column_mapping(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    table = (protocol / "measurements.csv").read_text()
+    foreign = tmp_path / "foreign.csv"
+    foreign.write_text(table.replace("leg,x_m,y_m,phi_rad,psi_1_rad", "set,u,v,turn,one", 1))
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text(
+        '[measurements]\nposition = ["u", "v"]\nangle = "turn"\nleg = "set"\n'
+        'readings = ["one", "psi_2_rad", "psi_3_rad"]\n'
+        'position_unit = "m"\norientation_unit = "rad"\nreading_unit = "rad"\n'
+    )
+    for command in (("identify", "3RRR", foreign), ("evaluate", "3RRR", "--measurements", foreign)):
+        read = symkin(*command, "--columns", mapping, "--json")
+        assert read.code == 0, read.err
+
+
+@pytest.mark.parametrize("extension", ["csv", "parquet"])
+def test_a_rerun_with_the_same_seed_writes_the_same_bytes(
+    symkin: Callable, tmp_path: Path, extension: str
+) -> None:
+    for name in ("first", "second"):
+        plan = tmp_path / name / f"plan.{extension}"
+        measured = tmp_path / name / f"measurements.{extension}"
+        small = ("--poses", 8, "--candidates", 200, "--seed", 7)
+        assert symkin("plan", "3RRR", "--out", plan, *small).code == 0
+        assert symkin("simulate", "3RRR", plan, "--out", measured, "--seed", 7).code == 0
+    for name in (f"plan.{extension}", f"measurements.{extension}"):
+        assert filecmp.cmp(tmp_path / "first" / name, tmp_path / "second" / name, shallow=False)
+
+
+def test_a_rerun_of_run_writes_the_same_bytes(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    again = symkin("run", "3RRR", "--out", tmp_path, "--pose-count", 10, "--candidates", 300)
+    assert again.code == 0
+    names = ["plan.csv", "measurements.csv", "actual.toml", "calibrated.toml", "results.json"]
+    _, different, missing = filecmp.cmpfiles(protocol, tmp_path, names, shallow=False)
+    assert (different, missing) == ([], [])
+
+
+def test_another_seed_chooses_other_poses(symkin: Callable, tmp_path: Path) -> None:
+    for seed in (1, 2):
+        small = ("--poses", 8, "--candidates", 200, "--seed", seed)
+        symkin("plan", "3RRR", "--out", tmp_path / f"{seed}.csv", *small)
+    assert not filecmp.cmp(tmp_path / "1.csv", tmp_path / "2.csv", shallow=False)
+
+
+def test_a_result_that_did_not_converge_is_told_with_exit_code_1(
+    symkin: Callable, protocol: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    identify = library.identify
+
+    def unconverged(*arguments: object, **options: object) -> object:
+        found = identify(*arguments, **options)
+        leg = dataclasses.replace(found.legs[1], converged=False, failure="too few iterations")
+        legs = (found.legs[0], leg, found.legs[2])
+        return dataclasses.replace(found, legs=legs, converged=False)
+
+    monkeypatch.setattr(library, "identify", unconverged)
+    shown = symkin("identify", "3RRR", protocol / "measurements.csv", "--json")
+    assert shown.code == 1
+    assert shown.err == "Not converged: leg 2 (too few iterations)\n"
+    assert shown.json["identification"]["converged"] is False
+
+
+def test_measurements_of_one_leg_a_row_are_identified_without_a_report(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    header, *rows = (protocol / "measurements.csv").read_text().splitlines()
+    partial = tmp_path / "partial.csv"
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        row[4:] = [cell if str(leg) == row[0] else "" for leg, cell in enumerate(row[4:], 1)]
+    partial.write_text("\n".join([header, *(",".join(row) for row in cells)]) + "\n")
+    shown = symkin("identify", "3RRR", partial, "--out", tmp_path / "out")
+    assert shown.code == 0, shown.err
+    assert "no report" in shown.out
+    assert (tmp_path / "out" / "calibrated.toml").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_shows_an_example(symkin: Callable, command: str) -> None:
+    shown = symkin(command, "--help")
+    assert shown.code == 0
+    assert "\n  Example:\n    symkin " in shown.out
+    assert f"    symkin {command} " in shown.out
+    assert "--json" in shown.out
+
+
+def test_symkin_alone_shows_its_commands(symkin: Callable) -> None:
+    shown = symkin()
+    assert shown.code == 0
+    assert all(f"\n  {command} " in shown.out for command in COMMANDS)
