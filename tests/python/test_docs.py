@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""The code of the documentation runs, and the commands that it names exist."""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+import symkin
+from symkin.cli import app
+from symkin.files.orientation import quaternions_from_rotation_vectors
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = (
+    "getting-started.md",
+    "tutorial.md",
+    "tutorial-real-data.md",
+    "user-guide/describing.md",
+    "user-guide/symmetry.md",
+    "user-guide/choosing-poses.md",
+    "user-guide/identifying.md",
+    "user-guide/trusting.md",
+    "user-guide/evaluating.md",
+    "reproducing.md",
+)
+
+
+def blocks(page: str, language: str) -> list[str]:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def shortened(code: str) -> str:
+    """The same code with small numbers."""
+    code = re.sub(r"robots = \d+", "robots = 2", code)
+    code = re.sub(r"for count in \(.*\)", "for count in (8, 9)", code)
+    return code.replace("folds=5", "folds=2")
+
+
+def commands() -> list[str]:
+    found = []
+    for path in sorted(DOCS.rglob("*.md")):
+        text = path.read_text(encoding="utf-8").replace("\\\n", " ")
+        found += re.findall(r"(?:^\$ |^    |`)(symkin [a-z][^`\n#]*)", text, re.MULTILINE)
+    return found
+
+
+def write_motion_capture(path: Path) -> None:
+    """A table like that of the real hexapod, simulated."""
+    hexapod = symkin.disturb(symkin.load_mechanism("hexapod_jugglebot"), seed=1)
+    random = np.random.default_rng(1)
+    position = random.uniform((-0.2, -0.2, 0.7), (0.2, 0.2, 0.8), (60, 3))
+    turn = quaternions_from_rotation_vectors(random.uniform(-0.3, 0.3, (60, 3)))
+    readings = hexapod.inverse_kinematics(np.hstack([position, turn])) / (2 * np.pi)
+    names = [
+        *(f"leg_length_{leg}" for leg in range(1, 7)),
+        *(f"position_{axis}" for axis in "xyz"),
+        *(f"orientation_{axis}" for axis in "xyzw"),
+    ]
+    table = np.hstack([readings, 1000 * position, turn])
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="")
+
+
+@pytest.fixture(autouse=True)
+def few_candidates(monkeypatch):
+    """Sample what the pages call `candidates` in less time."""
+    sample = symkin.sample_workspace
+    monkeypatch.setattr(
+        symkin, "sample_workspace", lambda m, count=None, seed=None: sample(m, count or 3000, seed)
+    )
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_python_code_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_motion_capture(tmp_path / "108_calibration_poses.csv")
+    code = blocks(page, "python")
+    assert code
+    names: dict[str, object] = {}
+    for block in code:
+        exec(compile(shortened(block), page, "exec"), names)
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_the_five_bar_of_the_user_guide_is_a_mechanism(tmp_path):
+    five_bar = tmp_path / "plotter.toml"
+    five_bar.write_text(blocks("user-guide/describing.md", "toml")[0], encoding="utf-8")
+    mechanism = symkin.load_mechanism(five_bar)
+    assert mechanism.working_modes == (-1, 1)
+    assert np.isfinite(mechanism.inverse_kinematics(mechanism.home)).all()
+
+
+@pytest.mark.parametrize("command", commands())
+def test_a_command_of_the_documentation_exists_with_its_options(command):
+    name, *arguments = shlex.split(command)[1:]
+    known = typer.main.get_command(app).commands
+    assert name in known
+    options = {option for parameter in known[name].params for option in parameter.opts}
+    used = {argument for argument in arguments if argument.startswith("--")} - {"--help"}
+    assert used <= options
+
+
+def test_every_public_name_is_in_the_reference():
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md"))
+    documented = set(re.findall(r"^\.\. (?:auto|py:)\w+:: symkin\.(\w+)", pages, re.MULTILINE))
+    assert set(symkin.__all__) <= documented
