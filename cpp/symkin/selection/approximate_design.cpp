@@ -10,13 +10,14 @@
 
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/pair_step.hpp"
+#include "symkin/selection/screening.hpp"
 
 namespace symkin {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-constexpr double kNoWeight = 1e-10;   // less is rounded away
-constexpr int kSweeps = 8;            // over the active candidates between two passes over all
+constexpr double kLeastMove = 1e-8;    // less weight is none, and less room too
+constexpr int kSweeps = 8;             // over the active candidates between two passes over all
 constexpr double kGreedyRidge = 1e-3;  // of the whitened unit information
 
 template <typename T>
@@ -39,7 +40,8 @@ LargestSum largest_grouped_sum(const DesignProblem& problem, const Vector& varia
   LargestSum result{0, std::numeric_limits<double>::infinity()};
   const auto take = [&](auto first, auto last) {
     result.sum += std::accumulate(first, last, 0.0);
-    result.least = first == last ? result.least : std::min(result.least, *std::min_element(first, last));
+    result.least =
+        first == last ? result.least : std::min(result.least, *std::min_element(first, last));
   };
   double left = problem.total;
   std::vector<double> rest;
@@ -47,7 +49,9 @@ LargestSum largest_grouped_sum(const DesignProblem& problem, const Vector& varia
     std::vector<double>& values = of_group[g];
     const auto room = std::min(values.size(), static_cast<std::size_t>(groups.upper[g]));
     const auto demanded = std::min(room, static_cast<std::size_t>(groups.lower[g]));
-    const auto place = [&](std::size_t k) { return values.begin() + static_cast<std::ptrdiff_t>(k); };
+    const auto place = [&](std::size_t k) {
+      return values.begin() + static_cast<std::ptrdiff_t>(k);
+    };
     std::partial_sort(values.begin(), place(room), values.end(), std::greater<>());
     take(values.begin(), place(demanded));
     left -= static_cast<double>(demanded);
@@ -68,7 +72,8 @@ class DesignOptimiser {
         step_(problem.shape),
         weights_(std::move(weights)),
         variances_(AlignedArray(problem.candidates.blocks() * kBlock)),
-        ordinary_upper_(problem.upper * (1 - 1e-12)) {
+        ordinary_upper_(problem.upper - 2 * kLeastMove) {
+    weights_ = (weights_.array() > 2 * kLeastMove).select(weights_, 0);
     if (problem.groups != nullptr) {
       sums_.assign(problem.groups->lower.size(), 0);
       for (Index j = 0; j < weights_.size(); ++j) {
@@ -149,10 +154,10 @@ class DesignOptimiser {
   }
 
   bool may_lose(Index g) const {
-    return problem_.groups == nullptr || at(sums_, g) > at(problem_.groups->lower, g) + kNoWeight;
+    return problem_.groups == nullptr || at(sums_, g) > at(problem_.groups->lower, g) + kLeastMove;
   }
   bool may_gain(Index g) const {
-    return problem_.groups == nullptr || at(sums_, g) < at(problem_.groups->upper, g) - kNoWeight;
+    return problem_.groups == nullptr || at(sums_, g) < at(problem_.groups->upper, g) - kLeastMove;
   }
 
   // Those with weight and as many again that gain most by taking some.
@@ -215,7 +220,8 @@ class DesignOptimiser {
           givers.push_back(a);
         }
       }
-      std::sort(givers.begin(), givers.end(), [&](Index a, Index b) { return at(d, a) < at(d, b); });
+      std::sort(givers.begin(), givers.end(),
+                [&](Index a, Index b) { return at(d, a) < at(d, b); });
       find_least_givers(
           givers, [&](Index a) { return group(at(active_, a)); },
           [&](Index a) { return at(d, a); });
@@ -263,16 +269,17 @@ class DesignOptimiser {
       limit = std::min({limit, at(sums_, group(from)) - at(problem_.groups->lower, group(from)),
                         at(problem_.groups->upper, group(to)) - at(sums_, group(to))});
     }
-    if (limit <= kNoWeight) {
+    if (limit <= kLeastMove) {
       return false;
     }
     const Index r = problem_.shape.rows;
     const double* from_rows = rows_.row(giver).data();
     const double* to_rows = rows_.row(taker).data();
-    const double step = step_(information_, from_rows, to_rows, limit);
+    double step = step_(information_, from_rows, to_rows, limit);
     if (step <= 0) {
       return true;
     }
+    step = weights_[from] - step < 2 * kLeastMove ? weights_[from] : step;
     information_.add(to_rows, r, step);
     information_.add(from_rows, r, -step);
     weights_[from] -= step;
@@ -280,10 +287,6 @@ class DesignOptimiser {
     if (across) {
       at(sums_, group(from)) -= step;
       at(sums_, group(to)) += step;
-    }
-    if (weights_[from] < kNoWeight) {
-      weights_[to] += weights_[from];
-      weights_[from] = 0;
     }
     return true;
   }
@@ -357,13 +360,13 @@ LargestSum largest_weighted_sum(const DesignProblem& problem, const Vector& vari
   if (problem.groups != nullptr) {
     return largest_grouped_sum(problem, variances);
   }
-  std::vector<double> sorted(variances.data(), variances.data() + variances.size());
-  const double full = std::floor(problem.total / problem.upper * (1 + 1e-12));
-  const auto count = std::min(static_cast<std::size_t>(full), sorted.size());
-  const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(count);
-  std::nth_element(sorted.begin(), last, sorted.end(), std::greater<>());
-  return {problem.upper * std::accumulate(sorted.begin(), last, 0.0),
-          *std::min_element(sorted.begin(), last)};
+  const double count = std::round(problem.total / problem.upper);
+  TopCandidates top(static_cast<Index>(count), -1);
+  for (Index j = 0; j < variances.size(); ++j) {
+    top.offer(j, variances[j]);
+  }
+  const std::vector<RankedCandidate> largest = top.sorted();
+  return {problem.upper * largest_sum(largest, static_cast<Index>(count)), largest.back().value};
 }
 
 }  // namespace symkin

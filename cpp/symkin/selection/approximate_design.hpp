@@ -29,20 +29,20 @@ struct DesignProblem {
 
 struct ApproximateDesign {
   Vector weights;
-  RowMatrix factor;      // T with T^T T = M^-1
-  Vector variances;      // d_j of every candidate
-  double log_det = 0;    // of M
-  double trace = 0;      // the largest trace(M^-1 M_S) of all designs; p at the optimum
-  double least = 0;      // the smallest d_j that this sum takes
-  double gap = 0;        // no design of these candidates has a log_det above log_det + gap
+  RowMatrix factor;    // T with T^T T = M^-1
+  Vector variances;    // d_j of every candidate
+  double log_det = 0;  // of M
+  double trace = 0;    // the largest trace(M^-1 M_S) of all designs; p at the optimum
+  double least = 0;    // the smallest d_j that this sum takes
+  double gap = 0;      // no design of these candidates has a log_det above log_det + gap
   int iterations = 0;
 };
 
 struct DesignOptions {
-  double gap = 1e-4;         // to stop at
+  double gap = 1e-4;       // to stop at
   double target = -1e300;  // or as soon as no design reaches this log_det
   double share = 0;        // or with a gap of this share of what log_det is above the target
-  int iterations = 200;      // passes over the candidates
+  int iterations = 200;    // passes over the candidates
 };
 
 // Randomized pairwise exchange of weight (Harman, Filova and Richtarik 2020) from feasible starting

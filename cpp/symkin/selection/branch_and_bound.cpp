@@ -16,9 +16,8 @@
 namespace symkin {
 namespace {
 
-constexpr Index kClusters = 16;
 constexpr double kIntegral = 1e-5;  // what differs less from a whole number is one
-constexpr double kShare = 0.1;      // of what the relaxation is above the incumbent: a gap to stop at
+constexpr double kShare = 0.1;  // of what the relaxation is above the incumbent: a gap to stop at
 
 // Choices that take between lower and upper of each group of candidates, and their relaxation.
 struct Node {
@@ -93,7 +92,7 @@ class BranchAndBound {
     for (Index j = 0; j < n; ++j) {
       root.members.push_back(j);
     }
-    root.groups.of = farthest_first_clusters(points_, kClusters);
+    root.groups.of = farthest_first_clusters(points_, problem_.clusters);
     const Index groups = *std::max_element(root.groups.of.begin(), root.groups.of.end()) + 1;
     root.groups.lower.assign(at(groups), 0);
     root.groups.upper.assign(at(groups), static_cast<double>(problem_.count));
@@ -188,14 +187,13 @@ class BranchAndBound {
     ++proof_.nodes;
     node.id = proof_.nodes;
     const ColumnBlocks rows = gather(node.members);
-    const DesignProblem relaxation{rows, problem_.shape, problem_.fixed,
-                                   static_cast<double>(problem_.count), 1, &node.groups};
+    const DesignProblem relaxation{
+        rows, problem_.shape, problem_.fixed, static_cast<double>(problem_.count), 1, &node.groups};
     DesignOptions options;
     options.gap = kProofTolerance / 10;
     options.target = goal();
     options.share = kShare;
     ApproximateDesign design = optimise_design(relaxation, node.weights, options, random_);
-    if(getenv("BBDBG"))fprintf(stderr,"node %ld m %ld it %d logdet-LB %.6f gap %.2e support %ld bound-LB %.6f groups %ld\n",(long)proof_.nodes,(long)node.members.size(),design.iterations,design.log_det-proof_.log_det,design.gap,(long)(design.weights.array()>0).count(),determinant_bound(design.factor,design.trace)-proof_.log_det,(long)node.groups.lower.size());
     node.bound = std::min(node.bound, determinant_bound(design.factor, design.trace));
     node.weights = std::move(design.weights);
     node.variances = std::move(design.variances);
@@ -347,9 +345,9 @@ class BranchAndBound {
       return (points_.row(a) - points_.row(b)).squaredNorm();
     };
     const Index one = fractional.front();
-    const Index other = *std::max_element(
-        fractional.begin(), fractional.end(),
-        [&](Index a, Index b) { return distance(one, a) < distance(one, b); });
+    const Index other =
+        *std::max_element(fractional.begin(), fractional.end(),
+                          [&](Index a, Index b) { return distance(one, a) < distance(one, b); });
     double weight = 0;
     const auto second = static_cast<Index>(node.groups.lower.size());
     for (std::size_t k = 0; k < node.members.size(); ++k) {

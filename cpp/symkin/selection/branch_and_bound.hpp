@@ -12,18 +12,19 @@ namespace symkin {
 struct ProofProblem {
   const ColumnBlocks& candidates;  // whitened rows; only those that can be in a better choice
   Shape shape;
-  const RowMatrix& fixed;          // whitened
+  const RowMatrix& fixed;  // whitened
   Index count;
-  std::vector<Index> incumbent;    // positions in `candidates`
-  double log_det;                  // of the incumbent, whitened
+  std::vector<Index> incumbent;  // positions in `candidates`
+  double log_det;                // of the incumbent, whitened
+  Index clusters;                // to start from; the proof does not depend on it, its time does
   double time_limit_s;
 };
 
 struct Proof {
   std::vector<Index> best;  // positions
   double log_det = 0;
-  double bound = 0;         // no choice has a larger log_det
-  bool proven = false;      // bound <= log_det + kProofTolerance
+  double bound = 0;     // no choice has a larger log_det
+  bool proven = false;  // bound <= log_det + kProofTolerance
   Index nodes = 0;
 };
 

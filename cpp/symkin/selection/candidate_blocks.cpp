@@ -12,7 +12,7 @@
 namespace symkin {
 namespace {
 
-constexpr Index kKeptValues = 4'000'000;    // 32 MB of columns at most
+constexpr Index kKeptValues = 4'000'000;     // 32 MB of columns at most
 constexpr Index kValuesPerThread = 500'000;  // less is done before a thread has started
 constexpr Index kChunks = 64;
 constexpr Index kBlocksPerChunk = 16;  // at least
@@ -24,18 +24,18 @@ CandidateBlocks::CandidateBlocks(const RowSource& source, std::vector<bool> excl
       excluded_(std::move(excluded)),
       available_(source.size() - std::count(excluded_.begin(), excluded_.end(), true)) {
   const Index values = source.size() * shape().width();
-  threads_ = static_cast<int>(
-      std::clamp<Index>(values / kValuesPerThread, 1, thread_count(threads)));
+  threads_ =
+      static_cast<int>(std::clamp<Index>(values / kValuesPerThread, 1, thread_count(threads)));
   if (values > kKeptValues) {
     return;
   }
-  ColumnBlocks all(source.size(), shape().width());
-  for_each_chunk([&](Index, Reader& reader) {
-    while (const double* columns = reader.next()) {
-      std::copy_n(columns, shape().width() * kBlock, all.block(reader.first_candidate() / kBlock));
+  kept_ = ColumnBlocks(source.size(), shape().width());
+  parallel_for(chunks(), threads_, [&](Index chunk) {
+    std::vector<double> rows(static_cast<std::size_t>(shape().width() * kBlock));
+    for (Index b = first_block(chunk); b < first_block(chunk + 1); ++b) {
+      load(b, rows.data(), kept_.block(b));
     }
   });
-  kept_ = std::move(all);
 }
 
 Index CandidateBlocks::chunks() const {
@@ -44,7 +44,7 @@ Index CandidateBlocks::chunks() const {
 
 void CandidateBlocks::for_each_chunk(const std::function<void(Index, Reader&)>& task) const {
   parallel_for(chunks(), threads_, [&](Index chunk) {
-    Reader reader(*this, blocks() * chunk / chunks(), blocks() * (chunk + 1) / chunks());
+    Reader reader(*this, first_block(chunk), first_block(chunk + 1));
     task(chunk, reader);
   });
 }

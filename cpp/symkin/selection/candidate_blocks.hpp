@@ -44,6 +44,7 @@ class CandidateBlocks {
 
  private:
   friend class Reader;
+  Index first_block(Index chunk) const { return blocks() * chunk / chunks(); }
   void load(Index block, double* rows, double* columns) const;
   void check_finite(Index block, const double* columns) const;
 

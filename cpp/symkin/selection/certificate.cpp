@@ -34,12 +34,4 @@ double fixed_trace(const RowMatrix& transform, const RowMatrix& fixed) {
   return (transform * fixed).cwiseProduct(transform).sum();
 }
 
-double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
-  double sum = 0;
-  for (Index i = 0; i < std::min(count, static_cast<Index>(sorted.size())); ++i) {
-    sum += sorted[static_cast<std::size_t>(i)].value;
-  }
-  return sum;
-}
-
 }  // namespace symkin

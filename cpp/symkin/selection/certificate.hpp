@@ -34,7 +34,4 @@ double determinant_bound(const RowMatrix& transform, double trace);
 // trace(T F T^T): what the information F (p x p) adds to the trace of a bound.
 double fixed_trace(const RowMatrix& transform, const RowMatrix& fixed);
 
-// The sum of the `count` largest values of a sorted list.
-double largest_sum(const std::vector<RankedCandidate>& sorted, Index count);
-
 }  // namespace symkin

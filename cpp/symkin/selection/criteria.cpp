@@ -38,7 +38,8 @@ double criterion_value(const RowMatrix& information, const SelectionOptions& opt
   if (options.criterion == Criterion::expected_error) {
     return (factor * options.error_weight).cwiseProduct(factor).sum();
   }
-  const Vector eigenvalues = scaled_eigenvalues(information, scale_or_ones(options, information.rows()));
+  const Vector eigenvalues =
+      scaled_eigenvalues(information, scale_or_ones(options, information.rows()));
   if (!(eigenvalues[0] > 0)) {
     return kNaN;
   }

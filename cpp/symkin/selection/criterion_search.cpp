@@ -13,9 +13,9 @@
 namespace symkin {
 namespace {
 
-constexpr double kGain = 1e-10;             // of the merit that counts as better
-constexpr std::size_t kPromising = 400;     // pairs tried when not thorough
-constexpr double kRidge = 1e-10;            // of the diagonal, where the others are singular
+constexpr double kGain = 1e-10;          // of the merit that counts as better
+constexpr std::size_t kPromising = 400;  // pairs tried when not thorough
+constexpr double kRidge = 1e-10;         // of the diagonal, where the others are singular
 
 // trace((I + D)^-1 V) for the candidates of a block, D and V their products with T^T T for the two
 // factors.
@@ -131,8 +131,8 @@ void CriterionSearch::exchange(std::size_t place, Index member) {
   rebuild();
 }
 
-// With A the inverse of M without pose i and Q = A B A, pose j instead of i makes the expected error
-// trace(A B) - trace((I + C_j A C_j^T)^-1 C_j Q C_j^T).
+// With A the inverse of M without pose i and Q = A B A, pose j instead of i makes the expected
+// error trace(A B) - trace((I + C_j A C_j^T)^-1 C_j Q C_j^T).
 bool CriterionSearch::improve_error() {
   ErrorReduction reduction(shape_);
   double best = std::exp(-merit_) * (1 - kGain);
@@ -184,8 +184,8 @@ bool CriterionSearch::improve_eigenvalues(bool thorough) {
   std::vector<Pair> pairs;
   for (std::size_t place = 0; place < chosen_.size(); ++place) {
     for (Index j = 0; j < x_.count(); ++j) {
-      const double gain = values[static_cast<std::size_t>(j)] -
-                          values[static_cast<std::size_t>(chosen_[place])];
+      const double gain =
+          values[static_cast<std::size_t>(j)] - values[static_cast<std::size_t>(chosen_[place])];
       pairs.push_back({place, j, gain});
     }
   }
@@ -204,8 +204,8 @@ bool CriterionSearch::improve_eigenvalues(bool thorough) {
     ++tried;
     const RowMatrix in = rows(pair.member);
     const RowMatrix out = rows(chosen_[pair.place]);
-    const double merit = criterion_merit(
-        information_ + in.transpose() * in - out.transpose() * out, problem_.options);
+    const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
+                                         problem_.options);
     if (merit > best) {
       best = merit;
       best_pair = &pair;

@@ -3,20 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace symkin {
 namespace {
 
-constexpr Index kSample = 8192;
-constexpr Index kPool = 2000;        // of largest d_j for the design without repeats
+constexpr Index kSample = 4096;
+constexpr Index kPool = 400;         // of largest d_j for the design without repeats
 constexpr Index kRepeatsPool = 200;  // and for that with repeats
 constexpr int kPasses = 6;
-constexpr double kSampleGap = 2e-2;  // of log det, for the sample
+constexpr double kSampleGap = 5e-2;  // of log det, for the sample
 
-// Every candidate, or a strided sample of them.
-std::vector<Index> sample(const CandidateBlocks& candidates, Index least) {
-  const Index wanted = std::max(kSample, 4 * least);
-  const Index stride = std::max<Index>(1, candidates.available() / wanted);
+// Every stride-th candidate.
+std::vector<Index> sample(const CandidateBlocks& candidates, Index stride) {
   std::vector<Index> result;
   Index seen = 0;
   for (Index j = 0; j < candidates.size(); ++j) {
@@ -45,10 +44,15 @@ Vector carried_weights(const std::vector<Index>& from, const Vector& weights,
 class BoundingDesigns {
  public:
   BoundingDesigns(const SelectionProblem& problem, Random& random, double gap)
-      : problem_(problem), random_(random), gap_(gap), total_(static_cast<double>(problem.free_count)) {}
+      : problem_(problem),
+        random_(random),
+        gap_(gap),
+        total_(static_cast<double>(problem.free_count)),
+        stride_(std::max<Index>(
+            1, problem.candidates.available() / std::max(kSample, 4 * problem.free_count))) {}
 
   DesignBounds run() {
-    result_.pool = sample(problem_.candidates, problem_.free_count);
+    result_.pool = sample(problem_.candidates, stride_);
     {
       const ColumnBlocks rows = problem_.whitened(result_.pool);
       const Vector start = starting_weights(design_problem(rows, 1));
@@ -76,21 +80,44 @@ class BoundingDesigns {
     }
   }
 
+  // The largest variances of all candidates. What the last candidates show of them, `scale` times
+  // thinner than all, saves most of the sorting; it may not show too little.
+  std::vector<std::vector<RankedCandidate>> screen(const RowMatrix& distinct,
+                                                   const RowMatrix& repeats) const {
+    const Index keep = std::max(kPool, 4 * problem_.free_count);
+    std::vector<Screen> screens = {
+        {distinct, keep, likely_floor(result_.distinct.variances, keep)},
+        {repeats, kRepeatsPool, likely_floor(result_.repeats.variances, kRepeatsPool)}};
+    auto tops = screen_candidates(problem_.candidates, screens);
+    if (static_cast<Index>(tops[0].size()) < problem_.free_count || tops[1].empty()) {
+      screens[0].floor = screens[1].floor = 0;
+      tops = screen_candidates(problem_.candidates, screens);
+    }
+    return tops;
+  }
+
+  double likely_floor(const Vector& variances, Index keep) const {
+    const Index rank = std::min(variances.size() - 1, 2 * keep / stride_);
+    Vector sorted = variances;
+    std::nth_element(sorted.data(), sorted.data() + rank, sorted.data() + sorted.size(),
+                     std::greater<>());
+    return 0.9 * sorted[rank];
+  }
+
   // Bounds from all candidates, the next pool, and the larger of the two gaps.
   double pass() {
     const RowMatrix distinct = problem_.own_transform(result_.distinct.factor);
     const RowMatrix repeats = problem_.own_transform(result_.repeats.factor);
-    const auto tops = screen_candidates(
-        problem_.candidates,
-        {{distinct, std::max(kPool, 2 * problem_.free_count)}, {repeats, kRepeatsPool}});
+    const auto tops = screen(distinct, repeats);
+    stride_ = 1;
     ++result_.passes;
     Certificate& certificate = result_.certificate;
-    const double distinct_bound = determinant_bound(
-        distinct, fixed_trace(distinct, problem_.fixed) + largest_sum(tops[0], problem_.free_count));
+    const double distinct_bound =
+        determinant_bound(distinct, fixed_trace(distinct, problem_.fixed) +
+                                        largest_sum(tops[0], problem_.free_count));
     const double repeats_bound = determinant_bound(
         repeats, fixed_trace(repeats, problem_.fixed) + total_ * largest_sum(tops[1], 1));
-    certificate.log_det_bound_repeats =
-        std::min(certificate.log_det_bound_repeats, repeats_bound);
+    certificate.log_det_bound_repeats = std::min(certificate.log_det_bound_repeats, repeats_bound);
     certificate.log_det_bound_distinct = std::min(
         {certificate.log_det_bound_distinct, distinct_bound, certificate.log_det_bound_repeats});
     const double own = problem_.whitening.log_det;
@@ -124,6 +151,7 @@ class BoundingDesigns {
   Random& random_;
   double gap_;
   double total_;
+  Index stride_;  // how much thinner than all candidates the last ones were
   DesignBounds result_;
 };
 

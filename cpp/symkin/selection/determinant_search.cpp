@@ -2,14 +2,18 @@
 #include "symkin/selection/determinant_search.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
+
+#include "symkin/selection/clusters.hpp"
 
 namespace symkin {
 namespace {
 
-constexpr double kGain = 1e-10;         // of a ratio that counts as better
-constexpr Index kExchangesKept = 16;    // before everything is computed afresh
+constexpr double kGain = 1e-10;       // of a ratio that counts as better
+constexpr Index kExchangesKept = 16;  // before everything is computed afresh
+constexpr Index kParts = 16;          // of the pool, for the kicks
 
 }  // namespace
 
@@ -19,9 +23,17 @@ DeterminantSearch::DeterminantSearch(const SelectionProblem& problem, std::vecto
       shape_(problem.candidates.shape()),
       fixed_(problem.whitened_fixed +
              ridge * RowMatrix::Identity(shape_.parameters, shape_.parameters)),
-      pool_(std::move(pool)) {
+      pool_(std::move(pool)),
+      leaving_(shape_),
+      work_(shape_.parameters) {
   sort_pool(chosen);
   all_ = problem_.whitened(pool_);
+  const std::vector<Index> part =
+      farthest_first_clusters(candidate_points(all_, shape_.parameters), kParts);
+  parts_.resize(static_cast<std::size_t>(*std::max_element(part.begin(), part.end()) + 1));
+  for (std::size_t k = 0; k < part.size(); ++k) {
+    parts_[static_cast<std::size_t>(part[k])].push_back(static_cast<Index>(k));
+  }
   x_ = all_;
   gram_ = AlignedArray(shape_.rows == 1 ? 0 : all_.blocks() * shape_.gram_size() * kBlock);
   trace_ = AlignedArray(all_.blocks() * kBlock);
@@ -95,6 +107,11 @@ void DeterminantSearch::rebuild() {
     return;
   }
   const RowMatrix factor = inverse_factor(information_.matrix());
+  chosen_trace_ = (rows * factor.transpose()).rowwise().squaredNorm();
+  if (shape_.rows > 1) {
+    const Eigen::Map<const RowMatrix> by_row(chosen_trace_.data(), count, shape_.rows);
+    chosen_trace_ = by_row.rowwise().sum().eval();
+  }
   for (Index b = 0; b < x_.blocks(); ++b) {
     kernels().gram(x_.block(b), factor.data(), shape_, gram(b), trace_.data() + b * kBlock,
                    group_max_.data() + b * kGroups);
@@ -117,15 +134,23 @@ void DeterminantSearch::count_conflicts() {
 
 // All variances after M += sign C^T C.
 void DeterminantSearch::update(const double* rows, double sign) {
-  Vector u(shape_.parameters);
+  const Index p = shape_.parameters;
   for (Index row = 0; row < shape_.rows; ++row) {
-    const double* x = rows + row * shape_.parameters;
-    information_.multiply_inverse(x, u.data());
-    const double d = Eigen::Map<const Vector>(x, shape_.parameters).dot(u);
+    const double* x = rows + row * p;
+    double* u = work_.data();
+    information_.multiply_inverse(x, u);
+    const double d = Eigen::Map<const Vector>(x, p).dot(work_);
     const double scale = -sign / (1 + sign * d);
     for (Index b = 0; b < x_.blocks(); ++b) {
-      kernels().gram_update(x_.block(b), u.data(), scale, shape_, gram(b),
-                            trace_.data() + b * kBlock, group_max_.data() + b * kGroups);
+      kernels().gram_update(x_.block(b), u, scale, shape_, gram(b), trace_.data() + b * kBlock,
+                            group_max_.data() + b * kGroups);
+    }
+    for (Index place = 0; place < chosen_rows_.rows(); ++place) {
+      const Eigen::Map<const RowMatrix> c(chosen_rows_.row(place).data(), shape_.rows, p);
+      for (Index a = 0; a < shape_.rows; ++a) {
+        const double product = c.row(a).dot(work_);
+        chosen_trace_[place] += scale * product * product;
+      }
     }
     information_.add(x, 1, sign);
   }
@@ -170,6 +195,7 @@ void DeterminantSearch::exchange(const Pair& pair) {
   all_.get(pair.member, rows.row(0).data());
   rows.row(1) = chosen_rows_.row(pair.place);
   chosen_rows_.row(pair.place) = rows.row(0);
+  chosen_trace_[pair.place] = trace_[pair.member];
   update(rows.row(0).data(), 1);
   update(rows.row(1).data(), -1);
   hide(pair.member);
@@ -179,34 +205,37 @@ void DeterminantSearch::exchange(const Pair& pair) {
   is_chosen_[static_cast<std::size_t>(pair.member)] = true;
 }
 
-// The members of least variance go first: their exchange gains most, and then the bound
-// 1 + d_j - d_i leaves little to try for the others.
-DeterminantSearch::Pair DeterminantSearch::best_pair() const {
-  std::vector<LeavingPose> leaving;
-  std::vector<Index> order(chosen_.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  for (const Index place : order) {
-    leaving.emplace_back(information_, chosen_rows_.row(place).data(), shape_);
+// The poses of least variance go first: their exchange gains most, and then the bound of the ratio
+// leaves little to try for the others.
+DeterminantSearch::Pair DeterminantSearch::best_pair() {
+  std::vector<std::pair<double, Index>> order;
+  for (Index place = 0; place < chosen_trace_.size(); ++place) {
+    order.emplace_back(chosen_trace_[place], place);
   }
-  const auto pose = [&](Index place) -> const LeavingPose& {
-    return leaving[static_cast<std::size_t>(place)];
-  };
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return pose(a).trace() < pose(b).trace(); });
+  std::sort(order.begin(), order.end());
+  const double largest =
+      *std::max_element(group_max_.data(), group_max_.data() + group_max_.size());
   Pair best;
   best.ratio = 1 + kGain;
-  for (const Index place : order) {
+  for (const auto& [trace, place] : order) {
+    // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for this pose and those after
+    // it.
+    const double needed = shape_.rows == 1 ? best.ratio - 1 : std::log(best.ratio);
+    if (largest - trace <= needed && !problem_.spacing.active()) {
+      break;
+    }
+    leaving_.prepare(information_, chosen_rows_.row(place).data());
     for (Index b = 0; b < x_.blocks(); ++b) {
       BestPair found{best.ratio, -1};
       kernels().best_pair(x_.block(b), shape_.rows == 1 ? nullptr : gram(b),
                           trace_.data() + b * kBlock, group_max_.data() + b * kGroups,
-                          pose(place).view(), shape_, found);
+                          leaving_.view(), shape_, found);
       if (found.lane >= 0) {
         best = {place, b * kBlock + found.lane, found.ratio};
       }
     }
     if (problem_.spacing.active()) {
-      consider_neighbours(pose(place), place, best);
+      consider_neighbours(leaving_, place, best);
     }
   }
   return best;
@@ -222,7 +251,7 @@ void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index pl
     if (conflicts_[member] == 1 && !is_chosen_[member] &&
         problem_.spacing.conflict(pool_[member], pose)) {
       all_.get(j, rows.data());
-      const double ratio = leaving.ratio(information_, rows.data(), shape_);
+      const double ratio = leaving.ratio(information_, rows.data());
       if (ratio > best.ratio) {
         best = {place, j, ratio};
       }
@@ -243,7 +272,10 @@ void DeterminantSearch::descend() {
 void DeterminantSearch::kick(Index count, Random& random) {
   for (Index k = 0; k < count; ++k) {
     const auto place = static_cast<std::size_t>(random.below(static_cast<Index>(chosen_.size())));
-    const Index member = random.below(all_.count());
+    const std::vector<Index>& part =
+        parts_[static_cast<std::size_t>(random.below(static_cast<Index>(parts_.size())))];
+    const Index member =
+        part[static_cast<std::size_t>(random.below(static_cast<Index>(part.size())))];
     std::vector<Index> others = chosen_;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(place));
     const bool free = std::find(chosen_.begin(), chosen_.end(), member) == chosen_.end() &&

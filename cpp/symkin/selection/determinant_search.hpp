@@ -23,7 +23,7 @@ class DeterminantSearch {
   // Exchanges until no exchange in the pool is better by more than rounding.
   void descend();
 
-  // Swaps `count` chosen poses for others at random.
+  // Swaps `count` chosen poses for others at random, from all parts of the pool alike.
   void kick(Index count, Random& random);
 
   double log_det() const { return information_.log_det(); }  // whitened
@@ -54,22 +54,26 @@ class DeterminantSearch {
   void set_gram(Index member, const RowMatrix& products);
   void update(const double* rows, double sign);
   void exchange(const Pair& pair);
-  Pair best_pair() const;
+  Pair best_pair();
   void consider_neighbours(const LeavingPose& leaving, Index place, Pair& best) const;
 
   const SelectionProblem& problem_;
   Shape shape_;
   RowMatrix fixed_;  // whitened
   std::vector<Index> pool_;
-  ColumnBlocks all_;   // every member
-  ColumnBlocks x_;     // zeros for those chosen or too near to a chosen one
+  ColumnBlocks all_;  // every member
+  ColumnBlocks x_;    // zeros for those chosen or too near to a chosen one
   AlignedArray gram_, trace_, group_max_;
   Information information_;
-  std::vector<Index> chosen_;      // members
-  RowMatrix chosen_rows_;          // count x width
-  std::vector<Index> conflicts_;   // with chosen poses, for each member; only with spacing
+  std::vector<Index> chosen_;  // members
+  RowMatrix chosen_rows_;      // count x width
+  Vector chosen_trace_;        // d_i of each
+  LeavingPose leaving_;
+  std::vector<Index> conflicts_;  // with chosen poses, for each member; only with spacing
   std::vector<bool> is_chosen_;
-  std::vector<Index> hidden_;      // members that are zero in x_
+  std::vector<Index> hidden_;              // members that are zero in x_
+  std::vector<std::vector<Index>> parts_;  // members that are near each other
+  Vector work_;
   Index exchanges_ = 0, since_rebuild_ = 0;
 };
 

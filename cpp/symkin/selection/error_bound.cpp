@@ -12,17 +12,17 @@
 namespace symkin {
 namespace {
 
-constexpr int kRounds = 6;        // passes over all candidates
-constexpr int kSteps = 300;       // of weight between two passes
+constexpr int kRounds = 6;   // passes over all candidates
+constexpr int kSteps = 300;  // of weight between two passes
 constexpr Index kActive = 200;
 
 // The rounding of T and of the sums; their condition is that of W.
 constexpr double kSlack = 1e-9;
 
 struct Gradient {
-  double error = 0;   // f
-  RowMatrix root;     // lower T with T^T T = W^-1 B W^-1
-  double fixed = 0;   // trace(W^-1 B W^-1 F)
+  double error = 0;  // f
+  RowMatrix root;    // lower T with T^T T = W^-1 B W^-1
+  double fixed = 0;  // trace(W^-1 B W^-1 F)
 };
 
 Gradient gradient_at(const RowMatrix& w, const RowMatrix& b, const RowMatrix& fixed) {
@@ -34,8 +34,7 @@ Gradient gradient_at(const RowMatrix& w, const RowMatrix& b, const RowMatrix& fi
 
 // The weight in [0, limit] to move so that trace(W^-1 B) becomes least: convex, by bisection of the
 // derivative.
-double best_step(const RowMatrix& w, const RowMatrix& direction, const RowMatrix& b,
-                 double limit) {
+double best_step(const RowMatrix& w, const RowMatrix& direction, const RowMatrix& b, double limit) {
   const auto slope = [&](double step) {
     const RowMatrix factor = inverse_factor(w + step * direction);
     if (factor.size() == 0) {
@@ -102,10 +101,9 @@ double expected_error_bound(const SelectionProblem& problem, const std::vector<I
   double bound = 0;
   for (int round = 0; round < kRounds; ++round) {
     const Gradient gradient = gradient_at(w, b, problem.fixed);
-    const auto top =
-        screen_candidates(problem.candidates,
-                          {{gradient.root, std::max(kActive, 2 * problem.free_count)}})
-            .front();
+    const auto top = screen_candidates(problem.candidates,
+                                       {{gradient.root, std::max(kActive, 2 * problem.free_count)}})
+                         .front();
     const double sum = gradient.fixed + largest_sum(top, problem.free_count);
     bound = std::max(bound, gradient.error * gradient.error / sum * (1 - kSlack));
     for (const RankedCandidate& candidate : top) {

@@ -12,8 +12,8 @@
 namespace symkin {
 namespace {
 
-constexpr Index kSmallestKick = 2;
-constexpr Index kLargestKick = 6;
+constexpr Index kSmallestKick = 4;
+constexpr Index kLargestKick = 12;
 constexpr int kVerifications = 20;
 constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 

@@ -21,8 +21,7 @@ std::vector<Index> promising(const SelectionProblem& problem, const RowMatrix& f
   const auto p = static_cast<double>(problem.parameters());
   const RowMatrix transform = problem.own_transform(factor);
   const auto top = screen_candidates(problem.candidates, {{transform, problem.free_count}}).front();
-  const double sum =
-      fixed_trace(transform, problem.fixed) + largest_sum(top, problem.free_count);
+  const double sum = fixed_trace(transform, problem.fixed) + largest_sum(top, problem.free_count);
   const double needed =
       p * std::exp((log_det + kProofTolerance - determinant_bound(transform, p)) / p) - sum +
       top.back().value;
@@ -39,6 +38,10 @@ std::vector<Index> promising(const SelectionProblem& problem, const RowMatrix& f
   result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;
 }
+
+// A good set has its poses near those that the design with repeats would measure again and again;
+// somewhat more clusters than these need the fewest nodes.
+Index cluster_count(const Vector& weights) { return 4 * (weights.array() > 1e-3).count() / 3 + 1; }
 
 }  // namespace
 
@@ -57,9 +60,10 @@ Choice select_exhaustive(const SelectionProblem& problem) {
     incumbent.push_back(std::lower_bound(kept.begin(), kept.end(), candidate) - kept.begin());
   }
   const std::chrono::duration<double> used = std::chrono::steady_clock::now() - start;
-  const Proof proof = prove_optimum({rows, problem.candidates.shape(), problem.whitened_fixed,
-                                     problem.free_count, incumbent, log_det - own,
-                                     problem.options.time_limit_s - used.count()});
+  const Proof proof =
+      prove_optimum({rows, problem.candidates.shape(), problem.whitened_fixed, problem.free_count,
+                     incumbent, log_det - own, cluster_count(bounds.repeats.weights),
+                     problem.options.time_limit_s - used.count()});
   choice.nodes = proof.nodes;
   choice.certificate.proven_optimal = proof.proven;
   Certificate& certificate = choice.certificate;

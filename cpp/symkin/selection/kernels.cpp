@@ -8,31 +8,32 @@ namespace {
 
 // One set of kernels for an instruction set: the bodies are inlined into functions that the
 // compiler may translate with it, so that one binary runs, and runs fast, everywhere.
-#define SYMKIN_KERNELS(variant, target)                                                          \
-  namespace variant {                                                                            \
-  target void transform(const double* x, const double* t, Shape shape, double* z) {              \
-    body::transform(x, t, shape, z);                                                             \
-  }                                                                                              \
-  target void variance(const double* x, const double* t, Shape shape, double* trace) {           \
-    body::variance(x, t, shape, trace);                                                          \
-  }                                                                                              \
-  target void gram(const double* x, const double* t, Shape shape, double* gram_columns,          \
-                   double* trace, double* group_max) {                                           \
-    body::gram(x, t, shape, gram_columns, trace, group_max);                                     \
-  }                                                                                              \
-  target void gram_update(const double* x, const double* u, double scale, Shape shape,           \
-                          double* gram_columns, double* trace, double* group_max) {              \
-    body::gram_update(x, u, scale, shape, gram_columns, trace, group_max);                       \
-  }                                                                                              \
-  target void outer_sum(const double* x, Shape shape, double* sum) {                             \
-    body::outer_sum(x, shape, sum);                                                              \
-  }                                                                                              \
-  target void best_pair(const double* x, const double* gram_columns, const double* trace,        \
-                        const double* group_max, const Leaving& leaving, Shape shape,            \
-                        BestPair& best) {                                                        \
-    body::best_pair(x, gram_columns, trace, group_max, leaving, shape, best);                    \
-  }                                                                                              \
-  constexpr Kernels kTable{transform, variance, gram, gram_update, outer_sum, best_pair, #variant}; \
+#define SYMKIN_KERNELS(variant, target)                                                   \
+  namespace variant {                                                                     \
+  target void transform(const double* x, const double* t, Shape shape, double* z) {       \
+    body::transform(x, t, shape, z);                                                      \
+  }                                                                                       \
+  target void variance(const double* x, const double* t, Shape shape, double* trace) {    \
+    body::variance(x, t, shape, trace);                                                   \
+  }                                                                                       \
+  target void gram(const double* x, const double* t, Shape shape, double* gram_columns,   \
+                   double* trace, double* group_max) {                                    \
+    body::gram(x, t, shape, gram_columns, trace, group_max);                              \
+  }                                                                                       \
+  target void gram_update(const double* x, const double* u, double scale, Shape shape,    \
+                          double* gram_columns, double* trace, double* group_max) {       \
+    body::gram_update(x, u, scale, shape, gram_columns, trace, group_max);                \
+  }                                                                                       \
+  target void outer_sum(const double* x, Shape shape, double* sum) {                      \
+    body::outer_sum(x, shape, sum);                                                       \
+  }                                                                                       \
+  target void best_pair(const double* x, const double* gram_columns, const double* trace, \
+                        const double* group_max, const Leaving& leaving, Shape shape,     \
+                        BestPair& best) {                                                 \
+    body::best_pair(x, gram_columns, trace, group_max, leaving, shape, best);             \
+  }                                                                                       \
+  constexpr Kernels kTable{                                                               \
+      transform, variance, gram, gram_update, outer_sum, best_pair, #variant};            \
   }
 
 SYMKIN_KERNELS(baseline, )

@@ -23,10 +23,10 @@ constexpr Index kMaxRows = 36;  // rows a candidate may have
 // A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
 // after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
 struct Leaving {
-  const double* y;   // rows x parameters: C_i A, in the coordinates of x
-  const double* s;   // rows x rows: (I - D_ii)^-1; unused with one row
-  double base;       // det(I - D_ii)
-  double trace;      // d_i
+  const double* y;  // rows x parameters: C_i A, in the coordinates of x
+  const double* s;  // rows x rows: (I - D_ii)^-1; unused with one row
+  double base;      // det(I - D_ii)
+  double trace;     // d_i
 };
 
 // The best exchange so far; `lane` is set only where the kernel finds a better one.

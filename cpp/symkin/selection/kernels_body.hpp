@@ -55,8 +55,7 @@ SYMKIN_INLINE void transform(const double* x, const double* t, Shape shape, doub
   for (Index row = 0; row < shape.rows; ++row) {
     for (Index g = 0; g < kBlock; g += kGroup) {
       for (Index a = 0; a < p; ++a) {
-        combine(x + row * p * kBlock + g, t + a * p, a + 1,
-                store(z + (row * p + a) * kBlock + g));
+        combine(x + row * p * kBlock + g, t + a * p, a + 1, store(z + (row * p + a) * kBlock + g));
       }
     }
   }
@@ -212,9 +211,8 @@ SYMKIN_INLINE void best_pair_single(const double* x, const double* trace, const 
 }
 
 // det(I + D_jj + E S E^T) of eight lanes by their Cholesky pivots, D_jj at `gram`.
-SYMKIN_INLINE void bordered_determinant(const double* gram_columns, const Lanes* e,
-                                        const double* s, Index r, Lanes* work,
-                                        Lanes& determinant) {
+SYMKIN_INLINE void bordered_determinant(const double* gram_columns, const Lanes* e, const double* s,
+                                        Index r, Lanes* work, Lanes& determinant) {
   determinant = Lanes{} + 1.0;
   for (Index a = 0; a < r; ++a) {
     Lanes es[kMaxRows];

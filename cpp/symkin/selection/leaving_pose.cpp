@@ -12,37 +12,38 @@ constexpr double kRidge = 1e-9;
 
 }  // namespace
 
-LeavingPose::LeavingPose(const Information& information, const double* rows, Shape shape)
-    : y_(shape.rows, shape.parameters) {
-  for (Index row = 0; row < shape.rows; ++row) {
-    information.multiply_inverse(rows + row * shape.parameters, y_.row(row).data());
+void LeavingPose::prepare(const Information& information, const double* rows) {
+  trace_ = 0;
+  for (Index row = 0; row < shape_.rows; ++row) {
+    const double* c = rows + row * shape_.parameters;
+    double* y = y_.data() + row * shape_.parameters;
+    information.multiply_inverse(c, y);
+    for (Index a = 0; a < shape_.parameters; ++a) {
+      trace_ += c[a] * y[a];
+    }
   }
-  const Eigen::Map<const RowMatrix> c(rows, shape.rows, shape.parameters);
-  view_.y = y_.data();
-  if (shape.rows == 1) {
-    view_.trace = c.row(0).dot(y_.row(0));
-    view_.base = 1 - view_.trace;
+  if (shape_.rows == 1) {
+    base_ = 1 - trace_;
     return;
   }
-  const RowMatrix d = c * y_.transpose();
-  const RowMatrix rest = (1 + kRidge) * RowMatrix::Identity(shape.rows, shape.rows) - d;
+  const Eigen::Map<const RowMatrix> c(rows, shape_.rows, shape_.parameters);
+  const RowMatrix rest =
+      (1 + kRidge) * RowMatrix::Identity(shape_.rows, shape_.rows) - c * y_.transpose();
   const Eigen::PartialPivLU<RowMatrix> lu(rest);
   s_ = lu.inverse();
-  view_.trace = d.trace();
-  view_.base = lu.determinant();
-  view_.s = s_.data();
+  base_ = lu.determinant();
 }
 
-double LeavingPose::ratio(const Information& information, const double* rows, Shape shape) const {
-  const Eigen::Map<const RowMatrix> c(rows, shape.rows, shape.parameters);
+double LeavingPose::ratio(const Information& information, const double* rows) const {
+  const Eigen::Map<const RowMatrix> c(rows, shape_.rows, shape_.parameters);
   const RowMatrix d = c * information.inverse() * c.transpose();
   const RowMatrix e = c * y_.transpose();
-  if (shape.rows == 1) {
-    return (1 + d(0, 0)) * view_.base + e(0, 0) * e(0, 0);
+  if (shape_.rows == 1) {
+    return (1 + d(0, 0)) * base_ + e(0, 0) * e(0, 0);
   }
   const RowMatrix bordered =
-      RowMatrix::Identity(shape.rows, shape.rows) + d + e * s_ * e.transpose();
-  return view_.base * bordered.determinant();
+      RowMatrix::Identity(shape_.rows, shape_.rows) + d + e * s_ * e.transpose();
+  return base_ * bordered.determinant();
 }
 
 }  // namespace symkin

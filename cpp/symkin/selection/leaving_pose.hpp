@@ -10,18 +10,21 @@ namespace symkin {
 // (I - D_ii)^-1 by the inverse of M.
 class LeavingPose {
  public:
-  // rows: C_i, shape.rows x shape.parameters.
-  LeavingPose(const Information& information, const double* rows, Shape shape);
+  explicit LeavingPose(Shape shape) : shape_(shape), y_(shape.rows, shape.parameters) {}
 
-  const Leaving& view() const { return view_; }
-  double trace() const { return view_.trace; }
+  // rows: C_i, shape.rows x shape.parameters.
+  void prepare(const Information& information, const double* rows);
+
+  Leaving view() const { return {y_.data(), s_.data(), base_, trace_}; }
+  double trace() const { return trace_; }
 
   // The ratio of the determinants after and before the exchange for one candidate's rows.
-  double ratio(const Information& information, const double* rows, Shape shape) const;
+  double ratio(const Information& information, const double* rows) const;
 
  private:
+  Shape shape_;
   RowMatrix y_, s_;
-  Leaving view_{};
+  double base_ = 0, trace_ = 0;
 };
 
 }  // namespace symkin

@@ -56,10 +56,10 @@ SelectionProblem::SelectionProblem(const RowSource& source, const SelectionOptio
       whitened_fixed(whitening.transform * fixed * whitening.transform.transpose()),
       free_count(given.count - static_cast<Index>(given.required.size())) {
   if (given.method != SelectionMethod::all && free_count > candidates.available()) {
-    throw InvalidInput(std::to_string(given.count) + " poses are to be selected, but only " +
-                       std::to_string(candidates.available() +
-                                      static_cast<Index>(given.required.size())) +
-                       " candidates are neither forbidden nor too near to a required one");
+    throw InvalidInput(
+        std::to_string(given.count) + " poses are to be selected, but only " +
+        std::to_string(candidates.available() + static_cast<Index>(given.required.size())) +
+        " candidates are neither forbidden nor too near to a required one");
   }
 }
 

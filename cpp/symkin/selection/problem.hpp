@@ -20,10 +20,10 @@ struct SelectionProblem {
   const SelectionOptions& options;
   Spacing spacing;
   CandidateBlocks candidates;
-  RowMatrix fixed;      // p x p, in the parameters' own units
+  RowMatrix fixed;  // p x p, in the parameters' own units
   Whitening whitening;
   RowMatrix whitened_fixed;
-  Index free_count;     // poses to choose beside the required ones
+  Index free_count;  // poses to choose beside the required ones
 
   Index parameters() const { return candidates.shape().parameters; }
 

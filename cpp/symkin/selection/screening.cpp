@@ -37,6 +37,14 @@ std::vector<RankedCandidate> TopCandidates::sorted() {
   return kept_;
 }
 
+double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
+  double sum = 0;
+  for (Index i = 0; i < std::min(count, static_cast<Index>(sorted.size())); ++i) {
+    sum += sorted[static_cast<std::size_t>(i)].value;
+  }
+  return sum;
+}
+
 std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
                                                             const std::vector<Screen>& screens) {
   std::vector<TopCandidates> none;

@@ -38,6 +38,9 @@ class TopCandidates {
   std::vector<RankedCandidate> kept_;
 };
 
+// The sum of the `count` largest values of a sorted list.
+double largest_sum(const std::vector<RankedCandidate>& sorted, Index count);
+
 // The variance function d_j = trace(C_j T^T T C_j^T) of all candidates and the `keep` largest of
 // those above `floor` (excluded candidates have d = 0).
 struct Screen {

@@ -28,18 +28,18 @@ struct SelectionOptions {
   SelectionMethod method = SelectionMethod::exchange;
   Criterion criterion = Criterion::O1;
   std::uint64_t seed = 1;
-  int restarts = 10;               // sun_hollerbach: random starts
-  int kicks = 40;                  // exchange: disturbances of the best set
-  std::vector<Index> required;     // candidates that must be selected
-  std::vector<bool> forbidden;     // n flags, or none
-  RowMatrix prior;                 // p x p information of what is measured already, or empty
-  RowMatrix coordinates;           // n x m: where the candidates are, for the distance
-  double minimum_distance = 0;     // between any two selected poses, in the coordinates' unit
-  Vector column_scale;             // p: unit of each parameter in O2 to O5; empty: ones
-  RowMatrix error_weight;          // p x p: B of expected_error
-  double time_limit_s = 10;        // exhaustive
-  Index spare_count = 0;           // further poses to name
-  int threads = 0;                 // 0: as many as the machine has; the result is the same
+  int restarts = 10;            // sun_hollerbach: random starts
+  int kicks = 60;               // exchange: disturbances of the best set
+  std::vector<Index> required;  // candidates that must be selected
+  std::vector<bool> forbidden;  // n flags, or none
+  RowMatrix prior;              // p x p information of what is measured already, or empty
+  RowMatrix coordinates;        // n x m: where the candidates are, for the distance
+  double minimum_distance = 0;  // between any two selected poses, in the coordinates' unit
+  Vector column_scale;          // p: unit of each parameter in O2 to O5; empty: ones
+  RowMatrix error_weight;       // p x p: B of expected_error
+  double time_limit_s = 10;     // exhaustive
+  Index spare_count = 0;        // further poses to name
+  int threads = 0;              // 0: as many as the machine has; the result is the same
 
   // Throws InvalidInput for n candidates of r rows and p parameters.
   void check(Index candidates, Index rows_per_pose, Index parameters) const;
@@ -50,10 +50,10 @@ struct Selection {
   double log_det = 0;          // log det M of the selected rows and the prior
   double criterion_value = 0;
   Certificate certificate;
-  std::vector<Index> spares;   // each the best addition to the selection and the spares before it
-  Index exchanges = 0;         // made by the method
-  Index passes = 0;            // over all candidates, to verify the selection
-  Index nodes = 0;             // of the branch and bound
+  std::vector<Index> spares;  // each the best addition to the selection and the spares before it
+  Index exchanges = 0;        // made by the method
+  Index passes = 0;           // over all candidates, to verify the selection
+  Index nodes = 0;            // of the branch and bound
 };
 
 // Throws InvalidInput for options that do not fit, and NotIdentifiable with the directions in

@@ -25,8 +25,8 @@ void check_required(const SelectionOptions& options, Index candidates) {
   std::sort(required.begin(), required.end());
   for (std::size_t k = 0; k < required.size(); ++k) {
     const Index j = required[k];
-    demand(j >= 0 && j < candidates, "the required candidate " + text(j) +
-                                         " does not exist; there are " + text(candidates));
+    demand(j >= 0 && j < candidates,
+           "the required candidate " + text(j) + " does not exist; there are " + text(candidates));
     demand(k == 0 || required[k - 1] != j, "candidate " + text(j) + " is required twice");
     demand(options.forbidden.empty() || !options.forbidden[static_cast<std::size_t>(j)],
            "candidate " + text(j) + " is required and forbidden");
@@ -45,9 +45,9 @@ void check_required(const SelectionOptions& options, Index candidates) {
 
 // p x p, finite, symmetric and positive semidefinite.
 void check_matrix(const RowMatrix& matrix, Index p, const std::string& name) {
-  demand(matrix.rows() == p && matrix.cols() == p,
-         name + " is " + text(matrix.rows()) + " x " + text(matrix.cols()) + ", expected " +
-             text(p) + " x " + text(p));
+  demand(matrix.rows() == p && matrix.cols() == p, name + " is " + text(matrix.rows()) + " x " +
+                                                       text(matrix.cols()) + ", expected " +
+                                                       text(p) + " x " + text(p));
   demand(matrix.allFinite(), name + " is not finite");
   const double size = matrix.cwiseAbs().maxCoeff();
   demand((matrix - matrix.transpose()).cwiseAbs().maxCoeff() <= 1e-8 * size,
@@ -86,8 +86,8 @@ void check_count(const SelectionOptions& options, Index candidates, Index r, Ind
   demand(options.count <= candidates, text(options.count) + " poses cannot be selected from " +
                                           text(candidates) + " candidates");
   const auto required = static_cast<Index>(options.required.size());
-  demand(required <= options.count, text(required) + " poses are required, more than the count " +
-                                        text(options.count));
+  demand(required <= options.count,
+         text(required) + " poses are required, more than the count " + text(options.count));
   demand(options.count * r >= p || options.prior.size() != 0,
          text(options.count) + " poses of " + text(r) + " row(s) cannot show " + text(p) +
              " parameters; expected at least " + text((p + r - 1) / r) + " poses");
@@ -106,8 +106,8 @@ void SelectionOptions::check(Index candidates, Index rows_per_pose, Index parame
          "the minimum distance is " + text(minimum_distance) + ", expected zero or more");
   if (minimum_distance > 0) {
     demand(coordinates.rows() == candidates && coordinates.cols() > 0,
-           "a minimum distance needs the coordinates of the " + text(candidates) +
-               " candidates; " + text(coordinates.rows()) + " are given");
+           "a minimum distance needs the coordinates of the " + text(candidates) + " candidates; " +
+               text(coordinates.rows()) + " are given");
   }
   if (prior.size() != 0) {
     check_matrix(prior, parameters, "the prior information");
@@ -120,7 +120,8 @@ void SelectionOptions::check(Index candidates, Index rows_per_pose, Index parame
   demand(restarts >= 1, "restarts is " + text(Index{restarts}) + ", expected at least 1");
   demand(kicks >= 0, "kicks is " + text(Index{kicks}) + ", expected zero or more");
   demand(spare_count >= 0, "the spare count is " + text(spare_count) + ", expected zero or more");
-  demand(time_limit_s >= 0, "the time limit is " + text(time_limit_s) + " s, expected zero or more");
+  demand(time_limit_s >= 0,
+         "the time limit is " + text(time_limit_s) + " s, expected zero or more");
 }
 
 }  // namespace symkin

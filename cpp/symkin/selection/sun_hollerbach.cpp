@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kRidge = 1e-6;  // until the poses of the start show every parameter
 
-// Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one, each
-// the best; then the best is added and the least useful dropped until these are the same. All
+// Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one,
+// each the best; then the best is added and the least useful dropped until these are the same. All
 // variances follow by rank-one updates.
 class ActiveCalibration {
  public:

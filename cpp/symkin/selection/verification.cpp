@@ -25,7 +25,8 @@ class Verifier {
     identity_.reset(RowMatrix::Identity(shape_.parameters, shape_.parameters));
     for (const Index candidate : chosen) {
       const RowMatrix z = problem.candidates.rows(candidate) * transform_.transpose();
-      leaving_.emplace_back(identity_, z.data(), shape_);
+      leaving_.emplace_back(shape_);
+      leaving_.back().prepare(identity_, z.data());
       least_trace_ = std::min(least_trace_, leaving_.back().trace());
     }
   }
@@ -98,7 +99,7 @@ class Verifier {
       const bool is_chosen = std::find(chosen_.begin(), chosen_.end(), j) != chosen_.end();
       if (near.size() == 1 && !is_chosen) {
         const RowMatrix z = problem_.candidates.rows(j) * transform_.transpose();
-        const double ratio = leaving_[near[0]].ratio(identity_, z.data(), shape_);
+        const double ratio = leaving_[near[0]].ratio(identity_, z.data());
         if (ratio > 1 + kGain) {
           better.offer(j, ratio);
         }

@@ -23,8 +23,8 @@ RowMatrix orthogonal_factor(const CandidateBlocks& candidates, const RowMatrix& 
   const Shape shape = candidates.shape();
   const Index p = shape.parameters;
   const Eigen::SelfAdjointEigenSolver<RowMatrix> eigen(fixed);
-  RowMatrix r = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-                eigen.eigenvectors().transpose();
+  RowMatrix r =
+      eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
   Eigen::MatrixXd stack(p + shape.rows * kBlock, p);
   for (Index first = 0; first < candidates.size(); first += kBlock) {
     stack.setZero();
@@ -43,8 +43,7 @@ RowMatrix orthogonal_factor(const CandidateBlocks& candidates, const RowMatrix& 
 [[noreturn]] void refuse(const Eigen::JacobiSVD<Eigen::MatrixXd>& svd, const Vector& lengths,
                          Index rank) {
   const Index p = lengths.size();
-  RowMatrix directions =
-      lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - rank);
+  RowMatrix directions = lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - rank);
   directions.colwise().normalize();
   throw NotIdentifiable("the candidates show only " + std::to_string(rank) +
                             " independent combinations of the " + std::to_string(p) +

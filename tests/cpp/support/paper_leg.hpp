@@ -3,7 +3,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -15,59 +14,49 @@ namespace symkin::testing {
 // Rows dg/dparam of one [R]RR leg of a 3-RRR mechanism with bases 6 m and a platform of 1.5 m a
 // side and links of 1.5 m, at random poses from which every leg reaches. Self-contained, so that
 // the selection is tested and timed without the kinematics.
-struct PaperLeg {
-  double proximal_length = 1.5, distal_length = 1.5;
-  double base_radius = 6 / std::sqrt(3.0), base_angle = 210 * kDegree;
-  double platform_radius = 1.5 / std::sqrt(3.0), platform_angle = 210 * kDegree;
-  double sensor_gain = 1, sensor_offset = 30 * kDegree;
-
+class PaperLeg {
+ public:
   static constexpr double kDegree = 3.14159265358979323846 / 180;
-  static constexpr Index kParameters = 8;
+  static constexpr Index kParameters = 8;  // l L OA beta ob beta_b k gamma
 
-  // Distances of a pose (x, y, phi) from stretch and fold.
+  // The leg of the mechanism that is turned about its centre by `turn` (rad).
+  explicit PaperLeg(double turn = 0)
+      : platform_angle_(210 * kDegree + turn),
+        base_cos_(std::cos(210 * kDegree + turn)),
+        base_sin_(std::sin(210 * kDegree + turn)),
+        offset_cos_(std::cos(30 * kDegree + turn)),
+        offset_sin_(std::sin(30 * kDegree + turn)) {}
+
+  // Distance of a pose (x, y, phi) from stretch and fold, negative out of reach.
   double reach_margin(const double* pose) const {
-    const double length = std::hypot(offset(pose)[0], offset(pose)[1]);
-    return std::min(proximal_length + distal_length - length,
-                    length - std::abs(proximal_length - distal_length));
+    const Geometry g(*this, pose);
+    const double length = std::sqrt(g.dx * g.dx + g.dy * g.dy);
+    return std::min(kLink + kLink - length, length);
   }
 
-  // d = b - A.
-  std::array<double, 2> offset(const double* pose) const {
-    return {pose[0] + platform_radius * std::cos(pose[2] + platform_angle) -
-                base_radius * std::cos(base_angle),
-            pose[1] + platform_radius * std::sin(pose[2] + platform_angle) -
-                base_radius * std::sin(base_angle)};
-  }
-
-  // With h = |d - l u(q)| - L = 0 and the distal unit vector w = (d - l u(q)) / L: the row is
-  // -(dh/dparam) / (dh/dpsi), parameters l L OA beta ob beta_b k gamma; dg/dpose likewise.
+  // With h = |d - l u(q)| - L = 0 and the distal unit vector w = (d - l u(q)) / L the row is
+  // -(dh/dparam) / (dh/dpsi), and dg/dpose likewise.
   void row(const double* pose, double* row, double* by_pose = nullptr) const {
-    const double cb = std::cos(base_angle), sb = std::sin(base_angle);
-    const double cp = std::cos(pose[2] + platform_angle), sp = std::sin(pose[2] + platform_angle);
-    const double dx = pose[0] + platform_radius * cp - base_radius * cb;
-    const double dy = pose[1] + platform_radius * sp - base_radius * sb;
-    const double square = dx * dx + dy * dy;
-    const double l = proximal_length;
-    const double length = std::sqrt(square);
-    const double c = (l * l + square - distal_length * distal_length) / (2 * l * length);
+    const Geometry g(*this, pose);
+    const double square = g.dx * g.dx + g.dy * g.dy;
+    const double inverse_length = 1 / std::sqrt(square);
+    const double c = square * inverse_length / (2 * kLink);  // the links are equal
     const double s = std::sqrt(1 - c * c);
-    const double ux = (c * dx - s * dy) / length;  // u(q), q = angle(d) + acos(c): mode -1
-    const double uy = (s * dx + c * dy) / length;
-    const double wx = (dx - l * ux) / distal_length;
-    const double wy = (dy - l * uy) / distal_length;
-    const double by_q = -l * (-wx * uy + wy * ux);
-    const double scale = -1 / (by_q * sensor_gain);
+    // u(q) with q = angle(d) + acos(c): working mode -1.
+    const double ux = (c * g.dx - s * g.dy) * inverse_length;
+    const double uy = (s * g.dx + c * g.dy) * inverse_length;
+    const double wx = g.dx / kLink - ux;
+    const double wy = g.dy / kLink - uy;
+    const double scale = 1 / (kLink * (wy * ux - wx * uy));  // -1 / (dh/dpsi), the gain is one
     row[0] = -(wx * ux + wy * uy) * scale;
     row[1] = -scale;
-    row[2] = -(wx * cb + wy * sb) * scale;
-    row[3] = -base_radius * (-wx * sb + wy * cb) * scale;
-    row[4] = (wx * cp + wy * sp) * scale;
-    row[5] = platform_radius * (-wx * sp + wy * cp) * scale;
+    row[2] = -(wx * base_cos_ + wy * base_sin_) * scale;
+    row[3] = -kBaseRadius * (wy * base_cos_ - wx * base_sin_) * scale;
+    row[4] = (wx * g.cos + wy * g.sin) * scale;
+    row[5] = kPlatformRadius * (wy * g.cos - wx * g.sin) * scale;
     // The reading, one turn about the leg's direction to the centre.
-    const double co = std::cos(sensor_offset), so = std::sin(sensor_offset);
-    const double reading = std::atan2(co * uy - so * ux, co * ux + so * uy) / sensor_gain;
-    row[6] = -reading / sensor_gain;
-    row[7] = -1 / sensor_gain;
+    row[6] = -std::atan2(offset_cos_ * uy - offset_sin_ * ux, offset_cos_ * ux + offset_sin_ * uy);
+    row[7] = -1;
     if (by_pose != nullptr) {
       by_pose[0] = wx * scale;
       by_pose[1] = wy * scale;
@@ -75,13 +64,24 @@ struct PaperLeg {
     }
   }
 
-  PaperLeg turned(int m) const {
-    PaperLeg leg = *this;
-    leg.base_angle += m * 120 * kDegree;
-    leg.platform_angle += m * 120 * kDegree;
-    leg.sensor_offset += m * 120 * kDegree;
-    return leg;
-  }
+ private:
+  static constexpr double kLink = 1.5;
+  static constexpr double kRootOfThree = 1.7320508075688772;
+  static constexpr double kBaseRadius = 6 / kRootOfThree;
+  static constexpr double kPlatformRadius = 1.5 / kRootOfThree;
+
+  // d = b - A and the direction of b from the platform's centre.
+  struct Geometry {
+    Geometry(const PaperLeg& leg, const double* pose)
+        : cos(std::cos(pose[2] + leg.platform_angle_)),
+          sin(std::sin(pose[2] + leg.platform_angle_)),
+          dx(pose[0] + kPlatformRadius * cos - kBaseRadius * leg.base_cos_),
+          dy(pose[1] + kPlatformRadius * sin - kBaseRadius * leg.base_sin_) {}
+    double cos, sin, dx, dy;
+  };
+
+  double platform_angle_;
+  double base_cos_, base_sin_, offset_cos_, offset_sin_;
 };
 
 inline bool well_conditioned(const double* pose) {
@@ -89,7 +89,7 @@ inline bool well_conditioned(const double* pose) {
   constexpr double kConditionLimit = 20;
   Eigen::Matrix3d jacobian;
   for (int m = 0; m < 3; ++m) {
-    const PaperLeg leg = PaperLeg().turned(m);
+    const PaperLeg leg(m * 120 * PaperLeg::kDegree);
     if (leg.reach_margin(pose) < kReachMargin) {
       return false;
     }
@@ -97,8 +97,7 @@ inline bool well_conditioned(const double* pose) {
     leg.row(pose, row, by_pose);
     jacobian.row(m) = Eigen::Map<const Eigen::RowVector3d>(by_pose);
   }
-  // ||J||_F ||adj J||_F / |det J| >= cond: the Frobenius condition number would be stricter, so the
-  // singular values decide.
+  // The eigenvalues of J^T J in closed form.
   const Eigen::Matrix3d gram = jacobian.transpose() * jacobian;
   const double mean = gram.trace() / 3;
   const Eigen::Matrix3d deviation = gram - mean * Eigen::Matrix3d::Identity();
@@ -126,7 +125,7 @@ inline RowMatrix paper_poses(Index count, std::uint64_t seed = 1) {
 
 inline RowMatrix paper_rows(const RowMatrix& poses, int leg = 0) {
   RowMatrix rows(poses.rows(), PaperLeg::kParameters);
-  const PaperLeg turned = PaperLeg().turned(leg);
+  const PaperLeg turned(leg * 120 * PaperLeg::kDegree);
   for (Index i = 0; i < poses.rows(); ++i) {
     turned.row(poses.row(i).data(), rows.row(i).data());
   }
