@@ -48,6 +48,7 @@ double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
 std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
                                                             const std::vector<Screen>& screens) {
   std::vector<TopCandidates> none;
+  none.reserve(screens.size());
   for (const Screen& screen : screens) {
     none.emplace_back(screen.keep, screen.floor);
   }
