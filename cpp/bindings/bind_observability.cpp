@@ -36,6 +36,8 @@ void bind_observability(py::module_& module) {
       .value("noise_aware", RowKind::noise_aware);
   module.def("observability_rows", &symkin::observability_rows, py::arg("mechanism"),
              py::arg("leg"), py::arg("poses"), py::arg("kind"), py::arg("noise"), ReleaseGil());
+  module.def("mechanism_rows", &symkin::mechanism_rows, py::arg("mechanism"), py::arg("poses"),
+             py::arg("kind"), py::arg("noise"), ReleaseGil());
   py::class_<Observability>(module, "Observability")
       .def_readonly("r_diagonal", &Observability::r_diagonal)
       .def_readonly("indices", &Observability::indices)

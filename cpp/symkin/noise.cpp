@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/noise.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -42,6 +44,28 @@ Vector MeasurementNoise::pose_variances(PoseSpace space) const {
 Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise) {
   return rows.by_pose.array().square().matrix() * noise.pose_variances(space) +
          noise.reading * noise.reading * rows.by_reading.array().square().matrix();
+}
+
+Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
+                                     PoseSpace space, const MeasurementNoise& noise, Index pose) {
+  constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
+  Eigen::MatrixXd covariance =
+      by_pose * noise.pose_variances(space).asDiagonal() * by_pose.transpose();
+  covariance.diagonal() += noise.reading * noise.reading * by_reading.cwiseAbs2();
+  if (!covariance.allFinite()) {
+    return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(),
+                                     std::numeric_limits<double>::quiet_NaN());
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  Eigen::MatrixXd factor = llt.matrixL();
+  const Vector left = factor.diagonal().cwiseAbs2();
+  if (llt.info() != Eigen::Success ||
+      (left.array() < kSingular * covariance.diagonal().array()).any()) {
+    throw InvalidInput("the closures of pose " + std::to_string(pose + 1) +
+                       " have a singular covariance (more legs than degrees of freedom, or a "
+                       "singular pose); declare a noise of the readings above zero");
+  }
+  return factor;
 }
 
 void Tolerances::check() const {

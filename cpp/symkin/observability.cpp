@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
@@ -22,6 +23,45 @@ std::array<double, 5> indices_of(const Vector& s) {
           smallest * smallest / largest, 1 / s.array().inverse().sum()};
 }
 
+ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  const Leg& which = mechanism.leg(leg);
+  Vector readings(poses.rows());
+  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  return linearise(mechanism, leg, poses, readings);
+}
+
+// Each leg's rows in its own columns.
+RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
+  const Index legs = mechanism.leg_count();
+  const Index p = mechanism.parameter_count();
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * p);
+  for (Index leg = 0; leg < legs; ++leg) {
+    const RowMatrix own = parameter_jacobian(mechanism, leg, poses);
+    for (Index i = 0; i < poses.rows(); ++i) {
+      rows.block(i * legs + leg, leg * p, 1, p) = own.row(i);
+    }
+  }
+  return rows;
+}
+
+// The legs' closures at pose i, whitened together; `block` is legs x (legs p) of zeros.
+void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
+                 const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
+  const auto count = static_cast<Index>(legs.size());
+  const Index p = legs.front().by_parameters.cols();
+  Eigen::MatrixXd by_pose(count, legs.front().by_pose.cols());
+  Vector by_reading(count);
+  for (Index leg = 0; leg < count; ++leg) {
+    const ClosureRows& rows = legs[static_cast<std::size_t>(leg)];
+    by_pose.row(leg) = rows.by_pose.row(i);
+    by_reading[leg] = rows.by_reading[i];
+    block.block(leg, leg * p, 1, p) = rows.by_parameters.row(i);
+  }
+  joint_closure_factor(by_pose, by_reading, space, noise, i)
+      .triangularView<Eigen::Lower>()
+      .solveInPlace(block);
+}
+
 }  // namespace
 
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
@@ -31,12 +71,28 @@ RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows po
   }
   noise.check();
   check_poses(mechanism, poses);
-  const Leg& which = mechanism.leg(leg);
-  Vector readings(poses.rows());
-  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
-  const ClosureRows rows = linearise(mechanism, leg, poses, readings);
+  const ClosureRows rows = linearise_nominal(mechanism, leg, poses);
   const Vector variances = closure_variances(rows, mechanism.pose_space(), noise);
   return rows.by_parameters.array().colwise() / variances.array().sqrt();
+}
+
+RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind kind,
+                         const MeasurementNoise& noise) {
+  if (kind == RowKind::paper) {
+    return paper_rows_of_all(mechanism, poses);
+  }
+  noise.check();
+  check_poses(mechanism, poses);
+  const Index legs = mechanism.leg_count();
+  std::vector<ClosureRows> linearised;
+  for (Index leg = 0; leg < legs; ++leg) {
+    linearised.push_back(linearise_nominal(mechanism, leg, poses));
+  }
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.parameter_count());
+  for (Index i = 0; i < poses.rows(); ++i) {
+    whiten_pose(linearised, i, mechanism.pose_space(), noise, rows.middleRows(i * legs, legs));
+  }
+  return rows;
 }
 
 Observability analyse_observability(ConstRows rows, ConstVector scale) {

@@ -5,6 +5,8 @@
 
 #include "support/mechanisms.hpp"
 #include "symkin/error.hpp"
+#include "symkin/identification/identification.hpp"
+#include "symkin/kinematics.hpp"
 #include "symkin/symmetry/action.hpp"
 #include "symkin/symmetry/verification.hpp"
 
@@ -95,6 +97,43 @@ TEST(Observability, NoiseAwareRowsAreClosuresOverTheirDeviation) {
     const Vector ratio = aware.row(i).array() / paper.row(i).array();
     EXPECT_LT((ratio.array() - ratio[0]).abs().maxCoeff(), 1e-9 * std::abs(ratio[0]));
   }
+}
+
+TEST(MechanismRows, OfThePaperHoldEachLegsRowsInItsOwnColumns) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = sample_workspace(mechanism, testing::paper_workspace(), 5, 1).poses;
+  const RowMatrix rows = mechanism_rows(mechanism, poses, RowKind::paper);
+  for (Index leg = 0; leg < 3; ++leg) {
+    const RowMatrix own = observability_rows(mechanism, leg, poses, RowKind::paper);
+    for (Index i = 0; i < 5; ++i) {
+      EXPECT_EQ(rows.block(3 * i + leg, 8 * leg, 1, 8), own.row(i));
+      EXPECT_EQ(rows.row(3 * i + leg).squaredNorm(), own.row(i).squaredNorm());
+    }
+  }
+}
+
+TEST(MechanismRows, AwareOfNoiseHoldTheInformationOfTheJointEstimate) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = sample_workspace(mechanism, testing::paper_workspace(), 40, 1).poses;
+  IdentificationOptions options;
+  options.estimator = Estimator::joint;
+  options.noise = {1e-4, 3e-4, 2e-4};
+  const MeasurementSet exact{poses, inverse_kinematics(mechanism, poses),
+                             std::vector<Index>(40, -1)};
+  const RowMatrix covariance = identify(mechanism, exact, options).covariance;
+  const RowMatrix rows = mechanism_rows(mechanism, poses, RowKind::noise_aware, options.noise);
+  const RowMatrix product = covariance * (rows.transpose() * rows);
+  EXPECT_LT((product - RowMatrix::Identity(24, 24)).lpNorm<Eigen::Infinity>(), 1e-6);
+}
+
+TEST(MechanismRows, NeedANoiseOfTheReadingsForMoreLegsThanDegreesOfFreedom) {
+  const Mechanism three = testing::paper_3rrr();
+  std::vector<Leg> legs = three.legs();
+  legs.push_back(legs.front());  // two legs side by side, as far as the noise is concerned
+  const Mechanism four("four legs", three.model(), legs);
+  const RowMatrix home = RowMatrix::Zero(1, 3);
+  EXPECT_THROW(mechanism_rows(four, home, RowKind::noise_aware, {1e-4, 1e-4, 0}), InvalidInput);
+  EXPECT_TRUE(mechanism_rows(four, home, RowKind::noise_aware, {1e-4, 1e-4, 1e-4}).allFinite());
 }
 
 TEST(Observability, RefusesFewerPosesThanParameters) {

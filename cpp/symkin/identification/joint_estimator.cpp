@@ -4,11 +4,9 @@
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <cmath>
 
-#include "symkin/error.hpp"
 #include "symkin/identification/costs.hpp"
 #include "symkin/identification/covariance.hpp"
 #include "symkin/kinematics.hpp"
@@ -28,7 +26,6 @@ struct PoseWhitening {
 std::vector<PoseWhitening> whiten(const Mechanism& mechanism, const MeasurementSet& measurements,
                                   const std::vector<ClosureRows>& rows,
                                   const MeasurementNoise& noise) {
-  const Vector sigma = noise.pose_variances(mechanism.pose_space());
   std::vector<PoseWhitening> all(static_cast<std::size_t>(measurements.poses.rows()));
   for (Index i = 0; i < measurements.poses.rows(); ++i) {
     PoseWhitening& pose = all[static_cast<std::size_t>(i)];
@@ -46,15 +43,10 @@ std::vector<PoseWhitening> whiten(const Mechanism& mechanism, const MeasurementS
       by_pose.row(k) = leg.by_pose.row(i);
       by_reading[k] = leg.by_reading[i];
     }
-    Eigen::MatrixXd covariance = by_pose * sigma.asDiagonal() * by_pose.transpose();
-    covariance.diagonal() += noise.reading * noise.reading * by_reading.cwiseAbs2();
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-    if (factor.info() != Eigen::Success) {
-      throw InvalidInput("the closures of measured pose " + std::to_string(i + 1) +
-                         " have a singular covariance (more legs than degrees of freedom, or a "
-                         "singular pose); declare a noise of the readings above zero");
-    }
-    pose.whitening = factor.matrixL().solve(Eigen::MatrixXd::Identity(count, count));
+    const Eigen::MatrixXd factor =
+        joint_closure_factor(by_pose, by_reading, mechanism.pose_space(), noise, i);
+    pose.whitening =
+        factor.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(count, count));
   }
   return all;
 }
