@@ -72,6 +72,7 @@ class DesignOptimiser {
         step_(problem.shape),
         weights_(std::move(weights)),
         variances_(AlignedArray(problem.candidates.blocks() * kBlock)),
+        group_max_(kGroups),
         ordinary_upper_(problem.upper - 2 * kLeastMove) {
     weights_ = (weights_.array() > 2 * kLeastMove).select(weights_, 0);
     if (problem.groups != nullptr) {
@@ -127,7 +128,7 @@ class DesignOptimiser {
     information_.reset(std::move(matrix));
     for (Index b = 0; b < problem_.candidates.blocks(); ++b) {
       kernels().variance(problem_.candidates.block(b), factor_.data(), shape,
-                         variances_.data() + b * kBlock);
+                         variances_.data() + b * kBlock, group_max_.data());
     }
   }
 
@@ -295,7 +296,7 @@ class DesignOptimiser {
   Random& random_;
   PairStep step_;
   Vector weights_;
-  AlignedArray variances_;
+  AlignedArray variances_, group_max_;
   double ordinary_upper_;
   std::vector<double> sums_;   // of each group
   std::vector<double> least_;  // variance of a giver to each group

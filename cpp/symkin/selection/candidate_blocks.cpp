@@ -15,6 +15,7 @@ namespace {
 constexpr Index kKeptValues = 4'000'000;     // 32 MB of columns at most
 constexpr Index kValuesPerThread = 500'000;  // less is done before a thread has started
 constexpr Index kChunks = 64;
+constexpr Index kLine = 8;             // doubles
 constexpr Index kBlocksPerChunk = 16;  // at least
 
 }  // namespace
@@ -83,6 +84,9 @@ RowMatrix CandidateBlocks::information() const {
   for (const RowMatrix& sum : sums) {
     total += sum;
   }
+  if (!total.allFinite()) {
+    refuse_infinite();
+  }
   return total;
 }
 
@@ -96,9 +100,13 @@ void CandidateBlocks::load(Index block, double* rows, double* columns) const {
   } else {
     source_.fill(first, count, rows);
   }
-  for (Index lane = 0; lane < count; ++lane) {
+  for (Index lane = 0; lane < count; lane += kLine) {
+    // Whole cache lines of a column: a lane at a time would write all columns in turn.
+    const Index lanes = std::min(kLine, count - lane);
     for (Index c = 0; c < width; ++c) {
-      columns[c * kBlock + lane] = values[lane * width + c];
+      for (Index k = 0; k < lanes; ++k) {
+        columns[c * kBlock + lane + k] = values[(lane + k) * width + c];
+      }
     }
   }
   for (Index lane = 0; lane < kBlock; ++lane) {
@@ -108,30 +116,24 @@ void CandidateBlocks::load(Index block, double* rows, double* columns) const {
       }
     }
   }
-  check_finite(block, columns);
 }
 
-void CandidateBlocks::check_finite(Index block, const double* columns) const {
-  const Index size = shape().width() * kBlock;
-  double probe[8] = {};  // stays zero: only a value that is not finite makes x * 0 differ
-  for (Index i = 0; i < size; i += 8) {
-    for (Index k = 0; k < 8; ++k) {
-      probe[k] += columns[i + k] * 0.0;
-    }
-  }
-  if (std::all_of(probe, probe + 8, [](double value) { return value == 0; })) {
-    return;
-  }
-  for (Index lane = 0; lane < kBlock; ++lane) {
-    for (Index c = 0; c < shape().width(); ++c) {
-      if (!std::isfinite(columns[c * kBlock + lane])) {
-        throw InvalidInput("candidate " + std::to_string(block * kBlock + lane) +
-                           " has a row that is not finite (parameter " +
-                           std::to_string(c % shape().parameters) +
-                           "); leave out or forbid poses that cannot be reached");
+void CandidateBlocks::refuse_infinite() const {
+  for_each_chunk([&](Index, Reader& reader) {
+    while (const double* columns = reader.next()) {
+      for (Index lane = 0; lane < kBlock; ++lane) {
+        for (Index c = 0; c < shape().width(); ++c) {
+          if (!std::isfinite(columns[c * kBlock + lane])) {
+            throw InvalidInput("candidate " + std::to_string(reader.first_candidate() + lane) +
+                               " has a row that is not finite (parameter " +
+                               std::to_string(c % shape().parameters) +
+                               "); leave out or forbid poses that cannot be reached");
+          }
+        }
       }
     }
-  }
+  });
+  throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
 }
 
 CandidateBlocks::Reader::Reader(const CandidateBlocks& candidates, Index first, Index last)

@@ -14,8 +14,7 @@ namespace symkin {
 // many are read, or made by their source, again in each pass, so that memory does not grow.
 class CandidateBlocks {
  public:
-  // Excluded candidates (n flags, or none) read as zeros. Throws InvalidInput that names the first
-  // other candidate with a row that is not finite.
+  // Excluded candidates (n flags, or none) read as zeros.
   CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads);
 
   Index size() const { return source_.size(); }
@@ -39,14 +38,15 @@ class CandidateBlocks {
   Index chunks() const;
   void for_each_chunk(const std::function<void(Index, Reader&)>& task) const;
 
-  // Lower triangle of the sum of x^T x over all candidates.
+  // Lower triangle of the sum of x^T x over all candidates. Throws InvalidInput that names the
+  // first one with a row that is not finite.
   RowMatrix information() const;
 
  private:
   friend class Reader;
   Index first_block(Index chunk) const { return blocks() * chunk / chunks(); }
   void load(Index block, double* rows, double* columns) const;
-  void check_finite(Index block, const double* columns) const;
+  [[noreturn]] void refuse_infinite() const;
 
   const RowSource& source_;
   std::vector<bool> excluded_;

@@ -9,8 +9,10 @@ namespace symkin {
 namespace {
 
 constexpr Index kSample = 4096;
-constexpr Index kPool = 400;         // of largest d_j for the design without repeats
-constexpr Index kRepeatsPool = 200;  // and for that with repeats
+constexpr Index kSearch = 400;        // of largest d_j, to search for sets
+constexpr Index kLargestPool = 4000;  // of largest d_j, for the design without repeats
+constexpr Index kThinnest = 75;       // one of so many candidates is in the pool
+constexpr Index kRepeatsPool = 200;   // and for that with repeats
 constexpr int kPasses = 6;
 constexpr double kSampleGap = 5e-2;  // of log det, for the sample
 
@@ -24,6 +26,11 @@ std::vector<Index> sample(const CandidateBlocks& candidates, Index stride) {
     }
   }
   return result;
+}
+
+void sort_unique(std::vector<Index>& indices) {
+  std::sort(indices.begin(), indices.end());
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
 }
 
 Vector carried_weights(const std::vector<Index>& from, const Vector& weights,
@@ -84,7 +91,7 @@ class BoundingDesigns {
   // thinner than all, saves most of the sorting; it may not show too little.
   std::vector<std::vector<RankedCandidate>> screen(const RowMatrix& distinct,
                                                    const RowMatrix& repeats) const {
-    const Index keep = std::max(kPool, 4 * problem_.free_count);
+    const Index keep = pool_size();
     std::vector<Screen> screens = {
         {distinct, keep, likely_floor(result_.distinct.variances, keep)},
         {repeats, kRepeatsPool, likely_floor(result_.repeats.variances, kRepeatsPool)}};
@@ -94,6 +101,11 @@ class BoundingDesigns {
       tops = screen_candidates(problem_.candidates, screens);
     }
     return tops;
+  }
+
+  Index pool_size() const {
+    return std::max(std::clamp(problem_.candidates.available() / kThinnest, kSearch, kLargestPool),
+                    4 * problem_.free_count);
   }
 
   double likely_floor(const Vector& variances, Index keep) const {
@@ -129,19 +141,28 @@ class BoundingDesigns {
 
   void next_pool(const std::vector<std::vector<RankedCandidate>>& tops) {
     std::vector<Index> pool;
+    std::vector<Index>& search = result_.search;
+    search.clear();
     for (const auto& top : tops) {
       for (const RankedCandidate& candidate : top) {
         pool.push_back(candidate.index);
+      }
+    }
+    const auto searched = std::max(kSearch, 4 * problem_.free_count);
+    for (const RankedCandidate& candidate : tops.front()) {
+      if (static_cast<Index>(search.size()) < searched) {
+        search.push_back(candidate.index);
       }
     }
     for (std::size_t i = 0; i < result_.pool.size(); ++i) {
       const auto at = static_cast<Index>(i);
       if (result_.distinct.weights[at] > 0 || result_.repeats.weights[at] > 0) {
         pool.push_back(result_.pool[i]);
+        search.push_back(result_.pool[i]);
       }
     }
-    std::sort(pool.begin(), pool.end());
-    pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+    sort_unique(pool);
+    sort_unique(search);
     result_.distinct.weights = carried_weights(result_.pool, result_.distinct.weights, pool);
     result_.repeats.weights = carried_weights(result_.pool, result_.repeats.weights, pool);
     result_.pool = std::move(pool);

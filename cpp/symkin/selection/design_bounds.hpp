@@ -13,6 +13,7 @@ namespace symkin {
 // The two approximate designs of all candidates, what they prove, and the candidates that matter.
 struct DesignBounds {
   std::vector<Index> pool;     // ascending; candidates of the designs and those of largest d_j
+  std::vector<Index> search;   // ascending; the few of them from which the best sets are made
   ApproximateDesign distinct;  // weights of the pool's members, no repeats
   ApproximateDesign repeats;   // the same with repeats
   Certificate certificate;     // the bounds alone

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -53,8 +55,10 @@ void DeterminantSearch::sort_pool(const std::vector<Index>& chosen) {
   }
   const ColumnBlocks rows = problem_.whitened(pool_);
   AlignedArray d(rows.blocks() * kBlock);
+  AlignedArray group_max(kGroups);
   for (Index b = 0; b < rows.blocks(); ++b) {
-    kernels().variance(rows.block(b), factor.data(), shape_, d.data() + b * kBlock);
+    kernels().variance(rows.block(b), factor.data(), shape_, d.data() + b * kBlock,
+                       group_max.data());
   }
   std::vector<std::pair<double, Index>> order;
   for (std::size_t k = 0; k < pool_.size(); ++k) {
@@ -205,23 +209,26 @@ void DeterminantSearch::exchange(const Pair& pair) {
   is_chosen_[static_cast<std::size_t>(pair.member)] = true;
 }
 
-// The poses of least variance go first: their exchange gains most, and then the bound of the ratio
-// leaves little to try for the others.
-DeterminantSearch::Pair DeterminantSearch::best_pair() {
-  std::vector<std::pair<double, Index>> order;
+// The best partner of the first pose that has one, poses of least variance first: their exchange
+// gains most. To compare with the partners of all the others would cost more than it gains.
+DeterminantSearch::Pair DeterminantSearch::next_pair() {
+  order_.clear();
   for (Index place = 0; place < chosen_trace_.size(); ++place) {
-    order.emplace_back(chosen_trace_[place], place);
+    order_.emplace_back(chosen_trace_[place], place);
   }
-  std::sort(order.begin(), order.end());
+  std::make_heap(order_.begin(), order_.end(), std::greater<>());
   const double largest =
       *std::max_element(group_max_.data(), group_max_.data() + group_max_.size());
   Pair best;
   best.ratio = 1 + kGain;
-  for (const auto& [trace, place] : order) {
+  for (auto last = order_.end(); last != order_.begin(); --last) {
+    std::pop_heap(order_.begin(), last, std::greater<>());
+    const auto [trace, place] = *std::prev(last);
     // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for this pose and those after
     // it.
-    const double needed = shape_.rows == 1 ? best.ratio - 1 : std::log(best.ratio);
-    if (largest - trace <= needed && !problem_.spacing.active()) {
+    const double least_gain = shape_.rows == 1 ? kGain : std::log1p(kGain);
+    const bool hopeless = largest - trace <= least_gain && !problem_.spacing.active();
+    if (best.member >= 0 || hopeless) {
       break;
     }
     leaving_.prepare(information_, chosen_rows_.row(place).data());
@@ -261,7 +268,7 @@ void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index pl
 
 void DeterminantSearch::descend() {
   while (information_.positive_definite()) {
-    const Pair pair = best_pair();
+    const Pair pair = next_pair();
     if (pair.member < 0) {
       return;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "symkin/random.hpp"
@@ -12,7 +13,8 @@
 
 namespace symkin {
 
-// Best-pair exchange (Fedorov) of log det M inside a pool of candidates.
+// Exchange of log det M inside a pool of candidates, each time for the best partner (Fedorov,
+// Cook and Nachtsheim).
 class DeterminantSearch {
  public:
   // `pool` holds candidates, each once; the search starts from those of them that are chosen. The
@@ -54,7 +56,7 @@ class DeterminantSearch {
   void set_gram(Index member, const RowMatrix& products);
   void update(const double* rows, double sign);
   void exchange(const Pair& pair);
-  Pair best_pair();
+  Pair next_pair();
   void consider_neighbours(const LeavingPose& leaving, Index place, Pair& best) const;
 
   const SelectionProblem& problem_;
@@ -71,8 +73,9 @@ class DeterminantSearch {
   LeavingPose leaving_;
   std::vector<Index> conflicts_;  // with chosen poses, for each member; only with spacing
   std::vector<bool> is_chosen_;
-  std::vector<Index> hidden_;              // members that are zero in x_
-  std::vector<std::vector<Index>> parts_;  // members that are near each other
+  std::vector<Index> hidden_;                    // members that are zero in x_
+  std::vector<std::vector<Index>> parts_;        // members that are near each other
+  std::vector<std::pair<double, Index>> order_;  // places by their variance
   Vector work_;
   Index exchanges_ = 0, since_rebuild_ = 0;
 };

@@ -12,8 +12,10 @@
 namespace symkin {
 namespace {
 
-constexpr Index kSmallestKick = 4;
-constexpr Index kLargestKick = 12;
+// Kicks of a quarter to two thirds of the poses, of so many at most: smaller ones come back to the
+// same set too often, larger ones cost more than they find.
+constexpr Index kSmallestKick = 6;
+constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
 constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 
@@ -67,9 +69,9 @@ void join(std::vector<Index>& pool, const std::vector<Index>& others) {
 void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search, Random& random) {
   std::vector<Index> best = search.state();
   double best_log_det = search.log_det();
+  const Index most = std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick);
+  const Index least = std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick);
   for (int kick = 0; kick < problem.options.kicks; ++kick) {
-    const Index most = std::min(kLargestKick, problem.free_count);
-    const Index least = std::min(kSmallestKick, most);
     search.kick(least + random.below(most - least + 1), random);
     search.descend();
     if (search.log_det() > best_log_det + 1e-9) {
@@ -86,27 +88,30 @@ void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search
 Choice select_exchange(const SelectionProblem& problem) {
   Choice choice;
   Random random(problem.options.seed);
-  DesignBounds bounds = bound_designs(problem, random);
+  const DesignBounds bounds = bound_designs(problem, random);
   choice.certificate = bounds.certificate;
   choice.passes = bounds.passes;
-  std::vector<Index> pool = bounds.pool;
   choice.chosen = rounded(problem, bounds);
-  join(pool, choice.chosen);
-  choice.chosen = made_regular(problem, pool, choice.chosen);
-  for (int round = 0; round < kVerifications; ++round) {
+  {
+    std::vector<Index> pool = bounds.search;
+    join(pool, choice.chosen);
+    choice.chosen = made_regular(problem, pool, choice.chosen);
     DeterminantSearch search(problem, pool, choice.chosen);
     search.descend();
-    if (round == 0) {
-      kick_and_descend(problem, search, random);
-    }
+    kick_and_descend(problem, search, random);
+    choice.chosen = search.chosen();
+    choice.exchanges = search.exchanges();
+  }
+  std::vector<Index> pool = bounds.pool;
+  std::vector<Index> better = choice.chosen;
+  for (int round = 0; round < kVerifications && !better.empty(); ++round) {
+    join(pool, better);
+    DeterminantSearch search(problem, pool, choice.chosen);
+    search.descend();
     choice.chosen = search.chosen();
     choice.exchanges += search.exchanges();
-    const std::vector<Index> better = improving_candidates(problem, choice.chosen);
+    better = improving_candidates(problem, choice.chosen);
     ++choice.passes;
-    if (better.empty()) {
-      break;
-    }
-    join(pool, better);
   }
   const bool determinant = problem.options.criterion == Criterion::O1;
   return determinant ? choice : exchange_for_criterion(problem, std::move(choice));

@@ -13,8 +13,9 @@ namespace {
   target void transform(const double* x, const double* t, Shape shape, double* z) {       \
     body::transform(x, t, shape, z);                                                      \
   }                                                                                       \
-  target void variance(const double* x, const double* t, Shape shape, double* trace) {    \
-    body::variance(x, t, shape, trace);                                                   \
+  target void variance(const double* x, const double* t, Shape shape, double* trace,      \
+                       double* group_max) {                                               \
+    body::variance(x, t, shape, trace, group_max);                                        \
   }                                                                                       \
   target void gram(const double* x, const double* t, Shape shape, double* gram_columns,   \
                    double* trace, double* group_max) {                                    \

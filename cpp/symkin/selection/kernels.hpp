@@ -39,7 +39,7 @@ struct Kernels {
   // z = x T^T for the lower triangular T (p x p by rows), row by row.
   void (*transform)(const double* x, const double* t, Shape shape, double* z);
   // trace of x T^T T x^T.
-  void (*variance)(const double* x, const double* t, Shape shape, double* trace);
+  void (*variance)(const double* x, const double* t, Shape shape, double* trace, double* group_max);
   // gram and trace of x T^T T x^T.
   void (*gram)(const double* x, const double* t, Shape shape, double* gram, double* trace,
                double* group_max);

@@ -23,12 +23,13 @@ SYMKIN_INLINE const Lanes* load(const double* address) {
 }
 SYMKIN_INLINE Lanes* store(double* address) { return reinterpret_cast<Lanes*>(address); }
 
+// Of one group.
 SYMKIN_INLINE double largest(const double* values) {
-  double m[kWidth];
-  for (Index k = 0; k < kWidth; ++k) {
-    m[k] = std::max(std::max(values[k], values[k + kWidth]),
-                    std::max(values[k + 2 * kWidth], values[k + 3 * kWidth]));
-  }
+  const Lanes* v = load(values);
+  const Lanes low = v[0] > v[1] ? v[0] : v[1];
+  const Lanes high = v[2] > v[3] ? v[2] : v[3];
+  alignas(64) double m[kWidth];
+  *store(m) = low > high ? low : high;
   return std::max(std::max(std::max(m[0], m[1]), std::max(m[2], m[3])),
                   std::max(std::max(m[4], m[5]), std::max(m[6], m[7])));
 }
@@ -61,7 +62,8 @@ SYMKIN_INLINE void transform(const double* x, const double* t, Shape shape, doub
   }
 }
 
-SYMKIN_INLINE void variance(const double* x, const double* t, Shape shape, double* trace) {
+SYMKIN_INLINE void variance(const double* x, const double* t, Shape shape, double* trace,
+                            double* group_max) {
   const Index p = shape.parameters;
   for (Index g = 0; g < kBlock; g += kGroup) {
     Lanes sum[kParts] = {};
@@ -77,6 +79,7 @@ SYMKIN_INLINE void variance(const double* x, const double* t, Shape shape, doubl
     for (Index k = 0; k < kParts; ++k) {
       store(trace + g)[k] = sum[k];
     }
+    group_max[g / kGroup] = largest(trace + g);
   }
 }
 
@@ -98,10 +101,7 @@ SYMKIN_INLINE void gram(const double* x, const double* t, Shape shape, double* g
                         double* trace, double* group_max) {
   const Index p = shape.parameters;
   if (shape.rows == 1) {
-    variance(x, t, shape, trace);
-    for (Index g = 0; g < kGroups; ++g) {
-      group_max[g] = largest(trace + g * kGroup);
-    }
+    variance(x, t, shape, trace, group_max);
     return;
   }
   // One column of z at a time; every pair of rows takes its product.

@@ -2,7 +2,6 @@
 #include "symkin/selection/screening.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace symkin {
 namespace {
@@ -25,6 +24,18 @@ void TopCandidates::prune() {
   // Later candidates have higher indices: an equal value cannot displace what is kept.
   threshold_ = std::max(threshold_, last->value);
   kept_.erase(last, kept_.end());
+}
+
+void TopCandidates::offer_block(Index first, const std::array<double, kBlock>& values,
+                                const std::array<double, kGroups>& group_max) {
+  for (std::size_t group = 0; group < group_max.size(); ++group) {
+    if (group_max[group] > threshold_) {
+      const std::size_t begin = group * kGroup;
+      for (std::size_t lane = begin; lane < begin + kGroup; ++lane) {
+        offer(first + static_cast<Index>(lane), values[lane]);
+      }
+    }
+  }
 }
 
 void TopCandidates::merge(const TopCandidates& other) {
@@ -55,13 +66,13 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlock
   std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
   candidates.for_each_chunk([&](Index chunk, CandidateBlocks::Reader& reader) {
     alignas(64) std::array<double, kBlock> trace;
+    std::array<double, kGroups> group_max;
     while (const double* columns = reader.next()) {
       for (std::size_t s = 0; s < screens.size(); ++s) {
-        kernels().variance(columns, screens[s].transform.data(), candidates.shape(), trace.data());
-        TopCandidates& top = tops[static_cast<std::size_t>(chunk)][s];
-        for (std::size_t lane = 0; lane < kBlock; ++lane) {
-          top.offer(reader.first_candidate() + static_cast<Index>(lane), trace[lane]);
-        }
+        kernels().variance(columns, screens[s].transform.data(), candidates.shape(), trace.data(),
+                           group_max.data());
+        tops[static_cast<std::size_t>(chunk)][s].offer_block(reader.first_candidate(), trace,
+                                                             group_max);
       }
     }
   });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -27,6 +28,9 @@ class TopCandidates {
       }
     }
   }
+  // A block of candidates with the largest value of each group; most groups hold none to keep.
+  void offer_block(Index first, const std::array<double, kBlock>& values,
+                   const std::array<double, kGroups>& group_max);
   void merge(const TopCandidates& other);
   std::vector<RankedCandidate> sorted();  // largest first
 

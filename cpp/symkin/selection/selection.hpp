@@ -12,7 +12,7 @@ namespace symkin {
 
 enum class SelectionMethod {
   sun_hollerbach,  // active calibration: grow, then add one and drop one (for comparison)
-  exchange,        // approximate design, rounding, best-pair exchange, kicks, full verification
+  exchange,        // approximate design, rounding, exchange, kicks, full verification
   exhaustive,      // exchange, then branch and bound until the optimum is proven or time is up
   random,          // a seeded draw
   all,             // every candidate that is not forbidden; count is not used
