@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The report as one HTML file that needs no other, and its figures as PNG files."""
+"""The reports of a run and of an identification."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
-from importlib import metadata
 from pathlib import Path
-
-import jinja2
-from markupsafe import Markup, escape
 
 from symkin.comparison import EstimatorFigures, expected
 from symkin.evaluation import Evaluation
@@ -20,7 +15,7 @@ from symkin.mechanism import Mechanism
 from symkin.observability import expected_accuracy
 from symkin.outcome import closure_residual
 from symkin.pipeline import ProtocolResult
-from symkin.report.content import Image, Section, Summary
+from symkin.report.page import write_page
 from symkin.report.sections.accuracy import measured_accuracy_section, simulated_accuracy_section
 from symkin.report.sections.identification import identification_section
 from symkin.report.sections.mechanism import mechanism_section
@@ -32,7 +27,7 @@ from symkin.report.sections.workspace import measured_poses_section, workspace_s
 
 __all__ = ["write_identification_report", "write_report"]
 
-_TEMPLATES = Path(__file__).parent / "templates"
+_PAGE = "report.html"
 
 
 def write_report(
@@ -75,7 +70,7 @@ def write_report(
             nominal, poses, result.before, result.after, foreseen, comparison
         ),
     ]
-    return _write(protocol_summary(result, foreseen), sections, Path(folder))
+    return write_page(protocol_summary(result, foreseen), sections, Path(folder) / _PAGE)
 
 
 def write_identification_report(
@@ -132,40 +127,4 @@ def write_identification_report(
     summary = identification_summary(
         nominal, measurements, identification, before, after, residual_before, cross_validation
     )
-    return _write(summary, sections, Path(folder))
-
-
-def _write(summary: Summary, sections: Sequence[Section], folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    for section in sections:
-        for figure in section.images:
-            (folder / f"{figure.name}.png").write_bytes(figure.png)
-    path = folder / "report.html"
-    path.write_text(_page(summary, sections), encoding="utf-8")
-    return path
-
-
-def _page(summary: Summary, sections: Sequence[Section]) -> str:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.tests["image"] = lambda part: isinstance(part, Image)
-    environment.filters["symbols"] = _symbols
-    template = environment.get_template("report.html")
-    return template.render(summary=summary, sections=sections, version=_version())
-
-
-def _symbols(text: str) -> Markup:
-    """Set the subscripts of symbols such as ``G_M``; names such as ``base_radius`` stay."""
-    return Markup(re.sub(r"\b([A-Z])_(\w+)", r"\1<sub>\2</sub>", str(escape(text))))
-
-
-def _version() -> str:
-    try:
-        return metadata.version("symkin")
-    except metadata.PackageNotFoundError:  # run from the source tree
-        return ""
+    return write_page(summary, sections, Path(folder) / _PAGE)

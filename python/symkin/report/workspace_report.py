@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symkin.report.content import Group, Image, Section, Summary, Table, image
-from symkin.report.html import _page
+from symkin.report.page import write_page
 from symkin.report.workspace_figures import active_joint_figure, constant_orientation_figure
 from symkin.workspace_slices import ConstantOrientation, ModeSlices
 from symkin.workspace_study import ElementCheck, WorkspaceStudy
@@ -21,12 +21,7 @@ _ROUNDING = 1e-9  # rad or m, far above what the readings inside a workspace dif
 def write_workspace_report(study: WorkspaceStudy, folder: Path) -> Path:
     """Write ``workspace.html`` and the PNG files of its figures; returns the page."""
     sections = [_symmetry_section(study), _slices_section(study), _joints_section(study)]
-    for section in sections:
-        for figure in section.images:
-            (folder / f"{figure.name}.png").write_bytes(figure.png)
-    path = folder / "workspace.html"
-    path.write_text(_page(_summary(study), sections), encoding="utf-8")
-    return path
+    return write_page(_summary(study), sections, folder / "workspace.html")
 
 
 def _summary(study: WorkspaceStudy) -> Summary:
