@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -266,8 +267,20 @@ void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index pl
   }
 }
 
+// Where a set hardly shows all parameters, rounding can make an exchange look better than it is, and
+// the next one undo it: what has not grown since all was last computed afresh ends the descent.
 void DeterminantSearch::descend() {
+  double proven = -std::numeric_limits<double>::infinity();
+  std::vector<Index> best = chosen_;
   while (information_.positive_definite()) {
+    if (since_rebuild_ == 0) {
+      if (information_.log_det() <= proven) {
+        restore(best);
+        return;
+      }
+      proven = information_.log_det();
+      best = chosen_;
+    }
     const Pair pair = next_pair();
     if (pair.member < 0) {
       return;
