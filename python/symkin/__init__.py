@@ -44,11 +44,22 @@ from symkin.observability import (
     ExpectedAccuracy,
     Observability,
     analyse_observability,
+    error_weight,
     expected_accuracy,
+    mechanism_rows,
     observability_rows,
 )
 from symkin.pipeline import ProtocolResult, run_protocol
-from symkin.planning import Plan, make_plan
+from symkin.planning import (
+    ChosenPoses,
+    Plan,
+    PlanBasis,
+    PoseCountCurve,
+    make_plan,
+    pose_count_curve,
+    predict_accuracy,
+    travel_length,
+)
 from symkin.selection import Certificate, Selection, select_poses
 from symkin.settings import (
     JointLimits,
@@ -75,11 +86,13 @@ if TYPE_CHECKING:
     from symkin.files.mechanism_file import load_mechanism, shipped_mechanisms
     from symkin.files.mechanism_writer import save_mechanism
     from symkin.files.plan import read_plan, write_plan
+    from symkin.files.poses import read_pose_list
     from symkin.files.results import read_results, write_results
 
 __all__ = [
     "Certificate",
     "ChainInfo",
+    "ChosenPoses",
     "CrossValidation",
     "DeclaredSymmetry",
     "DetectedSymmetry",
@@ -98,6 +111,8 @@ __all__ = [
     "NotIdentifiableError",
     "Observability",
     "Plan",
+    "PlanBasis",
+    "PoseCountCurve",
     "ProtocolResult",
     "ProtocolSettings",
     "QuantityError",
@@ -117,6 +132,7 @@ __all__ = [
     "cross_validate",
     "detect_symmetry",
     "disturb",
+    "error_weight",
     "evaluate",
     "expected_accuracy",
     "identify",
@@ -124,10 +140,14 @@ __all__ = [
     "load_mechanism",
     "make_plan",
     "map_poses",
+    "mechanism_rows",
     "mechanism_schema",
     "observability_rows",
+    "pose_count_curve",
+    "predict_accuracy",
     "read_measurements",
     "read_plan",
+    "read_pose_list",
     "read_results",
     "run_protocol",
     "sample_workspace",
@@ -135,6 +155,7 @@ __all__ = [
     "select_poses",
     "shipped_mechanisms",
     "simulate",
+    "travel_length",
     "write_measurements",
     "write_plan",
     "write_results",
@@ -147,6 +168,7 @@ _FILE_FUNCTIONS = {
     "mechanism_schema": "json_schema",
     "read_measurements": "measurements",
     "read_plan": "plan",
+    "read_pose_list": "poses",
     "read_results": "results",
     "save_mechanism": "mechanism_writer",
     "shipped_mechanisms": "mechanism_file",

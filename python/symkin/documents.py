@@ -19,13 +19,14 @@ from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, analyse_observability
 from symkin.outcome import MeasuredIdentification, closure_residual
 from symkin.pipeline import ProtocolResult
-from symkin.planning import Plan
+from symkin.planning import Plan, PlanBasis, PoseCountCurve, travel_length
 
 __all__ = [
     "evaluation_document",
     "identification_document",
     "measured_document",
     "plan_document",
+    "pose_count_document",
     "run_document",
 ]
 
@@ -87,22 +88,71 @@ def measured_document(result: MeasuredIdentification, **settings: Any) -> Docume
 
 
 def plan_document(mechanism: Mechanism, plan: Plan) -> Document:
-    """Return what a plan shows of each leg's parameters."""
+    """Return what a plan shows of each leg's parameters, and how it was made."""
     legs = []
     for leg in range(len(mechanism.legs)):
         rows = plan.rows_of(leg)
         shown = analyse_observability(mechanism, leg, plan.poses[rows])
+        spares = sum(len(plan.rows_of_set(number, spare=True)) for number in (leg + 1, 0))
         legs.append(
             {
                 "leg": leg + 1,
                 "poses": len(rows),
-                "spares": len(plan.rows_of(leg, spare=True)),
+                "spares": spares,
                 "r_diagonal": dict(zip(mechanism.parameter_names, shown.r_diagonal, strict=True)),
                 "indices": shown.indices,
                 "condition": shown.condition,
             }
         )
-    return {"poses": int(np.sum(~plan.spare)), "spares": int(np.sum(plan.spare)), "legs": legs}
+    return {
+        "poses": int(np.sum(~plan.spare)),
+        "spares": int(np.sum(plan.spare)),
+        "travel_m": travel_length(mechanism, plan.poses[~plan.spare]),
+        "selection": plan.basis and _basis_document(plan.basis),
+        "legs": legs,
+    }
+
+
+def pose_count_document(mechanism: Mechanism, curve: PoseCountCurve, **settings: Any) -> Document:
+    """Return what more poses bring; `settings` are what they were predicted for."""
+    return {
+        "command": "pose-count",
+        "mechanism": mechanism.name,
+        "settings": settings,
+        "poses_per_leg": curve.counts,
+        "poses": curve.measured,
+        "position_rms_m": curve.position,
+        "orientation_rms_rad": curve.orientation,
+        "efficiency": curve.efficiency,
+        "least_gain": curve.least_gain,
+        "enough": curve.enough,
+    }
+
+
+def _basis_document(basis: PlanBasis) -> Document:
+    return {
+        "design": basis.design,
+        "rows": basis.rows,
+        "criterion": basis.criterion,
+        "method": basis.method,
+        "seed": basis.seed,
+        "candidates": basis.candidates,
+        "excluded": basis.excluded,
+        "reach_margin_m": basis.reach_margin,
+        "choices": [
+            {
+                "legs": choice.legs,
+                "elements": choice.elements,
+                "candidates": choice.selection.indices,
+                "criterion_value": choice.selection.criterion_value,
+                "log_det": choice.selection.log_det,
+                "efficiency": choice.selection.certificate.efficiency,
+                "efficiency_repeats": choice.selection.certificate.efficiency_repeats,
+                "proven_optimal": choice.selection.certificate.proven_optimal,
+            }
+            for choice in basis.choices
+        ],
+    }
 
 
 def identification_document(

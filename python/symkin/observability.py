@@ -19,7 +19,9 @@ __all__ = [
     "Observability",
     "RowKind",
     "analyse_observability",
+    "error_weight",
     "expected_accuracy",
+    "mechanism_rows",
     "noise_of",
     "observability_rows",
     "tolerances_of",
@@ -99,6 +101,38 @@ def observability_rows(
     return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
 
 
+def mechanism_rows(
+    mechanism: Mechanism, poses: ArrayLike, kind: RowKind = "paper"
+) -> NDArray[np.float64]:
+    """Rows of all legs at once, shape (N, legs, legs p): the traditional identification.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its noise weighs the rows of kind "noise_aware".
+    poses : array_like, shape (N, coordinates)
+        Candidate poses.
+    kind : {"paper", "noise_aware"}
+        Each leg's dg/dparam in its own columns; or the closures of a pose whitened by their full
+        covariance, since they share its noise, as the estimator "joint" does.
+
+    Returns
+    -------
+    ndarray, shape (N, legs, legs p)
+        NaN where a leg cannot reach.
+
+    Raises
+    ------
+    SymkinError
+        If that covariance is singular: more legs than degrees of freedom need a noise of the
+        readings.
+    """
+    values = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    row_kind = getattr(_core.RowKind, kind)
+    rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
+    return rows.reshape(len(values), len(mechanism.legs), -1)
+
+
 def analyse_observability(
     mechanism: Mechanism, leg: int, poses: ArrayLike, kind: RowKind = "paper"
 ) -> Observability:
@@ -147,6 +181,17 @@ def expected_accuracy(
         weights, np.ascontiguousarray(covariance, dtype=np.float64)
     )
     return ExpectedAccuracy(position, orientation)
+
+
+def error_weight(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+    """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
+
+    To first order, and averaged over the poses. A rotation counts as the way of a point at the
+    mechanism's characteristic length from the centre, so that the error is one length (m).
+    """
+    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    weights = _core.accuracy_weights(mechanism.core, rows)
+    return weights.position + mechanism.characteristic_length**2 * weights.orientation
 
 
 def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> str:

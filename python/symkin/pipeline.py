@@ -10,8 +10,8 @@ from symkin.evaluation import Evaluation, evaluate
 from symkin.identification import Estimator, Identification, PoseUse, identify
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.planning import Plan, make_plan
-from symkin.selection import SelectionMethod
+from symkin.planning import Design, Plan, make_plan
+from symkin.selection import Criterion, SelectionMethod
 from symkin.simulation import Simulation, simulate
 from symkin.workspace import WorkspaceSample, sample_workspace
 
@@ -52,7 +52,9 @@ def run_protocol(
     *,
     estimator: Estimator = "implicit",
     poses: PoseUse = "own",
-    rows: RowKind = "paper",
+    design: Design = "legs",
+    rows: RowKind = "noise_aware",
+    criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
     seed: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -65,7 +67,7 @@ def run_protocol(
         The nominal one, with its workspace, noise, tolerances and protocol settings.
     estimator, poses
         See `identify`; the paper identifies each leg from its own set.
-    rows, method
+    design, rows, criterion, method
         See `make_plan`.
     seed : int, optional
         Of candidates, selection, robot and noise; by default the protocol's.
@@ -80,7 +82,15 @@ def run_protocol(
     progress("sampling the workspace")
     candidates = sample_workspace(mechanism, seed=seed)
     progress("selecting poses for the reference leg")
-    plan = make_plan(mechanism, candidates.poses, seed=seed, rows=rows, method=method)
+    plan = make_plan(
+        mechanism,
+        candidates.poses,
+        seed=seed,
+        design=design,
+        rows=rows,
+        criterion=criterion,
+        method=method,
+    )
     progress("simulating measurements")
     simulation = simulate(mechanism, plan, seed)
     progress("identifying the legs")

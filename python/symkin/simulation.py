@@ -81,7 +81,7 @@ def _sets(plan: Plan) -> list[tuple[int, np.ndarray, int]]:
     """Leg (from 1, 0 for all), rows with the spares behind, and number of wanted poses."""
     sets = []
     for leg in np.unique(plan.leg_sets).tolist():
-        wanted = plan.rows_of(leg - 1)
-        rows = np.concatenate([wanted, plan.rows_of(leg - 1, spare=True)])
+        wanted = plan.rows_of_set(leg)
+        rows = np.concatenate([wanted, plan.rows_of_set(leg, spare=True)])
         sets.append((leg, rows, len(wanted)))
     return sets

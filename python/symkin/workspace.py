@@ -12,7 +12,21 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 
-__all__ = ["WorkspaceSample", "inside_workspace", "sample_workspace", "workspace_options"]
+__all__ = [
+    "WorkspaceSample",
+    "coordinate_names",
+    "inside_box",
+    "inside_workspace",
+    "sample_workspace",
+    "workspace_coordinates",
+    "workspace_options",
+]
+
+_COORDINATES = {
+    "planar": ("x", "y", "phi"),
+    "point": ("x", "y"),
+    "spatial": ("x", "y", "z", "rx", "ry", "rz"),
+}
 
 
 @dataclass(frozen=True)
@@ -79,6 +93,37 @@ def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_
     """Whether each pose meets the workspace's demands, shape (N,); its box is not asked."""
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
     return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
+
+
+def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of a workspace's coordinates: position, then angle or rotation vector."""
+    return _COORDINATES[mechanism.pose_space]
+
+
+def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+    """Poses in a workspace's coordinates, shape (N, dof): m, and rad in (-pi, pi]."""
+    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    if mechanism.pose_space == "point":
+        return rows
+    if mechanism.pose_space == "planar":
+        turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)
+        return np.hstack([rows[:, :2], turned])
+    vector, scalar = rows[:, 3:6], rows[:, 6:]
+    vector = np.where(scalar < 0, -vector, vector)
+    size = np.linalg.norm(vector, axis=1, keepdims=True)
+    angle = 2 * np.arctan2(size, np.abs(scalar))
+    return np.hstack([rows[:, :3], vector * angle / np.where(size > 0, size, 1.0)])
+
+
+def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
+    """Whether each pose lies in the workspace's box, shape (N,); always without a workspace."""
+    coordinates = workspace_coordinates(mechanism, poses)
+    if mechanism.workspace is None:
+        return np.ones(len(coordinates), dtype=np.bool_)
+    slack = 1e-9  # of an image that rounding has put on the other side
+    above = coordinates >= np.array(mechanism.workspace.lower) - slack
+    below = coordinates <= np.array(mechanism.workspace.upper) + slack
+    return np.asarray((above & below).all(axis=1))
 
 
 def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:

@@ -23,7 +23,7 @@ def errors_after(mechanism, plan, poses, robots, estimator, pose_use):
 @pytest.fixture(scope="module")
 def planned(paper):
     candidates = symkin.sample_workspace(paper, 6000, seed=1).poses
-    return symkin.make_plan(paper, candidates, seed=1), candidates[:400]
+    return symkin.make_plan(paper, candidates, seed=1, rows="paper"), candidates[:400]
 
 
 def test_the_error_after_identification_is_the_predicted_one_and_implicit_is_better(paper, planned):

@@ -15,6 +15,7 @@ from symkin.cli.evaluate import evaluate
 from symkin.cli.help import with_example
 from symkin.cli.identify import identify
 from symkin.cli.plan import plan
+from symkin.cli.pose_count import pose_count
 from symkin.cli.run import run
 from symkin.cli.simulate import simulate
 from symkin.cli.workspace import workspace
@@ -28,7 +29,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (check, workspace, plan, simulate, identify, evaluate, run):
+for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run):
     app.command()(command)
 
 
@@ -40,9 +41,9 @@ def overview(
 ) -> None:
     """Kinematic identification of symmetric parallel mechanisms.
 
-    The stages pass files to each other: check, plan, simulate (or measure a real robot), identify,
-    evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the name of a
-    mechanism that comes with symkin, such as 3RRR.
+    The stages pass files to each other: check, pose-count, plan, simulate (or measure a real
+    robot), identify, evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the
+    name of a mechanism that comes with symkin, such as 3RRR.
 
     A file that symkin did not write, or that was changed since, is not overwritten unless
     --overwrite allows it, and a file that the command reads never is. For this, symkin notes what

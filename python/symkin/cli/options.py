@@ -10,16 +10,20 @@ import typer
 
 from symkin.identification import Estimator, PoseUse
 from symkin.observability import RowKind
-from symkin.selection import SelectionMethod
+from symkin.planning import Design
+from symkin.selection import Criterion, SelectionMethod
 
 __all__ = [
     "CandidatesOption",
     "ColumnsOption",
+    "CriterionOption",
+    "DesignOption",
     "EstimatorOption",
     "JsonOption",
     "MechanismArgument",
     "MethodOption",
     "OverwriteOption",
+    "PoseCountOption",
     "PoseUseOption",
     "RowsOption",
     "SeedOption",
@@ -66,6 +70,28 @@ ColumnsOption = Annotated[
         metavar="FILE",
         help="TOML file whose [measurements] section says which columns hold what; by default the "
         "section of the mechanism's file, or symkin's own column names.",
+    ),
+]
+PoseCountOption = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=1,
+        max=10**6,
+        help="Poses that each leg is identified from; by default the mechanism's.",
+    ),
+]
+DesignOption = Annotated[
+    Design,
+    typer.Option(
+        help="A set of poses for each leg; whole orbits of poses under the symmetry, N in all, "
+        "which every leg uses; or N poses in all, chosen for all legs at once."
+    ),
+]
+CriterionOption = Annotated[
+    Criterion,
+    typer.Option(
+        help="Observability index to maximise, or the expected end-effector error to minimise."
     ),
 ]
 RowsOption = Annotated[

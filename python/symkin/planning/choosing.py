@@ -100,9 +100,7 @@ class Chosen:
 def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
     """Select the poses of a task and their spares."""
     mechanism, required = demands.mechanism, demands.required
-    allowed = allowed_candidates(
-        mechanism, task, demands.candidates, demands.avoid, reach_margin
-    )
+    allowed = allowed_candidates(mechanism, task, demands.candidates, demands.avoid, reach_margin)
     excluded = int(np.count_nonzero(~allowed))
     if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
         raise SymkinError(
@@ -119,6 +117,7 @@ def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
     wanted = demands.count
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
+    prior = _prior(demands, task)
     selection = select_poses(
         rows,
         wanted,
@@ -127,7 +126,7 @@ def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
         criterion=demands.criterion,
         required=numbers.tolist(),
         forbidden=~allowed,
-        prior=_prior(demands, task),
+        prior=prior,
         time_limit=demands.time_limit,
         threads=demands.threads,
         parameter_names=task.parameter_names(mechanism),
@@ -140,11 +139,17 @@ def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
     if spare_count:
         available = allowed.copy()
         available[numbers] = False
-        spares = poses[
-            spare_poses(
-                mechanism, poses, rows, selection.indices, available, spare_count, demands.seed
-            )
-        ]
+        found = spare_poses(
+            mechanism,
+            poses,
+            rows,
+            selection.indices,
+            available,
+            prior,
+            spare_count,
+            demands.seed,
+        )
+        spares = poses[found]
     return Chosen(task, selection, poses[chosen], spares, excluded)
 
 
@@ -178,6 +183,4 @@ def _criterion_settings(demands: Demands, task: Task) -> dict[str, Any]:
         return {"error_weight": weight[own, own]}
     legs = range(len(mechanism.legs)) if task.leg is None else [task.leg]
     tolerances = tolerances_of(mechanism.tolerances)
-    return {
-        "scale": np.concatenate([tolerances.deviations(mechanism.core, leg) for leg in legs])
-    }
+    return {"scale": np.concatenate([tolerances.deviations(mechanism.core, leg) for leg in legs])}

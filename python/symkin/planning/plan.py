@@ -66,6 +66,11 @@ class PlanBasis:
     reach_margin: float
     choices: tuple[ChosenPoses, ...]
 
+    @property
+    def symmetrical(self) -> bool:
+        """Whether one choice serves all legs alike, so that all are equally observable."""
+        return self.design != "mechanism" and len(self.choices) == 1
+
 
 @dataclass(frozen=True)
 class Plan:

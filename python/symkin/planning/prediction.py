@@ -182,9 +182,7 @@ def _counts(mechanism: Mechanism, design: Design, counts: Sequence[int] | None) 
     return sorted({-(-count // size) * size for count in counts})
 
 
-def _enough(
-    counts: Sequence[int], errors: NDArray[np.float64], least_gain: float
-) -> int | None:
+def _enough(counts: Sequence[int], errors: NDArray[np.float64], least_gain: float) -> int | None:
     """First count from which on no further pose saves `least_gain` of the error."""
     best = np.minimum.accumulate(errors)  # a selection may be a little worse than one of fewer
     saved = 1 - (best[1:] / best[:-1]) ** (1 / np.diff(counts))

@@ -20,6 +20,7 @@ def spare_poses(
     rows: NDArray[np.float64],
     chosen: NDArray[np.intp],
     allowed: NDArray[np.bool_],
+    prior: NDArray[np.float64] | None,
     count: int,
     seed: int,
 ) -> NDArray[np.intp]:
@@ -41,6 +42,8 @@ def spare_poses(
         Candidates that are measured.
     allowed : ndarray of bool, shape (n,)
         Which candidates may be measured.
+    prior : ndarray, shape (p, p), optional
+        Information of what is measured already.
     count : int
         Spares wanted.
     seed : int
@@ -57,6 +60,8 @@ def spare_poses(
     weights = np.where(safe[is_chosen], 1.0, 0.01)[:, None, None]
     kept = rows[some[is_chosen]]
     information = np.einsum("nri,nrj->ij", kept, weights * kept)
+    if prior is not None:
+        information = information + prior
     left = some[safe & ~is_chosen]
     if len(left) <= count:
         return left

@@ -24,9 +24,7 @@ def travel_length(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
     return float(distances[np.arange(len(poses)), np.arange(1, len(stations))].sum())
 
 
-def visiting_order(
-    mechanism: Mechanism, poses: NDArray[np.float64], seed: int
-) -> NDArray[np.intp]:
+def visiting_order(mechanism: Mechanism, poses: NDArray[np.float64], seed: int) -> NDArray[np.intp]:
     """Order poses for a short way from home through all of them (a heuristic).
 
     Parameters
@@ -83,4 +81,4 @@ def _angles(mechanism: Mechanism, orientations: NDArray[np.float64]) -> NDArray[
     """Angle between any two orientations, rad."""
     if mechanism.pose_space == "spatial":
         return np.asarray(2 * np.arccos(np.clip(np.abs(orientations @ orientations.T), 0, 1)))
-    return np.abs(orientations[:, None] - orientations[None]).sum(axis=2)
+    return np.asarray(np.abs(orientations[:, None] - orientations[None]).sum(axis=2))

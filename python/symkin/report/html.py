@@ -53,13 +53,15 @@ def write_report(
     """
     nominal, poses = result.nominal, result.candidates.poses
     foreseen = expected(result, result.identification)
-    sets = [result.plan.poses[result.plan.rows_of(leg)] for leg in range(len(nominal.legs))]
+    plan = result.plan
+    sets = [plan.poses[plan.rows_of(leg)] for leg in range(len(nominal.legs))]
+    symmetric = plan.basis is not None and plan.basis.symmetrical
     sections = [
         mechanism_section(nominal, poses[:1]),
         symmetry_section(nominal),
-        workspace_section(nominal, result.candidates, result.plan),
-        plan_section(nominal, result.plan, result.simulation),
-        observability_section(nominal, sets, symmetric=True),
+        workspace_section(nominal, result.candidates, plan),
+        plan_section(nominal, plan, result.simulation),
+        observability_section(nominal, sets, symmetric=symmetric),
         identification_section(
             nominal,
             result.simulation.measurements,

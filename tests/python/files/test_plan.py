@@ -62,4 +62,4 @@ def test_a_wrong_plan_is_refused_in_words(
 
 def test_the_rows_of_a_leg_come_in_their_order_without_spares(plan: Plan) -> None:
     assert plan.rows_of(1).tolist() == [5, 4, 6]
-    assert plan.rows_of(1, spare=True).tolist() == [7]
+    assert plan.rows_of_set(2, spare=True).tolist() == [7]

@@ -5,6 +5,7 @@ from symkin.report.figures.errors import error_histogram_figure, error_map_figur
 from symkin.report.figures.mechanism import mechanism_figure
 from symkin.report.figures.observability import observability_figure
 from symkin.report.figures.parameters import parameter_errors_figure
+from symkin.report.figures.pose_count import pose_count_figure
 from symkin.report.figures.residuals import residuals_figure
 from symkin.report.figures.workspace import poses_figure
 
@@ -14,6 +15,7 @@ __all__ = [
     "mechanism_figure",
     "observability_figure",
     "parameter_errors_figure",
+    "pose_count_figure",
     "poses_figure",
     "residuals_figure",
 ]

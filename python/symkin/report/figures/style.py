@@ -118,8 +118,8 @@ def equal_box(axes: Any, points: NDArray[np.float64]) -> None:
     axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.95)
 
 
-def leg_handles(count: int) -> list[Line2D]:
-    """Legend entries of the legs."""
+def leg_handles(labels: Sequence[str]) -> list[Line2D]:
+    """Legend entries of the legs, or of what is drawn as legs are."""
     return [
         Line2D(
             [],
@@ -128,9 +128,9 @@ def leg_handles(count: int) -> list[Line2D]:
             marker=leg_style(leg).marker,
             markersize=5.5,
             linestyle="none",
-            label=f"leg {leg + 1}",
+            label=label,
         )
-        for leg in range(count)
+        for leg, label in enumerate(labels)
     ]
 
 

@@ -33,7 +33,9 @@ _PLAIN = "#9DB8CC"  # of poses without orientation
 _FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
 
 
-def poses_figure(pose_space: str, cloud: Array, leg_sets: Sequence[Array] = ()) -> Figure:
+def poses_figure(
+    pose_space: str, cloud: Array, leg_sets: Sequence[Array] = (), labels: Sequence[str] = ()
+) -> Figure:
     """Draw a cloud of poses, coloured by orientation, and the poses of every leg's set on it.
 
     Parameters
@@ -45,6 +47,8 @@ def poses_figure(pose_space: str, cloud: Array, leg_sets: Sequence[Array] = ()) 
         Candidates, or measured poses; of many only a part is drawn.
     leg_sets : sequence of ndarray, shape (N, coordinates)
         Poses of each leg's set.
+    labels : sequence of str
+        Of the sets, by default "leg 1", "leg 2", ...
     """
     views = VIEWS[pose_space]
     figure = new_figure(*_SIZES[pose_space])
@@ -64,7 +68,8 @@ def poses_figure(pose_space: str, cloud: Array, leg_sets: Sequence[Array] = ()) 
         label = orientation_label(pose_space)
         colour_bar(figure, panels[0], figure.axes[: len(views)], label, shrink=0.8, **where)
     if leg_sets:
-        legend_below(figure, leg_handles(len(leg_sets)))
+        labels = labels or [f"leg {leg + 1}" for leg in range(len(leg_sets))]
+        legend_below(figure, leg_handles(labels))
     return figure
 
 

@@ -1,77 +1,110 @@
 # SPDX-License-Identifier: MIT
-"""The poses that were planned, and those that spares had to replace."""
+"""The poses that were planned, how good they are, and those that spares had to replace."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
-from symkin.planning import Plan
+from symkin.planning import ChosenPoses, Plan, PlanBasis, travel_length
 from symkin.report.content import Group, Section, Table
-from symkin.report.wording import count, plural
+from symkin.report.wording import count, plural, quantity, significant
 from symkin.simulation import Simulation
-from symkin.symmetry import leg_carriers
 
-__all__ = ["plan_section"]
+__all__ = ["CRITERIA", "plan_section"]
+
+CRITERIA = {
+    "O1": "O1 (D-optimality)",
+    "O2": "O2",
+    "O3": "O3 (E-optimality)",
+    "O4": "O4",
+    "O5": "O5",
+    "expected_error": "expected end-effector error (I-optimality)",
+}
+_DESIGNS = {
+    "legs": "a set of poses for each leg",
+    "orbits": "whole orbits of poses, which every leg uses",
+    "mechanism": "one set of poses for the parameters of all legs at once",
+}
+_PERCENT = "\N{NO-BREAK SPACE}%"
 
 
-def plan_section(mechanism: Mechanism, plan: Plan, simulation: Simulation) -> Section:
-    """Count planned, spare and replaced poses of every leg."""
-    outside = outside_box(mechanism, plan.poses)
+def plan_section(mechanism: Mechanism, plan: Plan, simulation: Simulation | None = None) -> Section:
+    """Count planned and spare poses of every set, and those that a simulated robot replaced."""
     sets = np.unique(plan.leg_sets).tolist()
+    replaced = simulation.replaced if simulation else ()
     rows = []
-    for leg, replaced in zip(sets, simulation.replaced, strict=True):
-        wanted, spare = (plan.rows_of(leg - 1, spare=is_spare) for is_spare in (False, True))
-        figures = (len(wanted), len(spare), replaced, int(outside[wanted].sum()))
-        rows.append((f"leg {leg}" if leg else "all legs", *map(str, figures)))
-    table = Table(
-        "Planned poses",
-        ("Set of", "Poses", "Spares", "Replaced by spares", "Outside the workspace's box"),
-        [Group(rows)],
+    for at, number in enumerate(sets):
+        figures = [len(plan.rows_of_set(number, spare=spare)) for spare in (False, True)]
+        figures += [replaced[at]] if simulation else []
+        rows.append((f"leg {number}" if number else "all legs", *map(str, figures)))
+    columns = ("Set of", "Poses", "Spares", *(("Replaced by spares",) if simulation else ()))
+    parts = [Table("Planned poses", columns, [Group(rows)])]
+    if plan.basis is not None:
+        parts.append(_selections(plan.basis))
+    return Section("plan", "Plan", _paragraphs(mechanism, plan, simulation), parts)
+
+
+def _selections(basis: PlanBasis) -> Table:
+    """What was chosen for which legs, and how far it can be from the best."""
+    return Table(
+        "Selections and their certificates",
+        (
+            "For",
+            f"Value of {basis.criterion}",
+            "Of the bound for distinct poses",
+            "Of the bound with repeats",
+            "Proven optimal",
+        ),
+        [Group([_selection(basis, choice) for choice in basis.choices])],
     )
-    chosen = np.flatnonzero(~plan.spare)
-    return Section("plan", "Plan", _paragraphs(mechanism, chosen, outside, simulation), [table])
 
 
-def outside_box(mechanism: Mechanism, poses: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether the position of a pose, or the angle of a planar one, lies outside the box."""
-    if mechanism.workspace is None:
-        return np.zeros(len(poses), dtype=np.bool_)
-    compared = {"planar": 3, "point": 2, "spatial": 3}[mechanism.pose_space]
-    lower, upper = mechanism.workspace.lower[:compared], mechanism.workspace.upper[:compared]
-    slack = 1e-9  # of an image that rounding has put on the other side
-    coordinates = poses[:, :compared]
-    inside = (coordinates >= np.array(lower) - slack) & (coordinates <= np.array(upper) + slack)
-    return np.asarray(~inside.all(axis=1))
+def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
+    selection, certificate = choice.selection, choice.selection.certificate
+    value = selection.criterion_value
+    legs = f"leg{'s' * (len(choice.legs) > 1)} {', '.join(map(str, choice.legs))}"
+    return (
+        legs,
+        quantity(1e3 * value**0.5, "mm")
+        if basis.criterion == "expected_error"
+        else significant(value, 4),
+        f"{100 * certificate.efficiency:.2f}{_PERCENT}",
+        f"{100 * certificate.efficiency_repeats:.2f}{_PERCENT}",
+        "yes" if certificate.proven_optimal else "no",
+    )
 
 
-def _paragraphs(
-    mechanism: Mechanism,
-    chosen: NDArray[np.intp],
-    outside: NDArray[np.bool_],
-    simulation: Simulation,
-) -> list[str]:
-    references = sorted({reference + 1 for reference, _ in leg_carriers(mechanism)})
-    legs = ", ".join(map(str, references))
+def _paragraphs(mechanism: Mechanism, plan: Plan, simulation: Simulation | None) -> list[str]:
+    wanted = np.flatnonzero(~plan.spare)
+    way = travel_length(mechanism, plan.poses[wanted])
+    text = f"{plural(len(wanted), 'pose')} to measure; the way through them, from home, is "
+    paragraphs = [f"{text}{quantity(way, 'm')}."]
+    if plan.basis is not None:
+        paragraphs += _made(plan.basis)
+    if simulation is not None:
+        replaced = sum(simulation.replaced)
+        paragraphs.append(
+            f"The robot could not take {count(replaced)} of them, which spares replaced."
+            if replaced
+            else "The robot could take all of them."
+        )
+    return paragraphs
+
+
+def _made(basis: PlanBasis) -> list[str]:
+    rows = "noise-aware rows" if basis.rows == "noise_aware" else "the paper's rows"
+    left = basis.candidates - basis.excluded
     text = (
-        f"{plural(len(chosen), 'pose')} to measure, chosen for leg{'s' * (len(references) > 1)} "
-        f"{legs} and carried to the others by symmetry."
-        if len(references) < len(mechanism.legs)
-        else f"{plural(len(chosen), 'pose')} to measure, chosen for every leg by itself."
+        f"The design is {_DESIGNS[basis.design]}, chosen from {plural(left, 'candidate')} by "
+        f"{CRITERIA[basis.criterion]} with {rows}, method {basis.method}."
     )
-    replaced = sum(simulation.replaced)
-    text += (
-        f" The robot could not take {count(replaced)} of them, which spares replaced."
-        if replaced
-        else " The robot could take all of them."
+    if basis.excluded:
+        text += f" {plural(basis.excluded, 'candidate was', 'candidates were')} left out by limits."
+    if any(len(choice.elements) > 1 for choice in basis.choices):
+        text += " The symmetry carries what was chosen for one leg to the others."
+    certificate = (
+        "An efficiency says how large the p-th root of the determinant (or, for the expected "
+        "error, how small the error's bound) is against what no set of so many poses can exceed."
     )
-    beyond = int(outside[chosen].sum())
-    if not beyond:
-        return [text]
-    return [
-        text,
-        f"{plural(beyond, 'pose lies', 'poses lie')} outside the workspace's box, because the box "
-        "does not have the mechanism's symmetry and images of its poses leave it. Check that the "
-        "robot may go there.",
-    ]
+    return [text, certificate]

@@ -37,21 +37,23 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
         rows.append(("more than needed", count(surplus), share(surplus, drawn)))
     rows.append(("candidates", count(kept), share(kept, drawn)))
     table = Table("Sampling of the workspace", ("Poses", "Number", "Share"), [Group(rows)])
-    sets = [plan.poses[plan.rows_of(leg)] for leg in range(len(mechanism.legs))]
+    numbers = sorted(np.unique(plan.leg_sets).tolist(), key=lambda number: number or np.inf)
+    sets = [plan.poses[plan.rows_of_set(number)] for number in numbers]
+    labels = [f"leg {number}" if number else "all legs" for number in numbers]
     poses = image(
-        poses_figure(mechanism.pose_space, candidates.poses, sets),
+        poses_figure(mechanism.pose_space, candidates.poses, sets, labels),
         "workspace",
-        alternative="Scatter plots of the candidate poses and of the poses chosen for every leg.",
+        alternative="Scatter plots of the candidate poses and of the chosen poses.",
         caption=(
             "Candidates (small dots"
             + ("" if mechanism.pose_space == "point" else ", coloured by orientation")
-            + ") and the poses chosen for every leg (large markers)."
+            + ") and the chosen poses (large markers)."
         ),
     )
     paragraph = (
         f"{plural(kept, 'pose')} that every leg reaches, in the aspect of home and away from "
         "singularities, are the candidates for measurement, and the poses over which errors are "
-        "evaluated."
+        "averaged."
     )
     return Section("workspace", "Workspace", [paragraph], [table, poses])
 

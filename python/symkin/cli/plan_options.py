@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""Options that say which poses may and must be measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from symkin.errors import QuantityError
+from symkin.planning import Region
+
+__all__ = ["AvoidOption", "MinimumDistanceOption", "length", "regions"]
+
+AvoidOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="REGION",
+        help="Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; an "
+        "open end has no limit). May be given several times.",
+    ),
+]
+MinimumDistanceOption = Annotated[
+    str,
+    typer.Option(
+        metavar="LENGTH",
+        help="Between the positions of any two poses of a set, such as 0.05 or 5cm.",
+    ),
+]
+
+
+def length(text: str, hint: str) -> float:
+    """Read a length that is not negative, m."""
+    value = _quantity(text, "m", hint)
+    if value < 0:
+        raise typer.BadParameter(f'"{text}" is negative; expected a length', param_hint=hint)
+    return value
+
+
+def regions(texts: Sequence[str]) -> list[Region]:
+    """Read regions to avoid."""
+    return [dict(_limits(part, text) for part in text.split(",")) for text in texts]
+
+
+def _limits(part: str, text: str) -> tuple[str, tuple[float, float]]:
+    name, equals, limits = part.partition("=")
+    lower, colon, upper = limits.partition(":")
+    name = name.strip()
+    if not (name and equals and colon):
+        raise typer.BadParameter(
+            f'"{part}" in "{text}" is no limit; expected such as x=0.1:0.3', param_hint="--avoid"
+        )
+    unit = "rad" if name in ("phi", "rx", "ry", "rz") else "m"
+    return name, (
+        _quantity(lower, unit, "--avoid") if lower.strip() else -math.inf,
+        _quantity(upper, unit, "--avoid") if upper.strip() else math.inf,
+    )
+
+
+def _quantity(text: str, unit: str, hint: str) -> float:
+    from symkin.files.quantities import evaluate_quantity
+
+    try:
+        return evaluate_quantity(_spaced(text), unit)
+    except QuantityError as error:
+        raise typer.BadParameter(str(error), param_hint=hint) from error
+
+
+def _spaced(text: str) -> str:
+    """``5cm`` as ``5 cm``: a command line is easier without spaces."""
+    stripped = text.strip()
+    number = stripped.rstrip("abcdefghijklmnopqrstuvwxyz")
+    return f"{number} {stripped[len(number) :]}" if number and stripped != number else stripped

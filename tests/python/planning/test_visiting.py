@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""The order of visiting, and what a plan promises."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.planning import pose_count_curve, predict_accuracy, travel_length
+from symkin.planning.visiting import visiting_order
+
+
+@pytest.fixture(scope="module")
+def candidates(paper):
+    return symkin.sample_workspace(paper, 2000, seed=1).poses
+
+
+def test_the_way_through_few_poses_is_the_shortest(paper, candidates):
+    for seed in range(5):
+        poses = candidates[7 * seed : 7 * seed + 7]
+        found = travel_length(paper, poses[visiting_order(paper, poses, seed)])
+        best = min(travel_length(paper, poses[list(order)]) for order in permutations(range(7)))
+        assert found == pytest.approx(best, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["3RRR", "5bar", "hexapod_jugglebot"])
+def test_visiting_shortens_the_way_and_changes_nothing_else(name):
+    mechanism = symkin.load_mechanism(name)
+    poses = symkin.sample_workspace(mechanism, 500).poses
+    by_sets, on_the_way = (
+        symkin.make_plan(mechanism, poses, 16, visit=visit) for visit in ("sets", "travel")
+    )
+    ways = [travel_length(mechanism, plan.poses[~plan.spare]) for plan in (by_sets, on_the_way)]
+    assert ways[1] < 0.6 * ways[0]
+    for leg in range(len(mechanism.legs)):
+        np.testing.assert_array_equal(
+            by_sets.poses[by_sets.rows_of(leg)], on_the_way.poses[on_the_way.rows_of(leg)]
+        )
+    np.testing.assert_array_equal(
+        on_the_way.readings, mechanism.inverse_kinematics(on_the_way.poses)
+    )
+    assert on_the_way.spare[np.count_nonzero(~on_the_way.spare) :].all()
+
+
+def test_a_turn_is_part_of_the_way(paper):
+    turned = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+    assert travel_length(paper, turned) == pytest.approx(paper.characteristic_length)
+
+
+def test_the_prediction_is_the_covariance_of_the_estimator(paper, candidates):
+    plan = symkin.make_plan(paper, candidates)
+    simulation = symkin.simulate(paper, plan, 1, actual=paper)
+    for estimator in ("implicit", "joint"):
+        found = symkin.identify(paper, simulation.measurements, estimator)
+        expected = symkin.expected_accuracy(paper, candidates, found.covariance)
+        predicted = predict_accuracy(paper, plan, candidates, estimator)
+        assert predicted.position == pytest.approx(expected.position, rel=0.02)
+
+
+def test_more_poses_promise_more_and_the_curve_says_when_it_is_enough(paper, candidates):
+    curve = pose_count_curve(paper, candidates, [8, 12, 16, 24, 48, 96], estimator="joint")
+    assert (np.diff(curve.position) < 0).all()
+    assert curve.measured.tolist() == [24, 36, 48, 72, 144, 288]
+    # Four times as many poses halve the error.
+    assert curve.position[3] / curve.position[5] == pytest.approx(2, rel=0.1)
+    gains = 1 - (curve.position[1:] / curve.position[:-1]) ** (1 / np.diff(curve.counts))
+    at = curve.counts.tolist().index(curve.enough)
+    assert gains[at - 1] >= 0.02
+    assert (gains[at:] < 0.02).all()
+
+
+def test_a_curve_that_still_falls_has_no_end(paper, candidates):
+    assert pose_count_curve(paper, candidates, [8, 10, 12], least_gain=0.005).enough is None
+
+
+def test_a_curve_goes_from_p_to_ten_p_in_whole_orbits(paper, candidates):
+    counts = pose_count_curve(paper, candidates, design="orbits").counts
+    assert (counts % 3 == 0).all()
+    assert counts[0] == 9
+    assert counts[-1] == 81
+
+
+def test_a_share_that_is_none_is_refused(paper, candidates):
+    with pytest.raises(symkin.SymkinError, match="expected a share between 0 and 1"):
+        pose_count_curve(paper, candidates, least_gain=2)
+
+
+def test_poses_that_do_not_show_all_parameters_promise_nothing(paper, candidates):
+    plan = symkin.make_plan(paper, candidates, 8, spares=0)
+    alike = symkin.Plan(
+        plan.leg_sets,
+        plan.order,
+        plan.spare,
+        plan.poses[:1].repeat(24, axis=0),
+        plan.readings[:1].repeat(24, axis=0),
+    )
+    with pytest.raises(symkin.SymkinError, match="do not show all parameters"):
+        predict_accuracy(paper, alike, candidates[:50])
