@@ -44,6 +44,15 @@ class ChainInfo:
     reading_unit: str
     description: str
 
+    def units_of_sensor(self, reading_unit: str) -> dict[str, str]:
+        """Units of the parameters for a sensor that reads "rad" or "m", whatever its joint does.
+
+        The gain converts a reading to the active joint's unit: a plain number, or "m/rad" for a
+        motor that winds a cable.
+        """
+        gain = "1" if reading_unit == self.reading_unit else f"{self.reading_unit}/{reading_unit}"
+        return {**self.parameter_units, "sensor_gain": gain}
+
 
 def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     """Describe a chain.

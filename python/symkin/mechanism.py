@@ -173,6 +173,13 @@ class Mechanism:
         return chain_info(self.chain, self.platform).parameter_names
 
     @property
+    def parameter_units(self) -> tuple[str, ...]:
+        """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
+        info = chain_info(self.chain, self.platform)
+        units = info.units_of_sensor(self.reading_unit).values()
+        return tuple("" if unit == "1" else unit for unit in units)
+
+    @property
     def parameters(self) -> Array:
         """Parameters, shape (legs, p)."""
         return self.core.parameters

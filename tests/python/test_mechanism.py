@@ -83,3 +83,8 @@ def test_what_cannot_be_a_mechanism_is_refused_in_words(paper, change, words):
 def test_poses_of_another_kind_are_refused(paper):
     with pytest.raises(symkin.SymkinError, match="2 columns"):
         paper.inverse_kinematics([0.0, 0.0])
+
+
+def test_the_gain_of_a_motor_that_winds_a_cable_has_its_unit(hexapod, paper):
+    assert hexapod.parameter_units[6:] == ("m/rad", "m")
+    assert paper.parameter_units[6:] == ("", "rad")

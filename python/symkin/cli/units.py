@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from symkin.chains import chain_info
 from symkin.evaluation import Evaluation
 from symkin.mechanism import Mechanism
 
@@ -15,8 +14,8 @@ __all__ = ["error_rows", "estimate", "milli", "numbers", "parameter_labels"]
 
 def parameter_labels(mechanism: Mechanism) -> list[str]:
     """Return the parameters' names with their units."""
-    units = zip(mechanism.parameter_names, _parameter_units(mechanism), strict=True)
-    return [name if unit == "1" else f"{name}, {unit}" for name, unit in units]
+    units = zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
+    return [f"{name}, {unit}" if unit else name for name, unit in units]
 
 
 def numbers(values: Iterable[float], digits: int = 6) -> list[str]:
@@ -50,12 +49,3 @@ def estimate(value: float, deviation: float) -> str:
         return f"{value:.6f} ±?"
     decimals = max(0, 1 - math.floor(math.log10(deviation)))
     return f"{value:.{decimals}f} ±{deviation:.{decimals}f}"
-
-
-def _parameter_units(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the unit of each parameter, with the sensor's own unit in the gain's."""
-    info = chain_info(mechanism.chain, mechanism.platform)
-    units = dict(info.parameter_units)
-    if mechanism.reading_unit != info.reading_unit:
-        units["sensor_gain"] = f"{info.reading_unit}/{mechanism.reading_unit}"
-    return tuple(units.values())

@@ -30,7 +30,6 @@ __all__ = [
     "MechanismHeader",
     "SymmetrySection",
     "mechanism_model",
-    "parameter_units",
 ]
 
 # Coordinates of bounds and home, position then orientation, and their units.
@@ -130,21 +129,6 @@ class MechanismHeader(Section):
     measurements: Any = None
 
 
-def parameter_units(chain: str, platform: str, reading_unit: str | None) -> dict[str, str]:
-    """Return the unit of each parameter of a leg whose sensor reads in `reading_unit`.
-
-    The gain converts a reading to the active joint's unit: a plain number, or "m/rad" for a motor
-    that winds a cable. A `reading_unit` of None is the active joint's own.
-    """
-    import symkin
-
-    units = dict(symkin.chain_info(chain, platform).parameter_units)
-    joint_unit = units["sensor_offset"]
-    reading_unit = reading_unit or joint_unit
-    units["sensor_gain"] = "1" if reading_unit == joint_unit else f"{joint_unit}/{reading_unit}"
-    return units
-
-
 @functools.cache
 def mechanism_model(chain: str, platform: str, reading_unit: str | None) -> type[MechanismHeader]:
     """Return the model of mechanism files with this chain.
@@ -157,7 +141,7 @@ def mechanism_model(chain: str, platform: str, reading_unit: str | None) -> type
     import symkin
 
     info = symkin.chain_info(chain, platform)
-    units = parameter_units(chain, platform, reading_unit)
+    units = info.units_of_sensor(reading_unit or info.reading_unit)
     parameters = {name: _parameter(chain, name, unit) for name, unit in units.items()}
     title = f"{chain} {platform}"
     reference_leg = _leg_model(

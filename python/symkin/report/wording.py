@@ -5,9 +5,6 @@ from __future__ import annotations
 
 import math
 
-from symkin.chains import chain_info
-from symkin.mechanism import Mechanism
-
 __all__ = [
     "NONE",
     "angle",
@@ -15,7 +12,6 @@ __all__ = [
     "decimals_of",
     "fixed",
     "milli",
-    "parameter_units",
     "plural",
     "pose_coordinates",
     "quantity",
@@ -103,15 +99,6 @@ def share(part: int, whole: int) -> str:
 def plural(number: int, noun: str, many: str | None = None) -> str:
     """A counted noun: ``1 pose``, ``72 poses``."""
     return f"{count(number)} {noun if number == 1 else many or noun + 's'}"
-
-
-def parameter_units(mechanism: Mechanism) -> tuple[str, ...]:
-    """Unit of each parameter, with the sensor's own unit in the gain's; empty for pure numbers."""
-    info = chain_info(mechanism.chain, mechanism.platform)
-    units = {name: "" if unit == "1" else unit for name, unit in info.parameter_units.items()}
-    if mechanism.reading_unit != info.reading_unit:
-        units["sensor_gain"] = f"{info.reading_unit}/{mechanism.reading_unit}"
-    return tuple(units.values())
 
 
 def pose_coordinates(pose_space: str) -> tuple[tuple[str, str], ...]:

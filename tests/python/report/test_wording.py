@@ -53,8 +53,3 @@ def test_changes_of_an_error_are_told_as_a_factor():
 def test_counts_have_their_thousands_apart():
     assert wording.plural(30000, "pose") == f"30{SPACE}000 poses"
     assert wording.plural(1, "pose lies", "poses lie") == "1 pose lies"
-
-
-def test_the_gain_of_a_motor_that_winds_a_cable_has_its_unit(hexapod, paper):
-    assert wording.parameter_units(hexapod)[6] == "m/rad"
-    assert wording.parameter_units(paper)[6] == ""

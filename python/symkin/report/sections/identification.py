@@ -17,7 +17,6 @@ from symkin.report.wording import (
     decimals_of,
     fixed,
     milli,
-    parameter_units,
     plural,
     significant,
 )
@@ -113,7 +112,7 @@ def _parameter_rows(
     errors = None if actual is None else in_sigmas(identification, actual)
     rows = []
     for i, (name, unit) in enumerate(
-        zip(nominal.parameter_names, parameter_units(nominal), strict=True)
+        zip(nominal.parameter_names, nominal.parameter_units, strict=True)
     ):
         decimals = decimals_of(float(deviations[leg, i]))
         row = [
