@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.conditions import Conditions, check_conditions
+from symkin.groups import NamedGroup, mechanism_groups
 from symkin.mechanism import Mechanism
 from symkin.observability import Observability, analyse_observability
-from symkin.symmetry import leg_carriers, symmetry_group
+from symkin.symmetry import leg_carriers, map_poses, symmetry_group
+from symkin.symmetry_comparison import SymmetryComparison, compare_symmetry
 from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism"]
@@ -73,6 +75,11 @@ class CheckResult:
         Its symmetry, such as ``"C3"``: the declared one, or
     declared : bool
         (if not declared) the one found that keeps the working modes.
+    comparison : SymmetryComparison
+        The symmetry that the legs have, against the declared one or one that is near.
+    groups : tuple of NamedGroup
+        G_M, its subgroup that keeps the working modes and G_C; with workspace settings G_W and G_Q
+        too.
     origins : tuple of LegOrigin
         For each leg.
     home : HomePose
@@ -80,7 +87,7 @@ class CheckResult:
     sample : WorkspaceSample or None
         Poses drawn; None for a mechanism without workspace settings.
     observability : tuple of Observability
-        Of each leg over the sample; empty without one.
+        Of each leg at its `leg_poses`; empty without a sample.
     conditions : Conditions or None
         The paper's conditions on symmetry, tested; None without workspace settings.
     """
@@ -88,11 +95,49 @@ class CheckResult:
     mechanism: Mechanism
     group: str
     declared: bool
+    comparison: SymmetryComparison
+    groups: tuple[NamedGroup, ...]
     origins: tuple[LegOrigin, ...]
     home: HomePose
     sample: WorkspaceSample | None
     observability: tuple[Observability, ...]
     conditions: Conditions | None
+
+    @property
+    def share(self) -> float:
+        """Share of the box that the workspace takes; NaN without workspace settings."""
+        if self.sample is None:
+            return float("nan")
+        return 1 - sum(self.sample.rejected.values()) / self.sample.drawn
+
+    @property
+    def leg_poses(self) -> tuple[NDArray[np.float64], ...]:
+        """For each leg the sample's poses, carried by the element that carries its reference.
+
+        There a symmetric mechanism shows the same of every leg (Eq. 10). Empty without a sample.
+        """
+        if self.sample is None:
+            return ()
+        return leg_poses(self.mechanism, self.sample.poses)
+
+    @property
+    def orbits_in_words(self) -> str:
+        """Which legs are images of each other."""
+        if len(self.orbits) == len(self.origins):
+            return "No leg is the image of another."
+        if len(self.orbits) == 1:
+            return "All legs are images of leg 1."
+        orbits = "; ".join(", ".join(str(leg + 1) for leg in orbit) for orbit in self.orbits)
+        return f"Legs that are images of each other: {orbits}."
+
+    @property
+    def orbits(self) -> tuple[tuple[int, ...], ...]:
+        """Legs (from 0) that are images of each other, the reference leg first."""
+        references = dict.fromkeys(origin.reference for origin in self.origins)
+        return tuple(
+            tuple(leg for leg, origin in enumerate(self.origins) if origin.reference == reference)
+            for reference in references
+        )
 
 
 def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResult:
@@ -105,6 +150,10 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
     seed : int, optional
         Of the poses drawn from the workspace; by default the protocol's.
 
+    Returns
+    -------
+    CheckResult
+
     Raises
     ------
     SymkinError
@@ -113,21 +162,31 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
     sample = None
     if mechanism.workspace is not None:
         sample = sample_workspace(mechanism, _SAMPLE_SIZE, seed)
-    legs = range(len(mechanism.legs)) if sample is not None else ()
+    sets = () if sample is None else leg_poses(mechanism, sample.poses)
+    comparison = compare_symmetry(mechanism)
+    conditions = check_conditions(mechanism, seed=seed) if sample is not None else None
+    groups = mechanism_groups(mechanism, comparison.found)
     return CheckResult(
         mechanism=mechanism,
         group=symmetry_group(mechanism).name,
         declared=mechanism.symmetry is not None,
+        comparison=comparison,
+        groups=groups if conditions is None else conditions.groups,
         origins=tuple(
             LegOrigin(reference, element.label) for reference, element in leg_carriers(mechanism)
         ),
         home=_home(mechanism),
         sample=sample,
         observability=tuple(
-            analyse_observability(mechanism, leg, sample.poses) for leg in legs if sample
+            analyse_observability(mechanism, leg, poses) for leg, poses in enumerate(sets)
         ),
-        conditions=check_conditions(mechanism, seed=seed) if sample is not None else None,
+        conditions=conditions,
     )
+
+
+def leg_poses(mechanism: Mechanism, poses: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Carry poses to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
+    return tuple(map_poses(mechanism, element, poses) for _, element in leg_carriers(mechanism))
 
 
 def _home(mechanism: Mechanism) -> HomePose:

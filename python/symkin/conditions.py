@@ -3,18 +3,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from symkin import _core
+from symkin.condition_figures import ConditionFigures, condition_figures, tested_group
+from symkin.groups import READING_ROUNDING, NamedGroup, mechanism_groups, tested_groups
 from symkin.mechanism import Mechanism
-from symkin.symmetry import DetectedSymmetry, detect_symmetry, leg_carriers, symmetry_group
-from symkin.workspace import sample_workspace, workspace_options
+from symkin.symmetry import SymmetryGroup, leg_carriers
+from symkin.symmetry_comparison import compare_symmetry
+from symkin.workspace_symmetry import ElementCheck, check_elements
 
 __all__ = ["Condition", "Conditions", "check_conditions"]
 
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # m, and of gains
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,13 @@ class Conditions:
         Those of section 4, then of section 5.
     tested : int
         Poses on which workspace and readings were compared, for each element.
+    group : SymmetryGroup
+        Whose elements were tested: the structure's, or the larger one that the legs nearly have.
+    elements : tuple of ElementCheck
+        What the poses say of each.
+    groups : tuple of NamedGroup
+        G_M, G_W and G_Q, as the poses bore them out, and G_C; of G_M and G_W the subgroup with the
+        working modes too.
     """
 
     structure: str
@@ -69,17 +77,9 @@ class Conditions:
     carriers: tuple[str, ...]
     conditions: tuple[Condition, ...]
     tested: int
-
-
-@dataclass(frozen=True)
-class _Measured:
-    """Figures that several conditions share."""
-
-    mismatches: int
-    deviation: float
-    closure: float
-    home: float
-    gains: float
+    group: SymmetryGroup
+    elements: tuple[ElementCheck, ...]
+    groups: tuple[NamedGroup, ...]
 
 
 def check_conditions(
@@ -88,7 +88,8 @@ def check_conditions(
     """Test the conditions (1)-(5) of section 4 and (1)-(7) of section 5 of the paper.
 
     A mechanism with more legs than degrees of freedom fails condition 4(1) alone, which does not
-    stop the protocol.
+    stop the protocol. Of a mechanism that is nearly symmetric, such as a calibrated one, the larger
+    group is tested, so that the figures tell how far it is off.
 
     Parameters
     ----------
@@ -99,14 +100,22 @@ def check_conditions(
     seed : int, optional
         Of the poses, by default the protocol's.
 
+    Returns
+    -------
+    Conditions
+
     Raises
     ------
     SymkinError
         If the mechanism has no workspace, or hardly any pose of its box is in it.
     """
     seed = mechanism.protocol.seed if seed is None else seed
-    found = detect_symmetry(mechanism)
-    measured = _measure(mechanism, found, count, seed)
+    comparison = compare_symmetry(mechanism)
+    found = comparison.found
+    group, tolerance = tested_group(comparison)
+    elements = check_elements(mechanism, group, count, seed, tolerance)
+    measured = condition_figures(mechanism, comparison, elements, count, seed)
+    *structure, observability = mechanism_groups(mechanism, found)
     return Conditions(
         structure=found.structure.paper_name,
         with_modes=found.with_modes.paper_name,
@@ -114,55 +123,17 @@ def check_conditions(
             f"leg {reference + 1} by {element.label}"
             for reference, element in leg_carriers(mechanism)
         ),
-        conditions=(
-            *_section_4(mechanism, found, measured),
-            *_section_5(mechanism, found, measured),
-        ),
+        conditions=(*_section_4(mechanism, measured), *_section_5(mechanism, measured)),
         tested=count,
+        group=group,
+        elements=elements,
+        groups=(*structure, *tested_groups(group, elements), observability),
     )
 
 
-def _measure(mechanism: Mechanism, found: DetectedSymmetry, count: int, seed: int) -> _Measured:
-    options = workspace_options(mechanism)
-    results = [
-        _core.verify_workspace_symmetry(
-            mechanism.core, options, found.structure, element, count, seed
-        )
-        for element in found.structure.elements
-    ]
-    sample = sample_workspace(mechanism, min(count, 1000), seed)
-    closures = [
-        mechanism.closure(leg, sample.poses, sample.readings[:, leg])
-        for leg in range(len(mechanism.legs))
-    ]
-    gains = mechanism.parameters[:, -2]
-    return _Measured(
-        mismatches=sum(result.mismatches for result in results),
-        deviation=max(result.reading_deviation for result in results),
-        closure=float(np.max(np.abs(closures))),
-        home=_home_deviation(mechanism),
-        gains=float(np.ptp(gains) / np.abs(gains).max()),
-    )
-
-
-def _home_deviation(mechanism: Mechanism) -> float:
-    """How far the home readings are from the images of the reference legs' readings."""
-    group = symmetry_group(mechanism)
-    readings = mechanism.inverse_kinematics(mechanism.home)[0]
-    deviations = [0.0]
-    for leg, (reference, element) in enumerate(leg_carriers(mechanism)):
-        home = mechanism.home[None, :]
-        moved = _core.transform_poses(group, element, mechanism.core, home)
-        expected = _core.reading_sign(element, mechanism.core) * readings[reference]
-        deviations.append(abs(mechanism.inverse_kinematics(moved)[0, leg] - expected))
-        deviations.append(abs(readings[leg] - expected))
-    return float(max(deviations))
-
-
-def _section_4(
-    mechanism: Mechanism, found: DetectedSymmetry, measured: _Measured
-) -> list[Condition]:
+def _section_4(mechanism: Mechanism, measured: ConditionFigures) -> list[Condition]:
     legs, dof = len(mechanism.legs), mechanism.core.dof
+    found = measured.comparison.found
     return [
         Condition(
             4,
@@ -181,52 +152,50 @@ def _section_4(
             f"{_ROUNDING:.0e} m",
         ),
         Condition(
-            4,
-            4,
-            "the structure has a symmetry group",
-            found.structure.size > 1,
-            f"G_M = {found.structure.paper_name} of {found.structure.size} elements",
-            "1e-06 m, rad",
+            4, 4, "the structure has a symmetry group", measured.symmetric, *_structure(measured)
         ),
         Condition(
             4,
             5,
             "the active joints are symmetric in the symmetric configuration",
-            measured.home <= _ROUNDING and found.with_modes.size > 1,
-            f"home readings deviate by {measured.home:.1e} {mechanism.reading_unit}",
-            f"{_ROUNDING:.0e} {mechanism.reading_unit}",
+            measured.home <= READING_ROUNDING and found.with_modes.size > 1,
+            "no leg is the image of another"
+            if math.isnan(measured.home)
+            else f"home readings deviate by {measured.home:.1e} {mechanism.reading_unit}"
+            + measured.under,
+            f"{READING_ROUNDING:.0e} {mechanism.reading_unit}",
         ),
     ]
 
 
-def _section_5(
-    mechanism: Mechanism, found: DetectedSymmetry, measured: _Measured
-) -> list[Condition]:
-    names = mechanism.parameter_names
-    spatial = mechanism.pose_space == "spatial"
-    symmetric = found.structure.size > 1
-    polar = "radius, polar angle, azimuth" if spatial else "radius (or distance), angle"
+def _section_5(mechanism: Mechanism, measured: ConditionFigures) -> list[Condition]:
+    names, unit = mechanism.parameter_names, mechanism.reading_unit
+    symmetric = measured.symmetric and measured.exact
+    nothing = "no element but the identity to test"
     return [
         Condition(
             5,
             1,
             "the structure's symmetry is a group G_M",
-            symmetric,
-            f"G_M = {found.structure.paper_name}",
+            measured.symmetric,
+            *_structure(measured),
         ),
         Condition(
             5,
             2,
             "the workspace has the symmetry (Eq. 2)",
             symmetric and measured.mismatches == 0,
-            f"{measured.mismatches} poses whose image differs",
+            nothing
+            if measured.trivial
+            else f"{measured.mismatches} of {measured.tested} poses are in it and their images are "
+            f"not, or the reverse{measured.under}",
             "0",
         ),
         Condition(
             5, 3, "geometric model, perfect joints", True, "one closure a leg, by construction"
         ),
-        Condition(5, 4, "base points in polar coordinates", True, polar),
-        Condition(5, 5, "platform points in polar coordinates", True, polar),
+        Condition(5, 4, "base points in polar coordinates", True, _polar(names, "base")),
+        Condition(5, 5, "platform points in polar coordinates", True, _polar(names, "platform")),
         Condition(
             5,
             6,
@@ -239,8 +208,26 @@ def _section_5(
             5,
             7,
             "the active-joint workspace has the symmetry (Eq. 5)",
-            symmetric and measured.deviation <= _ROUNDING,
-            f"readings deviate by {measured.deviation:.1e} {mechanism.reading_unit}",
-            f"{_ROUNDING:.0e} {mechanism.reading_unit}",
+            symmetric and measured.deviation <= READING_ROUNDING,
+            nothing
+            if measured.trivial
+            else f"readings deviate by {measured.deviation:.1e} {unit}{measured.under}",
+            f"{READING_ROUNDING:.0e} {unit}",
         ),
     ]
+
+
+def _structure(measured: ConditionFigures) -> tuple[str, str]:
+    """The figure of G_M, with what the legs nearly have, and its tolerance."""
+    structure = measured.comparison.found.structure
+    elements = "1 element" if structure.size == 1 else f"{structure.size} elements"
+    figure = f"G_M = {structure.paper_name}, {elements}"
+    if not measured.exact:
+        figure += f"; nearly {measured.group}"
+    return figure, "1e-06 m, rad"
+
+
+def _polar(names: tuple[str, ...], end: str) -> str:
+    """Which polar coordinates the chain has at an end."""
+    given = [name for name in names if name.startswith(f"{end}_")]
+    return ", ".join(given) or f"none: the {end} is a point"

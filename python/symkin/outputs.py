@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from symkin.check_document import check_document
+from symkin.checking import CheckResult
 from symkin.comparison import EstimatorFigures
 from symkin.documents import measured_document, run_document
 from symkin.identification import Identification
@@ -17,16 +19,50 @@ from symkin.outcome import MeasuredIdentification, closure_residual
 from symkin.pipeline import ProtocolResult
 
 __all__ = [
+    "CHECK_FILES",
     "IDENTIFICATION_FILES",
     "RUN_FILES",
     "write_actual",
+    "write_check",
     "write_identification",
     "write_run",
 ]
 
 # What always comes out; a report comes with figures, and may be missing.
+CHECK_FILES = ("check.json", "report.html")
 IDENTIFICATION_FILES = ("calibrated.toml", "results.json")
 RUN_FILES = ("plan.csv", "measurements.csv", "actual.toml", *IDENTIFICATION_FILES)
+
+
+def write_check(
+    result: CheckResult,
+    folder: str | os.PathLike[str],
+    document: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write the files of a check: ``check.json``, ``report.html`` and the report's figures.
+
+    Parameters
+    ----------
+    result : CheckResult
+        Of `check_mechanism`.
+    folder : str or path
+        Made if it does not exist; files in it are replaced.
+    document : mapping, optional
+        What ``check.json`` holds, by default `check_document`.
+
+    Returns
+    -------
+    Path
+        The report.
+    """
+    from symkin.files.results import write_results
+    from symkin.report.check_report import write_check_report
+
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    document = check_document(result) if document is None else document
+    write_results(document, folder / "check.json")
+    return write_check_report(result, folder)
 
 
 def write_run(

@@ -6,54 +6,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from symkin import _core
 from symkin.mechanism import Mechanism
-from symkin.symmetry import DetectedSymmetry, SymmetryElement, SymmetryGroup, detect_symmetry
-from symkin.workspace import WorkspaceSample, sample_workspace, workspace_options
+from symkin.symmetry import DetectedSymmetry, detect_symmetry
+from symkin.workspace import WorkspaceSample, sample_workspace
 from symkin.workspace_slices import (
     ConstantOrientation,
     ModeSlices,
     mode_slices,
     other_working_modes,
 )
+from symkin.workspace_symmetry import ElementCheck, check_elements
 
-__all__ = ["ElementCheck", "WorkspaceStudy", "check_elements", "study_workspace"]
-
-
-@dataclass(frozen=True)
-class ElementCheck:
-    """The workspace theorem (Eq. 2) and the active-joint conjecture (Eq. 5) for one element.
-
-    Attributes
-    ----------
-    element : str
-        Such as ``"r1"`` or ``"s0"``.
-    keeps_modes : bool
-        Whether it keeps the working modes. One that does not maps the workspace onto that of the
-        opposite modes, and is tested against it.
-    keeps_aspect : bool
-        Whether it keeps the working modes and home's side of the parallel singularities, so that it
-        can map the workspace onto itself.
-    tested, inside, unreachable : int
-        Poses drawn from the box; how many are in the workspace, or beyond a leg's reach.
-    mismatches : int
-        Poses that are in the workspace while their images are not, or the reverse; or that a leg
-        reaches while its image does not reach theirs.
-    reading_deviation : float
-        Largest difference between the readings at the image of a pose and the image of its
-        readings, in the sensor's unit.
-    """
-
-    element: str
-    keeps_modes: bool
-    keeps_aspect: bool
-    tested: int
-    inside: int
-    unreachable: int
-    mismatches: int
-    reading_deviation: float
+__all__ = ["WorkspaceStudy", "study_workspace"]
 
 
 @dataclass(frozen=True)
@@ -139,42 +103,3 @@ def study_workspace(
         sample=sample_workspace(mechanism, count, seed),
         elements=check_elements(mechanism, symmetry.structure, count, seed),
     )
-
-
-def check_elements(
-    mechanism: Mechanism, group: SymmetryGroup, count: int, seed: int
-) -> tuple[ElementCheck, ...]:
-    """Test the theorem and the conjecture on poses of the box for each element of a group.
-
-    Raises
-    ------
-    SymmetryError
-        If an element does not map the legs onto themselves.
-    """
-    options = workspace_options(mechanism)
-    checks = []
-    for element in group.elements:
-        found = _core.verify_workspace_symmetry(
-            mechanism.core, options, group, element, count, seed
-        )
-        checks.append(
-            ElementCheck(
-                element=element.label,
-                keeps_modes=found.keeps_modes,
-                keeps_aspect=found.keeps_modes and _keeps_side(mechanism, group, element),
-                tested=found.tested,
-                inside=found.inside,
-                unreachable=found.unreachable,
-                mismatches=found.mismatches,
-                reading_deviation=found.reading_deviation,
-            )
-        )
-    return tuple(checks)
-
-
-def _keeps_side(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement) -> bool:
-    """Whether det(dg/dpose) has the same sign at home and at its image."""
-    home = mechanism.home[np.newaxis]
-    image = _core.transform_poses(group, element, mechanism.core, home)
-    _, parallel, _ = mechanism.singularity_measures(np.concatenate([home, image]))
-    return bool(parallel[0] * parallel[1] > 0)

@@ -46,6 +46,28 @@ def test_unequal_gains_and_offsets_are_found(paper):
     assert (5, 6) in failing(check_conditions(unequal, count=500))
 
 
+def test_the_figures_of_a_nearly_symmetric_mechanism_tell_how_far_it_is_off(paper):
+    made = symkin.disturb(paper, seed=2).replace(symmetry=None)
+    conditions = check_conditions(made, count=2000)
+    assert {(4, 4), (4, 5), (5, 1), (5, 2), (5, 6), (5, 7)} == set(failing(conditions))
+    assert conditions.group.paper_name == "D_6"
+    figures = {(item.section, item.number): item.figure for item in conditions.conditions}
+    assert "nearly D_6" in figures[4, 4]
+    mismatches, _, tested, *_ = figures[5, 2].split()
+    assert 0 < int(mismatches) < 200
+    assert tested == "10000"
+    assert 1e-4 < float(figures[5, 7].split()[3]) < 0.1
+
+
+def test_a_larger_group_that_is_near_does_not_spoil_the_one_that_is_exact(paper):
+    offset = paper.parameter_names.index("sensor_offset")
+    parameters = paper.parameters
+    parameters[:, offset] += 0.001  # the same on every leg: C3 stays, the mirrors go
+    turned = paper.with_parameters(parameters)
+    assert symkin.detect_symmetry(turned).structure.name == "C_3"
+    assert failing(check_conditions(turned, count=1000)) == []
+
+
 def test_a_workspace_is_needed(paper):
     with pytest.raises(symkin.SymkinError, match="workspace"):
         check_conditions(paper.replace(workspace=None))

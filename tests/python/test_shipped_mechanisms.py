@@ -8,7 +8,7 @@ import symkin
 from symkin import _core
 from symkin.symmetry import observability_group, verify_declared
 from symkin.workspace_slices import other_working_modes
-from symkin.workspace_study import check_elements
+from symkin.workspace_symmetry import check_elements
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.

@@ -21,7 +21,8 @@ from symkin.workspace_slices import (
     other_working_modes,
     singular_orientations,
 )
-from symkin.workspace_study import check_elements, study_workspace
+from symkin.workspace_study import study_workspace
+from symkin.workspace_symmetry import check_elements
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,9 @@
 namespace symkin {
 namespace {
 
+// Elements that carry a leg equally well differ by rounding only; the first of them is taken.
+constexpr double kTie = 1e-3;  // tolerances
+
 bool is_turning(const ParameterInfo& parameter, const ChainInfo& chain) {
   switch (parameter.role) {
     case ParameterRole::base_azimuth:
@@ -131,10 +134,10 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance) {
   const ChainInfo& chain = mechanism.model().info();
-  const auto carries = [&](Index from, SymmetryElement element, Index to) {
+  const auto distance = [&](Index from, SymmetryElement element, Index to) {
     const Leg image = transform_leg(group, element, chain, mechanism.leg(from));
     const LegDeviation deviation = compare(image, mechanism.leg(to), chain, tolerance);
-    return deviation.in_tolerances <= 1 && deviation.same_mode;
+    return deviation.same_mode ? deviation.in_tolerances : std::numeric_limits<double>::infinity();
   };
   std::vector<Carrier> carriers;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
@@ -143,10 +146,12 @@ std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGrou
       if (carriers[static_cast<std::size_t>(reference)].reference != reference) {
         continue;
       }
+      double nearest = 1 + kTie;
       for (const SymmetryElement element : group.elements()) {
-        if (carries(reference, element, leg)) {
+        const double candidate = distance(reference, element, leg);
+        if (candidate < nearest - kTie) {
           found = {reference, element};
-          break;
+          nearest = candidate;
         }
       }
     }

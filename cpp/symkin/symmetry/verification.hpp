@@ -53,8 +53,8 @@ struct Carrier {
   SymmetryElement element;
 };
 
-// For each leg the first leg of its orbit, and an element that carries it there; a leg that no
-// element reaches is its own reference.
+// For each leg the first leg of its orbit, and the element that carries it there with the least
+// deviation; a leg that no element reaches is its own reference.
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance = {});
 

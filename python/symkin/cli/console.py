@@ -37,7 +37,8 @@ def show_table(heading: Sequence[str], rows: Sequence[Sequence[str]], words: int
         table.add_row(*row)
     console = _console()
     # A table that is too wide is better wrapped by the terminal than cut by rich.
-    console.width = max(console.width, console.measure(table).maximum)
+    unbound = console.options.update(max_width=10_000)
+    console.width = max(console.width, console.measure(table, options=unbound).maximum)
     say()
     console.print(table, highlight=False)
 

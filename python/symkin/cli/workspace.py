@@ -17,7 +17,8 @@ from symkin.cli.output_files import OutputFiles
 
 if TYPE_CHECKING:
     from symkin.workspace_slices import ModeSlices
-    from symkin.workspace_study import ElementCheck, WorkspaceStudy
+    from symkin.workspace_study import WorkspaceStudy
+    from symkin.workspace_symmetry import ElementCheck
 
 
 @with_example("symkin workspace 3RRR --out out --both-modes")

@@ -30,13 +30,18 @@ from symkin.symmetry import generate_legs, verify_declared
 __all__ = ["load_mechanism", "shipped_mechanisms"]
 
 
-def load_mechanism(path_or_name: str | os.PathLike[str]) -> Mechanism:
+def load_mechanism(
+    path_or_name: str | os.PathLike[str], *, require_symmetry: bool = True
+) -> Mechanism:
     """Read a mechanism from a TOML file, or one of the shipped mechanisms by name.
 
     Parameters
     ----------
     path_or_name : str or path
         A file, or a name such as ``"3RRR"``; `shipped_mechanisms` lists them.
+    require_symmetry : bool
+        Whether legs that do not have the symmetry declared beside them are an error. Without,
+        `check_mechanism` tells what breaks it.
 
     Returns
     -------
@@ -75,7 +80,7 @@ def load_mechanism(path_or_name: str | os.PathLike[str]) -> Mechanism:
             source=source.path,
         ),
     )
-    if symmetry is not None:
+    if symmetry is not None and require_symmetry:
         source.call(("symmetry",), lambda: verify_declared(mechanism))
     _check_home(source, mechanism)
     return mechanism

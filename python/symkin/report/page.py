@@ -60,7 +60,7 @@ def render_page(summary: Summary, sections: Sequence[Section]) -> str:
 
 def _symbols(text: str) -> Markup:
     """Set the subscripts of symbols such as ``G_M``; names such as ``base_radius`` stay."""
-    return Markup(re.sub(r"\b([A-Z])_(\w+)", r"\1<sub>\2</sub>", str(escape(text))))
+    return Markup(re.sub(r"\b([A-Zs])_(\w+)", r"\1<sub>\2</sub>", str(escape(text))))
 
 
 def _version() -> str:

@@ -11,7 +11,8 @@ from symkin.report.content import Group, Image, Section, Summary, Table, image
 from symkin.report.page import write_page
 from symkin.report.workspace_figures import active_joint_figure, constant_orientation_figure
 from symkin.workspace_slices import ConstantOrientation, ModeSlices
-from symkin.workspace_study import ElementCheck, WorkspaceStudy
+from symkin.workspace_study import WorkspaceStudy
+from symkin.workspace_symmetry import ElementCheck
 
 __all__ = ["write_workspace_report"]
 

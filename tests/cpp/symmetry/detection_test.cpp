@@ -117,5 +117,12 @@ TEST(SymmetryDetection, NamesTheLegAndTheParameterThatBreakTheSymmetry) {
   EXPECT_LT((deviations - expected).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+TEST(SymmetryDetection, UsesTheElementThatFitsBestHoweverLooseTheTolerance) {
+  const Mechanism hexapod = testing::hexapod();
+  const SymmetryGroup group = detect_symmetry(hexapod).with_modes;
+  const RowMatrix deviations = symmetry_deviations(hexapod, group, {10, 10, 10});
+  EXPECT_LT(deviations.cwiseAbs().maxCoeff(), 1e-12);
+}
+
 }  // namespace
 }  // namespace symkin

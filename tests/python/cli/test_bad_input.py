@@ -35,13 +35,32 @@ def test_a_wrong_mechanism_file_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_group_that_the_listed_legs_do_not_have_is_refused(
-    refused: Callable, protocol: Path, tmp_path: Path
-) -> None:
+@pytest.fixture
+def undeclarable(protocol: Path, tmp_path: Path) -> Path:
+    """A file that lists the legs of a simulated robot, and declares the nominal symmetry."""
     path = tmp_path / "listed.toml"
     text = (protocol / "actual.toml").read_text()
     path.write_text(text + '\n[symmetry]\ngroup = "C3"\nlegs = 3\n')
-    refused("check", path, words="symmetry")
+    return path
+
+
+def test_a_group_that_the_listed_legs_do_not_have_is_refused(
+    refused: Callable, undeclarable: Path, tmp_path: Path
+) -> None:
+    refused("plan", undeclarable, "--out", tmp_path / "plan.csv", words="symmetry")
+
+
+def test_check_shows_what_breaks_a_declared_group_before_it_refuses_it(
+    symkin: Callable, undeclarable: Path, tmp_path: Path
+) -> None:
+    shown = symkin("check", undeclarable, "--out", tmp_path / "checked")
+    assert shown.code == 2
+    assert "do not have the declared symmetry C_3" in shown.out
+    assert "Nearly C_3: within" in shown.out
+    assert shown.out.count(" tolerances)") == 10
+    assert shown.err.startswith(f"Error: {undeclarable}:")
+    assert shown.err.count("\n") == 1
+    assert (tmp_path / "checked" / "report.html").exists()
 
 
 def _cells(text: str) -> list[list[str]]:

@@ -26,6 +26,56 @@ def test_check_describes_a_mechanism(symkin: Callable) -> None:
     assert 0.1 < document["workspace"]["share"] < 0.5
 
 
+def test_check_prints_the_groups_in_both_notations_and_every_condition(symkin: Callable) -> None:
+    shown = symkin("check", "3RRR")
+    lines = [line.split() for line in shown.out.splitlines()]
+    assert ["G_M", "structure", "D_6", "D_3", "r0,", "r1", "120°,"] in [line[:7] for line in lines]
+    assert ["G_Q", "active", "joints", "C_3", "C_3"] in [line[:5] for line in lines]
+    numbers = [line[0] for line in lines if line[1:2] == ["holds"]]
+    assert numbers == [*(f"4({i})" for i in range(1, 6)), *(f"5({i})" for i in range(1, 8))]
+    assert "All legs are images of leg 1." in shown.out
+    assert "singular value 8" in shown.out
+
+
+def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
+    symkin: Callable, protocol: Path
+) -> None:
+    calibrated = protocol / "calibrated.toml"
+    shown = symkin("check", calibrated)
+    assert shown.code == 0
+    assert "Nearly D_6 (D_3), with the working modes C_3: within" in shown.out
+    symmetry = symkin("check", calibrated, "--json").json["symmetry"]
+    assert symmetry["verdict"] == "nearly"
+    worst = symmetry["deviations"][0]
+    line = f"  leg {worst['leg']} {worst['parameter']} {worst['deviation']:+.6f}"
+    assert line in shown.out
+    assert worst["standard_deviation"] > 0
+
+
+def test_check_writes_its_report_and_the_document_that_json_prints(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    shown = symkin("check", "5bar", "--out", tmp_path)
+    assert shown.code == 0
+    assert shown.out.splitlines()[-1] == str(tmp_path / "report.html")
+    printed = symkin("check", "5bar", "--json").out
+    assert (tmp_path / "check.json").read_text(encoding="utf-8") == printed
+    assert symkin("check", "5bar", "--out", tmp_path).code == 0
+    (tmp_path / "check.json").write_text("{}")
+    assert symkin("check", "5bar", "--out", tmp_path).code == 2
+    assert symkin("check", "5bar", "--out", tmp_path, "--overwrite").code == 0
+
+
+def test_check_needs_no_workspace(symkin: Callable, changed: Callable, tmp_path: Path) -> None:
+    text = Path(changed("schema", "schema")).read_text()
+    path = tmp_path / "bare.toml"
+    path.write_text(text[: text.index("[workspace]")])
+    shown = symkin("check", path, "--out", tmp_path / "out")
+    assert shown.code == 0
+    assert "no [workspace] in the file" in shown.out
+    assert (tmp_path / "out" / "report.html").exists()
+
+
 def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> None:
     out = tmp_path / "new" / "plan.csv"
     arguments = ("plan", "3RRR", "--out", out, "--poses", 9, "--candidates", 300)

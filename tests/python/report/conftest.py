@@ -57,6 +57,12 @@ class Page(HTMLParser):
         return [attributes for name, attributes in self.tags if name == tag]
 
 
+@pytest.fixture(scope="session")
+def page_of():
+    """Reads a page."""
+    return Page
+
+
 def small(mechanism, candidates=400, pose_count=16):
     settings = symkin.ProtocolSettings(pose_count=pose_count, candidates=candidates, seed=3)
     return mechanism.replace(protocol=settings)

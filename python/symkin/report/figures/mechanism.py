@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
+from symkin.report.figures.mirrors import DrawnSymmetry, draw_symmetry
 from symkin.report.figures.style import (
     INK,
     SMALL,
@@ -61,7 +62,9 @@ class Skeleton(NamedTuple):
         return np.concatenate(self.legs)
 
 
-def mechanism_figure(mechanism: Mechanism, pose: NDArray[np.float64]) -> Figure:
+def mechanism_figure(
+    mechanism: Mechanism, pose: NDArray[np.float64], symmetry: DrawnSymmetry | None = None
+) -> Figure:
     """Draw a mechanism at a pose: base, platform, and the numbered legs with their joints.
 
     Parameters
@@ -70,19 +73,24 @@ def mechanism_figure(mechanism: Mechanism, pose: NDArray[np.float64]) -> Figure:
         Planar and point platforms are drawn in the plane, spatial ones in space and from above.
     pose : ndarray, shape (coordinates,)
         One that all legs reach, such as `Mechanism.home`.
+    symmetry : DrawnSymmetry, optional
+        Whose centre and mirrors are drawn too.
     """
     skeleton = _skeleton(mechanism, pose)
     if mechanism.pose_space != "spatial":
         figure = new_figure(5.8, 4.9)
-        _draw_flat(flat_axes(figure, figure.add_gridspec(1, 1)[0], x="x, m", y="y, m"), skeleton)
+        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], x="x, m", y="y, m")
     else:
         figure = new_figure(8.4, 4.6)
         places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
         _draw_spatial(figure, places[0], skeleton)
         axes = flat_axes(figure, places[1], title="from above", x="x, m", y="y, m")
-        _draw_flat(axes, skeleton)
+    _draw_flat(axes, skeleton)
     handles = _joint_handles(skeleton.joints)
-    legend_below(figure, handles, columns=6 if mechanism.pose_space == "spatial" else 5)
+    if symmetry is not None:
+        handles += draw_symmetry(axes, symmetry)
+    columns = 5 if symmetry is None else 3
+    legend_below(figure, handles, columns=6 if mechanism.pose_space == "spatial" else columns)
     return figure
 
 

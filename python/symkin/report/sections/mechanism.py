@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import chain_info
+from symkin.groups import group_title
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table, image
-from symkin.report.figures import mechanism_figure
+from symkin.report.figures import DrawnSymmetry, mechanism_figure
 from symkin.report.wording import (
     plural,
     pose_coordinates,
@@ -28,7 +29,9 @@ _PLATFORMS = {
 }
 
 
-def mechanism_section(mechanism: Mechanism, poses: NDArray[np.float64]) -> Section:
+def mechanism_section(
+    mechanism: Mechanism, poses: NDArray[np.float64], symmetry: DrawnSymmetry | None = None
+) -> Section:
     """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches."""
     groups = [
         Group(_structure(mechanism), "Structure"),
@@ -42,7 +45,7 @@ def mechanism_section(mechanism: Mechanism, poses: NDArray[np.float64]) -> Secti
         [group for group in groups if group.rows],
         wordy=True,
     )
-    drawing = _drawing(mechanism, poses)
+    drawing = _drawing(mechanism, poses, symmetry)
     paragraph = (
         f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
         f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
@@ -50,7 +53,9 @@ def mechanism_section(mechanism: Mechanism, poses: NDArray[np.float64]) -> Secti
     return Section("mechanism", "Mechanism", [paragraph], [*drawing, settings])
 
 
-def _drawing(mechanism: Mechanism, poses: NDArray[np.float64]) -> list[Image]:
+def _drawing(
+    mechanism: Mechanism, poses: NDArray[np.float64], symmetry: DrawnSymmetry | None
+) -> list[Image]:
     """The drawing, unless no pose is within reach of all legs."""
     tried = np.vstack([mechanism.home, poses])
     reached = np.flatnonzero(np.isfinite(mechanism.inverse_kinematics(tried)).all(axis=1))
@@ -58,12 +63,21 @@ def _drawing(mechanism: Mechanism, poses: NDArray[np.float64]) -> list[Image]:
         return []
     where = "at its home pose" if reached[0] == 0 else "at one of its poses (home is out of reach)"
     drawn = image(
-        mechanism_figure(mechanism, tried[reached[0]]),
+        mechanism_figure(mechanism, tried[reached[0]], symmetry),
         "mechanism",
         alternative=f"Drawing of {mechanism.name} {where}: base, platform and numbered legs.",
-        caption=f"{mechanism.name} {where}. Each leg keeps its colour in all figures.",
+        caption=f"{mechanism.name} {where}. Each leg keeps its colour in all figures."
+        + _drawn_symmetry(symmetry),
     )
     return [drawn]
+
+
+def _drawn_symmetry(symmetry: DrawnSymmetry | None) -> str:
+    """What the caption says of centre and mirrors."""
+    if symmetry is None or symmetry.group.size == 1:
+        return ""
+    title = group_title(symmetry.group.paper_name, symmetry.group.name)
+    return f" The symmetry is {title}{', nearly' if symmetry.nearly else ''}."
 
 
 def _structure(mechanism: Mechanism) -> list[Sequence[str]]:

@@ -16,7 +16,7 @@ from symkin.report.figures import observability_figure
 from symkin.report.wording import plural, significant
 from symkin.symmetry import observability_group
 
-__all__ = ["observability_section"]
+__all__ = ["observability_section", "singular_values_table"]
 
 _R = "|R_ii|"
 _INDICES = {
@@ -63,6 +63,16 @@ def observability_section(
     )
     table = _table(mechanism, legs, diagonals, deviations)
     return Section("observability", "Observability", paragraphs, [bars, table])
+
+
+def singular_values_table(legs: Sequence[Observability]) -> Table:
+    """Show the singular values of every leg's rows, columns scaled to length one."""
+    rows = [
+        (f"s_{number}", *map(significant, values))
+        for number, values in enumerate(zip(*(leg.singular_values for leg in legs), strict=True), 1)
+    ]
+    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))))
+    return Table("Singular values, columns scaled to length one", columns, [Group(rows)])
 
 
 _EXPLANATION = (

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import math
-
-from symkin._core import SymmetryElement, SymmetryGroup
+from symkin._core import SymmetryGroup
+from symkin.groups import describe_element
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Section, Table
-from symkin.report.wording import angle
 from symkin.symmetry import (
     DetectedSymmetry,
     detect_symmetry,
@@ -25,7 +23,7 @@ def symmetry_section(mechanism: Mechanism) -> Section:
     group = symmetry_group(mechanism)
     found = detect_symmetry(mechanism)
     carriers = [
-        (f"leg {leg}", f"leg {reference + 1}", element.label, _in_words(group, element))
+        (f"leg {leg}", f"leg {reference + 1}", element.label, describe_element(group, element))
         for leg, (reference, element) in enumerate(leg_carriers(mechanism), 1)
     ]
     table = Table(
@@ -67,15 +65,6 @@ def _observability(mechanism: Mechanism) -> str:
         "chosen for it, to legs 1, 2, \N{HORIZONTAL ELLIPSIS}: poses need to be chosen for one leg "
         "only."
     )
-
-
-def _in_words(group: SymmetryGroup, element: SymmetryElement) -> str:
-    if element.reflection:
-        azimuth = math.remainder(group.frame.base_axis + group.angle(element), math.pi)
-        return f"reflection about the axis at {angle(azimuth % math.pi)}"
-    if element.rotation == 0:
-        return "the identity"
-    return f"rotation by {angle(group.angle(element))}"
 
 
 def _name(group: SymmetryGroup) -> str:

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""The page about a mechanism before anything is measured."""
+
+import pytest
+
+import symkin
+from symkin.checking import check_mechanism
+from symkin.outputs import write_check
+
+from .test_report import assert_self_contained
+
+CONDITIONS = "The paper's conditions"
+
+
+@pytest.fixture(scope="module")
+def page(paper, page_of, tmp_path_factory):
+    return page_of(write_check(check_mechanism(paper), tmp_path_factory.mktemp("check") / "new"))
+
+
+def test_the_page_is_self_contained(page):
+    assert_self_contained(page)
+    assert {path.name for path in page.folder.iterdir()} == {
+        "check.json",
+        "report.html",
+        "mechanism.png",
+        "observability.png",
+    }
+
+
+def test_the_groups_are_there_in_both_notations(page):
+    paper_name, usual, size, elements = page.row("Groups", "GM, structure")
+    assert (paper_name, usual, size) == ("D6", "D3", "6")
+    assert "s2: reflection about the axis at 150°" in elements
+    assert page.row("Groups", "GW, with the working modes")[:3] == ["C3", "C3", "3"]
+
+
+def test_every_condition_has_verdict_figure_and_tolerance(page):
+    rows = [row for row in page.tables[CONDITIONS] if row[0].startswith("(")]
+    assert len(rows) == 12
+    assert all(row[1] == "holds" and row[2] and row[3] for row in rows)
+
+
+def test_the_legs_are_equally_observable_at_their_images(page):
+    table = "Observability of every leg at its own poses"
+    *legs, deviation = page.row(table, "distal_length")
+    assert len(set(legs)) == 1
+    assert float(deviation.split()[0].replace("\N{MINUS SIGN}", "-")) < 10
+    assert "observability is symmetrical" in page.source
+    assert len(page.row("Singular values, columns scaled to length one", "s8")) == 3
+
+
+def test_what_breaks_a_near_symmetry_is_listed_largest_first(paper, page_of, tmp_path):
+    made = symkin.disturb(paper, seed=2).replace(symmetry=None)
+    result = check_mechanism(made)
+    page = page_of(write_check(result, tmp_path))
+    rows = page.tables["What breaks D6"][1:]
+    first = result.comparison.deviations[0]
+    assert rows[0][0] == f"leg {first.leg + 1}, {first.parameter}"
+    assert len(rows) == len(result.comparison.deviations)
+    assert 'class="verdict doubtful"' in page.source
