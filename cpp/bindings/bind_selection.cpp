@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/selection/leg_rows.hpp"
 #include "symkin/selection/selection.hpp"
 
 namespace {
@@ -38,7 +39,28 @@ void bind_options(py::module_& module) {
       .def_readwrite("error_weight", &SelectionOptions::error_weight)
       .def_readwrite("time_limit_s", &SelectionOptions::time_limit_s)
       .def_readwrite("spare_count", &SelectionOptions::spare_count)
-      .def_readwrite("threads", &SelectionOptions::threads);
+      .def_readwrite("threads", &SelectionOptions::threads)
+      .def_readwrite("memory_limit_bytes", &SelectionOptions::memory_limit_bytes);
+}
+
+// The mechanism and the poses live as long as the rows; noconvert refuses poses that would be
+// copied for the call only.
+void bind_leg_rows(py::module_& module) {
+  using symkin::LegRows;
+  py::class_<LegRows>(module, "LegRows")
+      .def(py::init([](const symkin::Mechanism& mechanism, symkin::Index leg,
+                       const symkin::ConstRows& poses, symkin::RowKind kind,
+                       const symkin::MeasurementNoise& noise, const symkin::SymmetryGroup& group,
+                       std::vector<symkin::SymmetryElement> elements) {
+             return std::make_unique<LegRows>(mechanism, leg, poses, kind, noise,
+                                              symkin::Orbit{group, std::move(elements)});
+           }),
+           py::arg("mechanism"), py::arg("leg"), py::arg("poses").noconvert(), py::arg("kind"),
+           py::arg("noise"), py::arg("group"), py::arg("elements"), py::keep_alive<1, 2>(),
+           py::keep_alive<1, 4>())
+      .def_property_readonly("size", &LegRows::size)
+      .def_property_readonly("rows_per_pose", &LegRows::rows_per_pose)
+      .def_property_readonly("parameters", &LegRows::parameters);
 }
 
 }  // namespace
@@ -47,6 +69,7 @@ void bind_selection(py::module_& module) {
   using symkin::Certificate;
   using symkin::Selection;
   bind_options(module);
+  bind_leg_rows(module);
   py::class_<Certificate>(module, "Certificate")
       .def_readonly("log_det_bound_repeats", &Certificate::log_det_bound_repeats)
       .def_readonly("log_det_bound_distinct", &Certificate::log_det_bound_distinct)
@@ -71,4 +94,10 @@ void bind_selection(py::module_& module) {
         return symkin::select_poses(symkin::CandidateRows{rows, rows_per_pose}, options);
       },
       py::arg("rows"), py::arg("rows_per_pose"), py::arg("options"), ReleaseGil());
+  module.def(
+      "select_poses",
+      [](const symkin::LegRows& rows, const symkin::SelectionOptions& options) {
+        return symkin::select_poses(rows, options);
+      },
+      py::arg("rows"), py::arg("options"), ReleaseGil());
 }

@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin._core import SymmetryElement
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.observability import name_combination
+from symkin.mechanism import Mechanism
+from symkin.observability import RowKind, name_combination, noise_of
+from symkin.symmetry import symmetry_group
 
-__all__ = ["Certificate", "Criterion", "Selection", "SelectionMethod", "select_poses"]
+__all__ = ["Certificate", "Criterion", "LegRows", "Selection", "SelectionMethod", "select_poses"]
 
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
@@ -73,8 +76,63 @@ class Selection:
     nodes: int
 
 
+class LegRows:
+    """Observability rows of one leg at candidate poses, made when a selection needs them.
+
+    Many candidates then need no array of rows, and all threads make them. The rows are those of
+    `observability_rows`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its noise weighs the rows of kind "noise_aware".
+    leg : int
+        From 0.
+    poses : array_like, shape (n, coordinates)
+        Candidate poses.
+    kind : {"paper", "noise_aware"}
+        See `observability_rows`.
+    orbit : sequence of SymmetryElement or str, optional
+        Elements of the mechanism's group, such as ``("r0", "r1", "r2")``. Each candidate then
+        stands for all poses to which they carry it (see `map_poses`), and brings one row for each
+        element: that of the leg at the carried pose. Measured at whole orbits, legs that the group
+        carries onto each other are all seen equally well.
+
+    Raises
+    ------
+    SymkinError
+        For a leg that does not exist or poses of the wrong shape.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        leg: int,
+        poses: ArrayLike,
+        kind: RowKind = "paper",
+        *,
+        orbit: Sequence[SymmetryElement | str] = ("r0",),
+    ) -> None:
+        group = symmetry_group(mechanism)
+        elements = [group.parse(each) if isinstance(each, str) else each for each in orbit]
+        self.core = _core.LegRows(
+            mechanism.core,
+            leg,
+            np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64)),
+            getattr(_core.RowKind, kind),
+            noise_of(mechanism.noise),
+            group,
+            elements,
+        )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Candidates, rows of each, parameters."""
+        return self.core.size, self.core.rows_per_pose, self.core.parameters
+
+
 def select_poses(
-    rows: ArrayLike,
+    rows: ArrayLike | LegRows,
     count: int,
     seed: int = 1,
     *,
@@ -90,15 +148,16 @@ def select_poses(
     error_weight: ArrayLike | None = None,
     time_limit: float = 10.0,
     threads: int = 0,
+    memory_limit: int = 768 << 20,
     parameter_names: Sequence[str] | None = None,
 ) -> Selection:
     """Choose the candidates whose measurement tells most of the parameters (Eqs. 12, 13).
 
     Parameters
     ----------
-    rows : array_like, shape (n, p) or (n, r, p)
+    rows : array_like, shape (n, p) or (n, r, p), or LegRows
         One row of the identification matrix a candidate, or r of them (the whole mechanism at
-        once: one a leg); see `observability_rows`.
+        once: one a leg); see `observability_rows`. An array of C-contiguous float64 is not copied.
     count : int
         Number of poses to choose, the required ones included.
     seed : int
@@ -128,6 +187,9 @@ def select_poses(
         Of the proof, s.
     threads : int
         0 for as many as the machine has.
+    memory_limit : int
+        Bytes in which the rows of `LegRows` are kept. More are made again in each of the passes
+        over all candidates, usually four: as many times slower, but in little memory.
     parameter_names : sequence of str, optional
         To name the combinations that no candidate shows.
 
@@ -138,16 +200,13 @@ def select_poses(
     SymkinError
         For options that contradict each other, or rows that are not finite.
     """
-    values = np.ascontiguousarray(rows, dtype=np.float64)
-    if values.ndim not in (2, 3):
-        raise SymkinError(f"rows have {values.ndim} dimensions; expected (n, p) or (n, r, p)")
     options = _core.SelectionOptions()
     options.count, options.seed, options.spare_count = count, seed, spares
     options.method = getattr(_core.SelectionMethod, method)
     options.criterion = getattr(_core.Criterion, criterion)
     options.required = list(required)
     options.minimum_distance, options.time_limit_s = minimum_distance, time_limit
-    options.threads = threads
+    options.threads, options.memory_limit_bytes = threads, memory_limit
     if forbidden is not None:
         options.forbidden = np.asarray(forbidden, dtype=bool).tolist()
     for name, array in (
@@ -158,12 +217,21 @@ def select_poses(
     ):
         if array is not None:
             setattr(options, name, np.ascontiguousarray(array, dtype=np.float64))
-    per_pose = values.shape[1] if values.ndim == 3 else 1
     try:
-        result = _core.select_poses(values.reshape(-1, values.shape[-1]), per_pose, options)
+        result = _select(rows, options)
     except NotIdentifiableError as error:
         raise _named(error, parameter_names) from None
     return _selection(result, criterion)
+
+
+def _select(rows: ArrayLike | LegRows, options: _core.SelectionOptions) -> _core.Selection:
+    if isinstance(rows, LegRows):
+        return _core.select_poses(rows.core, options)
+    values = np.ascontiguousarray(rows, dtype=np.float64)
+    if values.ndim not in (2, 3):
+        raise SymkinError(f"rows have {values.ndim} dimensions; expected (n, p) or (n, r, p)")
+    per_pose = values.shape[1] if values.ndim == 3 else 1
+    return _core.select_poses(values.reshape(-1, values.shape[-1]), per_pose, options)
 
 
 def _selection(result: _core.Selection, criterion: Criterion) -> Selection:

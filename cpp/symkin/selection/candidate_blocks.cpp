@@ -12,22 +12,27 @@
 namespace symkin {
 namespace {
 
-constexpr Index kKeptValues = 4'000'000;     // 32 MB of columns at most
-constexpr Index kValuesPerThread = 500'000;  // less is done before a thread has started
+constexpr Index kKeptValues = 4'000'000;  // of rows that are in memory anyway: 32 MB of columns
+// Less is done before a thread has started.
+constexpr Index kValuesPerThread = 500'000;
+constexpr Index kMadePerThread = 50'000;
 constexpr Index kChunks = 64;
 constexpr Index kLine = 8;             // doubles
 constexpr Index kBlocksPerChunk = 16;  // at least
 
 }  // namespace
 
-CandidateBlocks::CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads)
+CandidateBlocks::CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads,
+                                 Index memory_limit_bytes)
     : source_(source),
       excluded_(std::move(excluded)),
       available_(source.size() - std::count(excluded_.begin(), excluded_.end(), true)) {
   const Index values = source.size() * shape().width();
-  threads_ =
-      static_cast<int>(std::clamp<Index>(values / kValuesPerThread, 1, thread_count(threads)));
-  if (values > kKeptValues) {
+  const bool made = source.in_memory() == nullptr;
+  const Index per_thread = made ? kMadePerThread : kValuesPerThread;
+  threads_ = static_cast<int>(std::clamp<Index>(values / per_thread, 1, thread_count(threads)));
+  const auto limit = memory_limit_bytes / static_cast<Index>(sizeof(double));
+  if (values > (made ? limit : std::min(limit, kKeptValues))) {
     return;
   }
   kept_ = ColumnBlocks(source.size(), shape().width());
@@ -43,9 +48,10 @@ Index CandidateBlocks::chunks() const {
   return std::clamp<Index>(blocks() / kBlocksPerChunk, 1, kChunks);
 }
 
-void CandidateBlocks::for_each_chunk(const std::function<void(Index, Reader&)>& task) const {
+void CandidateBlocks::for_each_chunk(const std::function<void(Index, Reader&)>& task,
+                                     Index stride) const {
   parallel_for(chunks(), threads_, [&](Index chunk) {
-    Reader reader(*this, first_block(chunk), first_block(chunk + 1));
+    Reader reader(*this, first_block(chunk), first_block(chunk + 1), stride);
     task(chunk, reader);
   });
 }
@@ -136,8 +142,9 @@ void CandidateBlocks::refuse_infinite() const {
   throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
 }
 
-CandidateBlocks::Reader::Reader(const CandidateBlocks& candidates, Index first, Index last)
-    : candidates_(candidates), block_(first), last_(last) {
+CandidateBlocks::Reader::Reader(const CandidateBlocks& candidates, Index first, Index last,
+                                Index stride)
+    : candidates_(candidates), next_(first), last_(last), stride_(stride) {
   if (candidates.kept_.count() == 0) {
     columns_ = AlignedArray(candidates.shape().width() * kBlock);
     if (candidates.source_.in_memory() == nullptr) {
@@ -147,10 +154,11 @@ CandidateBlocks::Reader::Reader(const CandidateBlocks& candidates, Index first, 
 }
 
 const double* CandidateBlocks::Reader::next() {
-  if (block_ == last_) {
+  if (next_ >= last_) {
     return nullptr;
   }
-  const Index block = block_++;
+  const Index block = next_;
+  next_ += stride_;
   if (candidates_.kept_.count() != 0) {
     return candidates_.kept_.block(block);
   }

@@ -10,12 +10,14 @@
 
 namespace symkin {
 
-// All candidates as blocks of columns, for passes over the whole set. Few candidates are kept;
-// many are read, or made by their source, again in each pass, so that memory does not grow.
+// All candidates as blocks of columns, for passes over the whole set. Rows that a source makes are
+// kept up to the memory limit, and those that are in memory if they are few; others are made or
+// read again in each pass.
 class CandidateBlocks {
  public:
   // Excluded candidates (n flags, or none) read as zeros.
-  CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads);
+  CandidateBlocks(const RowSource& source, std::vector<bool> excluded, int threads,
+                  Index memory_limit_bytes);
 
   Index size() const { return source_.size(); }
   Index available() const { return available_; }  // not excluded
@@ -36,7 +38,8 @@ class CandidateBlocks {
   // reader yields the blocks of the chunk one by one.
   class Reader;
   Index chunks() const;
-  void for_each_chunk(const std::function<void(Index, Reader&)>& task) const;
+  // With a stride above one only every stride-th block of a chunk is read.
+  void for_each_chunk(const std::function<void(Index, Reader&)>& task, Index stride = 1) const;
 
   // Lower triangle of the sum of x^T x over all candidates. Throws InvalidInput that names the
   // first one with a row that is not finite.
@@ -57,15 +60,15 @@ class CandidateBlocks {
 
 class CandidateBlocks::Reader {
  public:
-  Reader(const CandidateBlocks& candidates, Index first, Index last);
+  Reader(const CandidateBlocks& candidates, Index first, Index last, Index stride);
 
   // The next block, or null after the last.
   const double* next();
-  Index first_candidate() const { return (block_ - 1) * kBlock; }  // of the block just read
+  Index first_candidate() const { return (next_ - stride_) * kBlock; }  // of the block just read
 
  private:
   const CandidateBlocks& candidates_;
-  Index block_, last_;
+  Index next_, last_, stride_;
   std::vector<double> rows_;
   AlignedArray columns_;
 };

@@ -7,8 +7,9 @@
 
 namespace symkin {
 
-// Candidates whose rows need not be held in memory. A candidate brings `rows_per_pose` rows of
-// `parameters` values: one for one leg, one a leg for the whole mechanism, more for an orbit.
+// Candidates whose rows need not be held in memory: see LegRows. A candidate brings `rows_per_pose`
+// rows of `parameters` values: one for one leg, one a leg for the whole mechanism, more for an
+// orbit.
 class RowSource {
  public:
   RowSource() = default;

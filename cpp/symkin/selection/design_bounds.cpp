@@ -14,6 +14,8 @@ constexpr Index kLargestPool = 4000;  // of largest d_j, for the design without 
 constexpr Index kThinnest = 75;       // one of so many candidates is in the pool
 constexpr Index kRepeatsPool = 200;   // and for that with repeats
 constexpr int kPasses = 6;
+constexpr Index kFirstBlocks = 256;  // of the first pass over some of the blocks
+constexpr Index kThickening = 16;    // as many blocks in the next
 constexpr double kSampleGap = 5e-2;  // of log det, for the sample
 
 // Every stride-th candidate.
@@ -66,6 +68,13 @@ class BoundingDesigns {
       result_.distinct.weights = result_.repeats.weights = start;
       solve(rows, kSampleGap);
     }
+    // Passes over few of the blocks cost little and save some over all of them.
+    for (Index stride = problem_.candidates.blocks() / kFirstBlocks; stride > 1;
+         stride /= kThickening) {
+      next_pool(screen(problem_.own_transform(result_.distinct.factor),
+                       problem_.own_transform(result_.repeats.factor), stride));
+      solve(problem_.whitened(result_.pool), gap_);
+    }
     while (pass() > gap_ && result_.passes < kPasses) {
       solve(problem_.whitened(result_.pool), gap_ / 2);
     }
@@ -87,29 +96,35 @@ class BoundingDesigns {
     }
   }
 
-  // The largest variances of all candidates. What the last candidates show of them, `scale` times
-  // thinner than all, saves most of the sorting; it may not show too little.
+  // The largest variances in every stride-th block of candidates. What the last candidates show of
+  // them, more or less thinly sown than these, saves most of the sorting; it may not show too
+  // little.
   std::vector<std::vector<RankedCandidate>> screen(const RowMatrix& distinct,
-                                                   const RowMatrix& repeats) const {
-    const Index keep = pool_size();
+                                                   const RowMatrix& repeats, Index stride) {
+    const Index keep = pool_size(stride);
+    const auto floor_of = [&](const ApproximateDesign& design, Index kept) {
+      return likely_floor(design.variances, 2 * kept * stride / stride_);
+    };
     std::vector<Screen> screens = {
-        {distinct, keep, likely_floor(result_.distinct.variances, keep)},
-        {repeats, kRepeatsPool, likely_floor(result_.repeats.variances, kRepeatsPool)}};
-    auto tops = screen_candidates(problem_.candidates, screens);
+        {distinct, keep, floor_of(result_.distinct, keep)},
+        {repeats, kRepeatsPool, floor_of(result_.repeats, kRepeatsPool)}};
+    stride_ = stride;
+    auto tops = screen_candidates(problem_.candidates, screens, stride);
     if (static_cast<Index>(tops[0].size()) < problem_.free_count || tops[1].empty()) {
       screens[0].floor = screens[1].floor = 0;
-      tops = screen_candidates(problem_.candidates, screens);
+      tops = screen_candidates(problem_.candidates, screens, stride);
     }
     return tops;
   }
 
-  Index pool_size() const {
-    return std::max(std::clamp(problem_.candidates.available() / kThinnest, kSearch, kLargestPool),
+  Index pool_size(Index stride) const {
+    const Index screened = problem_.candidates.available() / stride;
+    return std::max(std::clamp(screened / kThinnest, kSearch, kLargestPool),
                     4 * problem_.free_count);
   }
 
-  double likely_floor(const Vector& variances, Index keep) const {
-    const Index rank = std::min(variances.size() - 1, 2 * keep / stride_);
+  static double likely_floor(const Vector& variances, Index at) {
+    const Index rank = std::min(variances.size() - 1, at);
     Vector sorted = variances;
     std::nth_element(sorted.data(), sorted.data() + rank, sorted.data() + sorted.size(),
                      std::greater<>());
@@ -120,8 +135,7 @@ class BoundingDesigns {
   double pass() {
     const RowMatrix distinct = problem_.own_transform(result_.distinct.factor);
     const RowMatrix repeats = problem_.own_transform(result_.repeats.factor);
-    const auto tops = screen(distinct, repeats);
-    stride_ = 1;
+    const auto tops = screen(distinct, repeats, 1);
     ++result_.passes;
     Certificate& certificate = result_.certificate;
     const double distinct_bound =

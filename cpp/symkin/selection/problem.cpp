@@ -50,7 +50,8 @@ RowMatrix fixed_information(const SelectionOptions& options, const CandidateBloc
 SelectionProblem::SelectionProblem(const RowSource& source, const SelectionOptions& given)
     : options((given.check(source.size(), source.rows_per_pose(), source.parameters()), given)),
       spacing(given.coordinates, given.minimum_distance),
-      candidates(source, excluded_candidates(given, spacing, source.size()), given.threads),
+      candidates(source, excluded_candidates(given, spacing, source.size()), given.threads,
+                 given.memory_limit_bytes),
       fixed(fixed_information(given, candidates)),
       whitening(whiten(candidates, fixed)),
       whitened_fixed(whitening.transform * fixed * whitening.transform.transpose()),

@@ -57,14 +57,15 @@ double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
 }
 
 std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
-                                                            const std::vector<Screen>& screens) {
+                                                            const std::vector<Screen>& screens,
+                                                            Index stride) {
   std::vector<TopCandidates> none;
   none.reserve(screens.size());
   for (const Screen& screen : screens) {
     none.emplace_back(screen.keep, screen.floor);
   }
   std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
-  candidates.for_each_chunk([&](Index chunk, CandidateBlocks::Reader& reader) {
+  const auto screen = [&](Index chunk, CandidateBlocks::Reader& reader) {
     alignas(64) std::array<double, kBlock> trace;
     std::array<double, kGroups> group_max;
     while (const double* columns = reader.next()) {
@@ -75,7 +76,8 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlock
                                                              group_max);
       }
     }
-  });
+  };
+  candidates.for_each_chunk(screen, stride);
   std::vector<std::vector<RankedCandidate>> result;
   for (std::size_t s = 0; s < screens.size(); ++s) {
     TopCandidates all(screens[s].keep, screens[s].floor);

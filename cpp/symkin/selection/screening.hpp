@@ -53,8 +53,9 @@ struct Screen {
   double floor = 0;
 };
 
-// All screens in one pass.
+// All screens in one pass, or over every stride-th block of candidates only.
 std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlocks& candidates,
-                                                            const std::vector<Screen>& screens);
+                                                            const std::vector<Screen>& screens,
+                                                            Index stride = 1);
 
 }  // namespace symkin

@@ -40,6 +40,9 @@ struct SelectionOptions {
   double time_limit_s = 10;     // exhaustive
   Index spare_count = 0;        // further poses to name
   int threads = 0;              // 0: as many as the machine has; the result is the same
+  // Rows that a source makes are kept up to so much memory; beyond it they are made again in each
+  // of the passes over all candidates, usually four: slower, but in little memory.
+  Index memory_limit_bytes = Index{768} << 20U;
 
   // Throws InvalidInput for n candidates of r rows and p parameters.
   void check(Index candidates, Index rows_per_pose, Index parameters) const;

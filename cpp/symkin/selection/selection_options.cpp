@@ -120,6 +120,8 @@ void SelectionOptions::check(Index candidates, Index rows_per_pose, Index parame
   demand(restarts >= 1, "restarts is " + text(Index{restarts}) + ", expected at least 1");
   demand(kicks >= 0, "kicks is " + text(Index{kicks}) + ", expected zero or more");
   demand(spare_count >= 0, "the spare count is " + text(spare_count) + ", expected zero or more");
+  demand(memory_limit_bytes >= 0,
+         "the memory limit is " + text(memory_limit_bytes) + " bytes, expected zero or more");
   demand(time_limit_s >= 0,
          "the time limit is " + text(time_limit_s) + " s, expected zero or more");
 }
