@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Identification', 'LegDeviation', 'LegIdentification', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Identification', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
 class Error(symkin.errors.SymkinError):
     pass
 class SymmetryMismatch(symkin.errors.SymmetryError):
@@ -672,6 +672,12 @@ class SelectionOptions:
     def kicks(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
     @property
+    def memory_limit_bytes(self) -> int:
+        ...
+    @memory_limit_bytes.setter
+    def memory_limit_bytes(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    @property
     def minimum_distance(self) -> float:
         ...
     @minimum_distance.setter
@@ -718,6 +724,18 @@ class SelectionOptions:
         ...
     @time_limit_s.setter
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class LegRows:
+    def __init__(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], kind: RowKind, noise: MeasurementNoise, group: SymmetryGroup, elements: collections.abc.Sequence[SymmetryElement]) -> None:
+        ...
+    @property
+    def parameters(self) -> int:
+        ...
+    @property
+    def rows_per_pose(self) -> int:
+        ...
+    @property
+    def size(self) -> int:
         ...
 class Certificate:
     @property
@@ -1061,7 +1079,11 @@ def reading_sign(element: SymmetryElement, mechanism: Mechanism) -> float:
     ...
 def sample_workspace(mechanism: Mechanism, options: WorkspaceOptions, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> WorkspaceSample:
     ...
+@typing.overload
 def select_poses(rows: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], rows_per_pose: typing.SupportsInt | typing.SupportsIndex, options: SelectionOptions) -> Selection:
+    ...
+@typing.overload
+def select_poses(rows: LegRows, options: SelectionOptions) -> Selection:
     ...
 def simulate(actual: Mechanism, model: Mechanism, sets: collections.abc.Sequence[PoseSet], noise: MeasurementNoise, seed: typing.SupportsInt | typing.SupportsIndex) -> Simulation:
     ...

@@ -113,7 +113,7 @@ def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
     poses = np.concatenate([demands.candidates, required])
     allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
     numbers = np.arange(len(demands.candidates), len(poses), dtype=np.intp)
-    rows = task.rows(mechanism, poses, demands.rows)
+    rows = task.candidate_rows(mechanism, poses, demands.rows)
     wanted = demands.count
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
@@ -142,7 +142,7 @@ def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
         found = spare_poses(
             mechanism,
             poses,
-            rows,
+            lambda some: task.rows(mechanism, some, demands.rows),
             selection.indices,
             available,
             prior,

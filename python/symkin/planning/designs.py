@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, mechanism_rows, observability_rows
+from symkin.selection import LegRows
 from symkin.symmetry import (
     SymmetryElement,
     leg_carriers,
@@ -55,13 +56,20 @@ class Task:
         """Whether every chosen pose is measured at its images too."""
         return any(len(elements) > 1 for _, elements in self.sets)
 
+    def candidate_rows(
+        self, mechanism: Mechanism, poses: NDArray[np.float64], kind: RowKind
+    ) -> NDArray[np.float64] | LegRows:
+        """Rows that candidates bring to a selection; those of one leg need not be held."""
+        if self.leg is None:
+            return mechanism_rows(mechanism, poses, kind)
+        orbit = self.elements if self.is_orbit else ("r0",)
+        return LegRows(mechanism, self.leg, poses, kind, orbit=orbit)
+
     def rows(
         self, mechanism: Mechanism, poses: NDArray[np.float64], kind: RowKind
     ) -> NDArray[np.float64]:
-        """Rows that candidates bring, shape (n, rows_per_pose, p)."""
-        if self.leg is None:
-            return mechanism_rows(mechanism, poses, kind)
-        if not self.is_orbit:
+        """The same as an array, shape (n, rows_per_pose, p)."""
+        if self.leg is None or not self.is_orbit:
             return self.measured_rows(mechanism, poses, kind)
         images = [map_poses(mechanism, element, poses) for element in self.elements]
         return np.stack(

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,7 @@ _THINNED = 2000  # candidates among which spares are sought
 def spare_poses(
     mechanism: Mechanism,
     poses: NDArray[np.float64],
-    rows: NDArray[np.float64],
+    rows_of: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     chosen: NDArray[np.intp],
     allowed: NDArray[np.bool_],
     prior: NDArray[np.float64] | None,
@@ -36,8 +38,8 @@ def spare_poses(
         With its workspace, if it has one.
     poses : ndarray, shape (n, coordinates)
         The candidates.
-    rows : ndarray, shape (n, r, p)
-        What each shows.
+    rows_of : callable
+        What poses (k, coordinates) show: their rows (k, r, p).
     chosen : ndarray of int
         Candidates that are measured.
     allowed : ndarray of bool, shape (n,)
@@ -51,6 +53,7 @@ def spare_poses(
     """
     thinned = np.flatnonzero(allowed)[:: -(-len(poses) // _THINNED)]
     some = np.unique(np.concatenate([chosen, thinned]))
+    rows = rows_of(poses[some])
     limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
     safe = mechanism.singularity_measures(poses[some])[2] <= limit
     is_chosen = np.isin(some, chosen)
@@ -58,15 +61,14 @@ def spare_poses(
         safe[:] = True
     # Poses that may be missed count for little, but keep the information regular.
     weights = np.where(safe[is_chosen], 1.0, 0.01)[:, None, None]
-    kept = rows[some[is_chosen]]
-    information = np.einsum("nri,nrj->ij", kept, weights * kept)
+    information = np.einsum("nri,nrj->ij", rows[is_chosen], weights * rows[is_chosen])
     if prior is not None:
         information = information + prior
-    left = some[safe & ~is_chosen]
+    left = np.flatnonzero(safe & ~is_chosen)
     if len(left) <= count:
-        return left
+        return np.asarray(some[left])
     found = select_poses(rows[left], count, seed, prior=information)
-    return _best_first(left[found.indices], rows, information)
+    return np.asarray(some[_best_first(left[found.indices], rows, information)])
 
 
 def _best_first(
