@@ -87,12 +87,17 @@ def measured_document(result: MeasuredIdentification, **settings: Any) -> Docume
     }
 
 
-def plan_document(mechanism: Mechanism, plan: Plan) -> Document:
-    """Return what a plan shows of each leg's parameters, and how it was made."""
+def plan_document(
+    mechanism: Mechanism, plan: Plan, measured: Measurements | None = None
+) -> Document:
+    """Return what a plan shows of each leg's parameters, and how it was made.
+
+    With measurements to which the plan adds, what both show together.
+    """
     legs = []
-    for leg in range(len(mechanism.legs)):
+    for leg, poses in enumerate(plan.leg_poses(measured)):
         rows = plan.rows_of(leg)
-        shown = analyse_observability(mechanism, leg, plan.poses[rows])
+        shown = analyse_observability(mechanism, leg, poses)
         spares = sum(len(plan.rows_of_set(number, spare=True)) for number in (leg + 1, 0))
         legs.append(
             {

@@ -32,6 +32,7 @@ from symkin.planning import predict_accuracy, travel_length
 
 if TYPE_CHECKING:
     from symkin.identification import Estimator
+    from symkin.measurements import Measurements
     from symkin.mechanism import Mechanism
     from symkin.observability import ExpectedAccuracy
     from symkin.planning import Plan
@@ -159,12 +160,12 @@ def plan(
             )
             # What is chosen for all legs at once is worth most to the estimate of all at once.
             estimator: Estimator = "joint" if design == "mechanism" else "implicit"
-            expected = _expected(loaded, made, sample.poses[:_AVERAGED], estimator)
+            expected = _expected(loaded, made, sample.poses[:_AVERAGED], estimator, taken)
             document = {
                 "command": "plan",
                 "mechanism": loaded.name,
                 "candidates": len(sample.poses),
-                "plan": plan_document(loaded, made),
+                "plan": plan_document(loaded, made, taken),
                 "expected": expected
                 and {
                     "estimator": estimator,
@@ -179,7 +180,7 @@ def plan(
 
                 stage("writing the report")
                 write_results(document, folder / "plan.json")
-                write_plan_report(loaded, sample, made, expected, folder)
+                write_plan_report(loaded, sample, made, expected, folder, taken)
     if as_json:
         print_json(document)
     else:
@@ -189,11 +190,15 @@ def plan(
 
 
 def _expected(
-    mechanism: Mechanism, made: Plan, poses: Any, estimator: Estimator
+    mechanism: Mechanism,
+    made: Plan,
+    poses: Any,
+    estimator: Estimator,
+    measured: Measurements | None,
 ) -> ExpectedAccuracy | None:
-    """None for poses to be added to others, which do not show all parameters by themselves."""
+    """None where the estimator cannot tell, as `joint` without a noise of redundant readings."""
     try:
-        return predict_accuracy(mechanism, made, poses, estimator)
+        return predict_accuracy(mechanism, made, poses, estimator, measured=measured)
     except SymkinError:
         return None
 

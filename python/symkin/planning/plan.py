@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError
+from symkin.measurements import Measurements
 from symkin.observability import RowKind
 from symkin.planning.designs import Design
 from symkin.selection import Criterion, Selection, SelectionMethod
@@ -117,3 +118,11 @@ class Plan:
     def rows_of(self, leg: int) -> NDArray[np.intp]:
         """Return the rows, from 0, that identify a leg (from 0): its own and those of all legs."""
         return np.concatenate([self.rows_of_set(leg + 1), self.rows_of_set(0)])
+
+    def leg_poses(self, measured: Measurements | None = None) -> list[NDArray[np.float64]]:
+        """Return the poses that identify each leg; with those measured already, if given."""
+        legs = range(self.readings.shape[1])
+        sets = [self.poses[self.rows_of(leg)] for leg in legs]
+        if measured is None:
+            return sets
+        return [np.concatenate([sets[leg], measured.poses[measured.rows_of(leg)]]) for leg in legs]

@@ -33,6 +33,7 @@ def predict_accuracy(
     estimator: Estimator = "implicit",
     *,
     poses: PoseUse = "all",
+    measured: Measurements | None = None,
 ) -> ExpectedAccuracy:
     """Predict the end-effector error after identification with a plan, to first order.
 
@@ -49,6 +50,8 @@ def predict_accuracy(
         Poses over which the error is averaged.
     estimator, poses
         See `identify`.
+    measured : Measurements, optional
+        What is measured already and identifies the legs too.
 
     Returns
     -------
@@ -60,7 +63,12 @@ def predict_accuracy(
         If the plan's poses do not show all parameters.
     """
     wanted = ~plan.spare
-    exact = Measurements.of(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])
+    parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
+    if measured is not None:
+        readings = mechanism.inverse_kinematics(measured.poses)
+        readings[~np.isfinite(measured.readings)] = np.nan
+        parts.append((measured.poses, readings, measured.leg_sets))
+    exact = Measurements.of(*(np.concatenate(each) for each in zip(*parts, strict=True)))
     covariance = identify(mechanism, exact, estimator, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")

@@ -54,7 +54,7 @@ def write_report(
     nominal, poses = result.nominal, result.candidates.poses
     foreseen = expected(result, result.identification)
     plan = result.plan
-    sets = [plan.poses[plan.rows_of(leg)] for leg in range(len(nominal.legs))]
+    sets = plan.leg_poses()
     symmetric = plan.basis is not None and plan.basis.symmetrical
     sections = [
         mechanism_section(nominal, poses[:1]),

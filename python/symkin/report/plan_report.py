@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import Plan, PoseCountCurve
@@ -29,6 +30,7 @@ def write_plan_report(
     plan: Plan,
     expected: ExpectedAccuracy | None,
     folder: Path,
+    measured: Measurements | None = None,
 ) -> Path:
     """Write ``plan.html`` and the PNG files of its figures; returns the page.
 
@@ -44,8 +46,10 @@ def write_plan_report(
         Of `predict_accuracy`; None if it cannot be predicted.
     folder : Path
         Made if it does not exist.
+    measured : Measurements, optional
+        To which the plan adds poses.
     """
-    sets = [plan.poses[plan.rows_of(leg)] for leg in range(len(mechanism.legs))]
+    sets = plan.leg_poses(measured)
     symmetric = plan.basis is not None and plan.basis.symmetrical
     sections = [
         plan_section(mechanism, plan),

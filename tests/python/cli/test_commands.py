@@ -12,7 +12,7 @@ import pytest
 
 import symkin as library
 
-COMMANDS = ["check", "plan", "simulate", "identify", "evaluate", "run"]
+COMMANDS = ["check", "pose-count", "plan", "simulate", "identify", "evaluate", "run"]
 
 
 def test_check_describes_a_mechanism(symkin: Callable) -> None:
@@ -86,6 +86,51 @@ def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> N
     shown = symkin(*arguments)
     assert "|R_ii|" in shown.out
     assert str(out) in shown.out
+
+
+def test_plan_writes_its_certificate_to_a_page(symkin: Callable, tmp_path: Path) -> None:
+    out, folder = tmp_path / "plan.csv", tmp_path / "report"
+    shown = symkin(
+        *("plan", "3RRR", "--out", out, "--report", folder, "--candidates", 400),
+        *("--design", "orbits", "--poses", 12, "--avoid", "y=30cm:", "--spares", 1),
+    )
+    assert shown.code == 0
+    assert shown.out.endswith(f"{folder / 'plan.html'}\n")
+    document = library.read_results(folder / "plan.json")
+    (choice,) = document["plan"]["selection"]["choices"]
+    assert f"efficiency {choice['efficiency']:.4f}" in shown.out
+    assert f"{100 * choice['efficiency']:.2f}" in (folder / "plan.html").read_text()
+    assert (folder / "workspace.png").stat().st_size > 10_000
+    plan = library.read_plan(out, library.load_mechanism("3RRR"))
+    assert plan.poses[:, 1].max() < 0.3
+    assert len(plan.poses) == 12 + 3
+
+
+def test_plan_adds_to_what_is_measured_and_takes_what_is_required(
+    symkin: Callable, tmp_path: Path, protocol: Path
+) -> None:
+    measured, needed, out = protocol / "measurements.csv", tmp_path / "n.csv", tmp_path / "p.csv"
+    needed.write_text("x_mm,y_m,phi_deg\n10,0.02,5\n")
+    small = ("--candidates", 400, "--poses", 4, "--spares", 0)
+    document = symkin(
+        *("plan", "3RRR", "--out", out, *small, "--json"),
+        *("--measured", measured, "--required", needed, "--minimum-distance", "2 cm"),
+    ).json
+    assert document["plan"]["poses"] == 1 + 3 * 3
+    plan = library.read_plan(out, library.load_mechanism("3RRR"))
+    assert plan.poses[plan.rows_of_set(0)][0] == pytest.approx([0.01, 0.02, 0.0872664626])
+
+
+def test_pose_count_tells_when_more_poses_gain_little(symkin: Callable, tmp_path: Path) -> None:
+    arguments = ("pose-count", "3RRR", "--candidates", 400, "--least-gain", 0.02)
+    shown = symkin(*arguments, "--out", tmp_path)
+    assert shown.code == 0
+    document = library.read_results(tmp_path / "pose-count.json")
+    assert f"enough: {document['enough']} poses a leg" in shown.out
+    assert document["poses_per_leg"][0] == 8
+    assert document["poses_per_leg"][-1] == 80
+    assert (tmp_path / "pose_count.png").stat().st_size > 10_000
+    assert str(document["enough"]) in (tmp_path / "pose-count.html").read_text()
 
 
 def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -> None:
