@@ -62,6 +62,13 @@ void fit(Costs costs, const Vector& factors, const RobustLoss& loss, double spre
   estimate.failure = outcome.failure;
 }
 
+// The first pose without a reading.
+std::string unreached_pose(const Vector& errors) {
+  Index row = 0;
+  errors.array().isFinite().cast<int>().minCoeff(&row);
+  return "measured pose " + std::to_string(row + 1);
+}
+
 Vector loss_weights(const RobustLoss& loss, const Vector& residuals, double spread) {
   return residuals.unaryExpr([&](double r) { return loss.weight(r, spread); });
 }
@@ -94,11 +101,8 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
   for (; estimate.iterations < options.max_iterations; ++estimate.iterations) {
     const ReadingErrors now = reading_errors(data, estimate.parameters);
     if (!now.errors.allFinite()) {
-      Index row = 0;
-      now.errors.array().isFinite().cast<int>().minCoeff(&row);
-      estimate.failure = "iteration " + std::to_string(estimate.iterations + 1) +
-                         " put measured pose " + std::to_string(row + 1) +
-                         " of the leg out of its reach";
+      estimate.failure = "iteration " + std::to_string(estimate.iterations + 1) + " put " +
+                         unreached_pose(now.errors) + " of the leg out of its reach";
       return estimate;
     }
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
@@ -130,6 +134,11 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
   // know the residuals.
   const bool robust = options.loss.kind != RobustLoss::Kind::none;
   Vector errors = reading_errors(data, start).errors / deviation;
+  if (!errors.allFinite()) {  // Ceres would print an error
+    estimate.failure = unreached_pose(errors) + " is out of the leg's reach at the start";
+    estimate.loss_weights = Vector::Ones(data.readings.size());
+    return estimate;
+  }
   double spread = 1;
   for (int pass = 0; pass < (robust ? 3 : 1); ++pass) {
     spread = robust ? robust_spread(errors) : 1;

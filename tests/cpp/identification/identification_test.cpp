@@ -55,6 +55,20 @@ TEST(Identification, FindsAHexapodFromExactMeasurements) {
   EXPECT_LT((result.parameters - made.actual.parameters()).cwiseAbs().maxCoeff(), 1e-7);
 }
 
+TEST(Identification, InverseSaysWhichPoseIsOutOfReachAtTheStart) {
+  const Mechanism nominal = testing::paper_3rrr();
+  Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 30),
+                     MeasurementNoise{1e-12, 1e-12, 0}, 3);
+  made.measured.poses.row(4).head<2>() << 30, 0;
+  IdentificationOptions options;
+  options.estimator = Estimator::inverse;
+  ::testing::internal::CaptureStderr();
+  const Identification result = identify(nominal, made.measured, options);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.legs[0].failure, "measured pose 5 is out of the leg's reach at the start");
+}
+
 TEST(Identification, StandardisedErrorsAreStandardNormalForEveryEstimator) {
   const Mechanism nominal = testing::paper_3rrr();
   const MeasurementNoise noise{1e-4, 1e-4, 2e-5};
