@@ -16,6 +16,7 @@ __all__ = [
     "SymkinError",
     "SymmetryError",
     "did_you_mean",
+    "named_legs",
 ]
 
 
@@ -76,3 +77,9 @@ def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
     by_lower_case = {valid.lower(): valid for valid in valid_names}
     nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0.4)
     return f'; did you mean "{by_lower_case[nearest[0]]}"?' if nearest else ""
+
+
+def named_legs(legs: Iterable[int]) -> str:
+    """Name legs (from 0) in a message: ``leg 2``, ``legs 2, 3``."""
+    numbers = [str(leg + 1) for leg in legs]
+    return f"leg{'' if len(numbers) == 1 else 's'} {', '.join(numbers)}"

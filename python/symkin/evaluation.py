@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.mechanism import Mechanism, require_same_shape
 
 __all__ = ["Evaluation", "evaluate"]
 
@@ -65,10 +65,14 @@ def evaluate(
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out.
 
+    Returns
+    -------
+    Evaluation
+
     Raises
     ------
     SymkinError
-        If no pose can be evaluated.
+        If no pose can be evaluated, or the robot is of another kind than the model.
     """
     if measurements is not None and actual is None and poses is None:
         complete = np.isfinite(measurements.readings).all(axis=1)
@@ -76,6 +80,7 @@ def evaluate(
             model.core, measurements.poses[complete], measurements.readings[complete]
         )
     elif actual is not None and poses is not None and measurements is None:
+        require_same_shape(actual, model)
         rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
         errors = _core.command_errors(actual.core, model.core, rows)
     else:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of
@@ -259,11 +259,11 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
     used = measurements
     if poses == "all":
         used = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
-    unmeasured = set(range(len(mechanism.legs))) - set(used.measured_legs)
+    unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
     if unmeasured:
-        legs = ", ".join(str(leg + 1) for leg in sorted(unmeasured))
+        whose = "its" if len(unmeasured) == 1 else "their"
         raise NotIdentifiableError(
-            f"no readings of leg {legs}: its parameters cannot be identified"
+            f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
         )
     used.require(len(mechanism.parameter_names))
 

@@ -323,6 +323,22 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
     return np.concatenate([values[..., :3], quaternions.reshape(*values.shape[:-1], 4)], axis=-1)
 
 
+def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
+    """Refuse a robot that is of another kind than its model.
+
+    Raises
+    ------
+    MechanismError
+        Naming legs, chain and pose space of both.
+    """
+    shapes = [f"{len(each.legs)} legs {each.chain}, {each.pose_space}" for each in (actual, model)]
+    if shapes[0] != shapes[1]:
+        raise MechanismError(
+            f'the robot "{actual.name}" has {shapes[0]}, its model "{model.name}" {shapes[1]}; '
+            "expected the same"
+        )
+
+
 def _floats(values: ArrayLike) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
 

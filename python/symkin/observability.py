@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.settings import NoiseSettings, Tolerances
 
@@ -145,8 +144,6 @@ def analyse_observability(
     """
     rows = observability_rows(mechanism, leg, poses, kind)
     scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
-    if not (scale > 0).all():
-        raise SymkinError("a tolerance is zero; observability needs a scale for every parameter")
     result = _core.analyse_observability(rows, scale)
     return Observability(
         r_diagonal=result.r_diagonal,

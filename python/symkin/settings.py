@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from symkin.errors import SymkinError
+
 __all__ = [
     "JointLimits",
     "MeasurementColumns",
@@ -70,6 +72,9 @@ class NoiseSettings:
 class Tolerances:
     """Manufacturing standard deviations of the parameters.
 
+    All are positive, since they are the scale in which observability counts the parameters; what is
+    known well has a small one.
+
     Attributes
     ----------
     length : float
@@ -78,11 +83,25 @@ class Tolerances:
         Of angles, rad.
     gain : float
         Of sensor gains, relative to the gain.
+
+    Raises
+    ------
+    SymkinError
+        Naming the one that is not positive.
     """
 
     length: float = 1e-3
     angle: float = 1e-3
     gain: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be a scale."""
+        for name, value in vars(self).items():
+            if not 0 < value < math.inf:
+                raise SymkinError(
+                    f"the tolerance of a {name} is {value:g}; expected a positive standard "
+                    "deviation, a small one for what is known well"
+                )
 
 
 @dataclass(frozen=True)

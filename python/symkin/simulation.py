@@ -9,7 +9,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
 from symkin.planning import Plan
 
@@ -36,7 +36,20 @@ class Simulation:
 
 
 def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
-    """Return the mechanism as the workshop may make it: normal errors within its tolerances."""
+    """Return the mechanism as the workshop may make it: normal errors within its tolerances.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    seed : int
+        Of the errors.
+
+    Returns
+    -------
+    Mechanism
+        Without a declared symmetry, which it has no longer.
+    """
     made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
     return mechanism.replace(symmetry=None).with_parameters(made.parameters)
 
@@ -61,13 +74,18 @@ def simulate(
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
 
+    Returns
+    -------
+    Simulation
+
     Raises
     ------
     SymkinError
-        If a set runs out of spares.
+        If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
     """
     seed = mechanism.protocol.seed if seed is None else seed
     actual = disturb(mechanism, seed) if actual is None else actual
+    require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg - 1, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(mechanism.noise), seed)
     taken = result.measurements

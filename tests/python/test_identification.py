@@ -93,8 +93,24 @@ def test_an_unmeasured_leg_is_refused_by_number(paper, planned):
     readings = measurements.readings.copy()
     readings[:, 1] = np.nan
     partial = symkin.Measurements.of(measurements.poses, readings)
-    with pytest.raises(symkin.NotIdentifiableError, match="leg 2"):
+    with pytest.raises(symkin.NotIdentifiableError, match="of leg 2: its parameters"):
         symkin.identify(paper, partial)
+    readings[:, 2] = np.nan
+    partial = symkin.Measurements.of(measurements.poses, readings)
+    with pytest.raises(symkin.NotIdentifiableError, match="of legs 2, 3: their parameters"):
+        symkin.identify(paper, partial)
+
+
+def test_a_robot_of_another_kind_than_its_model_is_refused(paper, planned):
+    plan, poses = planned
+    for other in ("5bar", "3RPR", "4RRR"):
+        robot = symkin.load_mechanism(other)
+        with pytest.raises(symkin.MechanismError, match=f'robot "{other}" has .* "3RRR" 3 legs'):
+            symkin.evaluate(paper, actual=robot, poses=poses)
+        with pytest.raises(
+            symkin.MechanismError, match=r"3 legs \[R\]RR, planar; expected the same"
+        ):
+            symkin.simulate(paper, plan, 1, actual=robot)
 
 
 def test_cross_validation_refuses_an_impossible_number_of_folds(paper, planned):

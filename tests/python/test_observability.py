@@ -49,3 +49,9 @@ def test_expected_accuracy_equals_the_error_of_a_small_disturbance(paper):
     achieved = symkin.evaluate(paper, actual=actual, poses=poses)
     assert expected.position == pytest.approx(achieved.position_rms, rel=1e-3)
     assert expected.orientation == pytest.approx(achieved.orientation_rms, rel=1e-3)
+
+
+@pytest.mark.parametrize("values", [(0, 1e-3, 1e-3), (1e-3, -1, 1e-3), (1e-3, 1e-3, np.nan)])
+def test_a_tolerance_that_is_no_scale_is_refused(values):
+    with pytest.raises(symkin.SymkinError, match="expected a positive standard deviation"):
+        symkin.Tolerances(*values)

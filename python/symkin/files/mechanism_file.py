@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.errors import MechanismFileError, did_you_mean
+from symkin.errors import MechanismFileError, did_you_mean, named_legs
 from symkin.files.column_mapping import check_columns, columns_of_section
 from symkin.files.mechanism_schema import COORDINATES, MechanismHeader, mechanism_model
 from symkin.files.toml_source import TomlSource, read_toml
@@ -230,18 +230,14 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     given = mechanism.workspace.home or (0.0,) * len(mechanism.workspace.lower)
     described = "(" + ", ".join(f"{value:g}" for value in given) + ")"
     if np.isnan(readings).any():
-        legs = _named_legs(np.isnan(readings))
+        legs = named_legs(np.flatnonzero(np.isnan(readings)))
         raise source.error(
             ("workspace", "home"), f"the home pose {described} is beyond the reach of {legs}"
         )
     outside = (readings < limits.lower) | (readings > limits.upper)
     if outside.any():
+        legs = named_legs(np.flatnonzero(outside))
         raise source.error(
             ("joint_limits",),
-            f"at the home pose {described} they are exceeded by {_named_legs(outside)}",
+            f"at the home pose {described} they are exceeded by {legs}",
         )
-
-
-def _named_legs(chosen: NDArray[np.bool_]) -> str:
-    numbers = [str(leg + 1) for leg in np.flatnonzero(chosen)]
-    return f"leg{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"

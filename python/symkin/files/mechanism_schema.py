@@ -62,9 +62,9 @@ class SymmetrySection(Section):
 class ToleranceSection(Section):
     """Manufacturing standard deviations; the gain's is relative to the gain."""
 
-    length: Annotated[float, Quantity("m", "not negative")] = 1e-3
-    angle: Annotated[float, Quantity("rad", "not negative")] = 1e-3
-    gain: Annotated[float, Quantity("1", "not negative")] = 1e-3
+    length: Annotated[float, Quantity("m", "positive")] = 1e-3
+    angle: Annotated[float, Quantity("rad", "positive")] = 1e-3
+    gain: Annotated[float, Quantity("1", "positive")] = 1e-3
 
 
 class NoiseSection(Section):

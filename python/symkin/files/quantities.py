@@ -199,9 +199,8 @@ def _walk(node: ast.expr, text: str) -> Any:
         case ast.Call(func=ast.Name(id=name), args=arguments) if name in _FUNCTIONS:
             count, function = _FUNCTIONS[name]
             if len(arguments) != count:
-                raise QuantityError(
-                    f'"{text}": {name} takes {count} value(s), not {len(arguments)}'
-                )
+                values = "one value" if count == 1 else f"{count} values"
+                raise QuantityError(f'"{text}": {name} takes {values}, not {len(arguments)}')
             return function(*(_walk(argument, text) for argument in arguments))
     raise QuantityError(f'"{text}" cannot be read as a number with a unit')
 

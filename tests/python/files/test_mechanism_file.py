@@ -116,6 +116,7 @@ def test_an_absent_file_is_no_name(tmp_path: Path) -> None:
         ("legs = 3", "legs = 0", "symmetry.legs", ["is 0", "greater than or equal to 1"]),
         ('"C3"', '"X3"', "symmetry.group", ['"X3"', '"C3" or "D3"']),
         ("orientation = 1e-4", "orientation = -1", "noise.orientation", ["not negative"]),
+        ('length = "1 mm"', "length = 0", "tolerances.length", ["is 0", "positive"]),
         ("candidates = 30000", "candidates = 1.5", "protocol.candidates", ["is 1.5", "integer"]),
         ('x = ["-0.55 m", "0.55 m"]', "x = [1, -1]", "workspace.x", ["lower bound first"]),
         ('x = ["-0.55 m", "0.55 m"]', "x = [1]", "workspace.x", ["1 values", "expected 2"]),

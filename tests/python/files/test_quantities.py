@@ -65,7 +65,7 @@ def test_an_expression_has_its_value_in_si(text: object, unit: str, expected: fl
         ("1e999", "m", ["not a finite number"]),
         ("", "m", ["cannot be read"]),
         ("1,5 m", "m", ["cannot be read"]),
-        ("sqrt(1, 2)", "m", ["sqrt takes 1 value"]),
+        ("sqrt(1, 2)", "m", ["sqrt takes one value, not 2"]),
         ("m(3)", "m", ["cannot be read"]),
         ("sqrt", "m", ["cannot be read"]),
         ("30°", "rad", ["unexpected character '°'"]),
