@@ -26,6 +26,8 @@ except ModuleNotFoundError as error:
     ) from error
 
 from symkin.chains import ChainInfo, chain_info, chains
+from symkin.checking import CheckResult, check_mechanism
+from symkin.conditions import Condition, Conditions, check_conditions
 from symkin.errors import (
     MeasurementError,
     MechanismError,
@@ -37,7 +39,14 @@ from symkin.errors import (
     SymmetryError,
 )
 from symkin.evaluation import Evaluation, evaluate
-from symkin.identification import CrossValidation, Identification, cross_validate, identify
+from symkin.groups import NamedGroup
+from symkin.identification import (
+    CrossValidation,
+    Identification,
+    LegFit,
+    cross_validate,
+    identify,
+)
 from symkin.measurements import Measurements
 from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
 from symkin.observability import (
@@ -78,9 +87,17 @@ from symkin.symmetry import (
     leg_carriers,
     map_poses,
 )
+from symkin.symmetry_comparison import (
+    ParameterDeviation,
+    SymmetryComparison,
+    compare_symmetry,
+)
 from symkin.workspace import WorkspaceSample, sample_workspace
+from symkin.workspace_study import WorkspaceStudy, study_workspace
+from symkin.workspace_symmetry import ElementCheck
 
 if TYPE_CHECKING:
+    from symkin.files.column_mapping import load_columns
     from symkin.files.json_schema import mechanism_schema
     from symkin.files.measurements import read_measurements, write_measurements
     from symkin.files.mechanism_file import load_mechanism, shipped_mechanisms
@@ -92,24 +109,31 @@ if TYPE_CHECKING:
 __all__ = [
     "Certificate",
     "ChainInfo",
+    "CheckResult",
     "ChosenPoses",
+    "Condition",
+    "Conditions",
     "CrossValidation",
     "DeclaredSymmetry",
     "DetectedSymmetry",
+    "ElementCheck",
     "Evaluation",
     "ExpectedAccuracy",
     "Identification",
     "JointLimits",
     "Leg",
+    "LegFit",
     "MeasurementColumns",
     "MeasurementError",
     "Measurements",
     "Mechanism",
     "MechanismError",
     "MechanismFileError",
+    "NamedGroup",
     "NoiseSettings",
     "NotIdentifiableError",
     "Observability",
+    "ParameterDeviation",
     "Plan",
     "PlanBasis",
     "PoseCountCurve",
@@ -120,15 +144,20 @@ __all__ = [
     "Selection",
     "Simulation",
     "SymkinError",
+    "SymmetryComparison",
     "SymmetryElement",
     "SymmetryError",
     "SymmetryGroup",
     "Tolerances",
     "WorkspaceSample",
     "WorkspaceSettings",
+    "WorkspaceStudy",
     "analyse_observability",
     "chain_info",
     "chains",
+    "check_conditions",
+    "check_mechanism",
+    "compare_symmetry",
     "cross_validate",
     "detect_symmetry",
     "disturb",
@@ -137,6 +166,7 @@ __all__ = [
     "expected_accuracy",
     "identify",
     "leg_carriers",
+    "load_columns",
     "load_mechanism",
     "make_plan",
     "map_poses",
@@ -155,6 +185,7 @@ __all__ = [
     "select_poses",
     "shipped_mechanisms",
     "simulate",
+    "study_workspace",
     "travel_length",
     "write_measurements",
     "write_plan",
@@ -164,6 +195,7 @@ __all__ = [
 # What reads and writes files needs libraries that take a while to import, so these names are
 # resolved when they are first used.
 _FILE_FUNCTIONS = {
+    "load_columns": "column_mapping",
     "load_mechanism": "mechanism_file",
     "mechanism_schema": "json_schema",
     "read_measurements": "measurements",

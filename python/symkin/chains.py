@@ -64,6 +64,10 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     platform : {"rigid", "point"}
         A platform that turns, or a point that only moves (five-bar).
 
+    Returns
+    -------
+    ChainInfo
+
     Raises
     ------
     SymkinError
@@ -90,5 +94,10 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
 
 
 def chains(platform: str = "rigid") -> list[str]:
-    """Return the names of the chains that can carry a platform ("rigid" or "point")."""
+    """Return the names of the chains that can carry a platform ("rigid" or "point").
+
+    Returns
+    -------
+    list of str
+    """
     return list(_core.chain_names(platform))

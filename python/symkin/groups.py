@@ -72,6 +72,11 @@ def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[Nam
         Whose they are.
     found : DetectedSymmetry
         Of `detect_symmetry`.
+
+    Returns
+    -------
+    tuple of NamedGroup
+        Three.
     """
     structure = found.structure
     kept = [element for element in structure.elements if found.keeps_modes[element.label]]
@@ -96,6 +101,11 @@ def tested_groups(group: SymmetryGroup, checks: Sequence[ElementCheck]) -> tuple
         Whose elements were tested.
     checks : sequence of ElementCheck
         One for each element.
+
+    Returns
+    -------
+    tuple of NamedGroup
+        G_W, its subgroup that keeps modes and aspect, and G_Q.
     """
     both = [check.mismatches == 0 for check in checks]
     workspace = [holds and check.keeps_aspect for holds, check in zip(both, checks, strict=True)]

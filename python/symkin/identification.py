@@ -230,6 +230,10 @@ def cross_validate(
     seed : int
         Of the random assignment of poses to parts.
 
+    Returns
+    -------
+    CrossValidation
+
     Raises
     ------
     SymkinError

@@ -62,7 +62,12 @@ class Measurements:
         return cls(poses, readings, sets, np.arange(1, count + 1))
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
-        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading."""
+        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading.
+
+        Returns
+        -------
+        ndarray of int
+        """
         in_set = (self.leg_sets == 0) | (self.leg_sets == leg + 1)
         return np.flatnonzero(in_set & np.isfinite(self.readings[:, leg]))
 
@@ -91,7 +96,12 @@ class Measurements:
                 )
 
     def subset(self, rows: NDArray[np.intp]) -> Measurements:
-        """Return the measurements of some rows, from 0."""
+        """Return the measurements of some rows, from 0.
+
+        Returns
+        -------
+        Measurements
+        """
         return Measurements(
             self.poses[rows],
             self.readings[rows],

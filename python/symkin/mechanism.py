@@ -196,7 +196,12 @@ class Mechanism:
         return poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof)
 
     def replace(self, **changes: Any) -> Mechanism:
-        """Return a copy with other values of the constructor's arguments."""
+        """Return a copy with other values of the constructor's arguments.
+
+        Returns
+        -------
+        Mechanism
+        """
         given = {
             field.name: getattr(self, field.name)
             for field in dataclasses.fields(self)
@@ -207,7 +212,12 @@ class Mechanism:
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None
     ) -> Mechanism:
-        """Return the mechanism with other parameter values, shape (legs, p)."""
+        """Return the mechanism with other parameter values, shape (legs, p).
+
+        Returns
+        -------
+        Mechanism
+        """
         legs = [
             dataclasses.replace(leg, parameters=dict(zip(self.parameter_names, row, strict=True)))
             for leg, row in zip(self.legs, np.asarray(parameters).tolist(), strict=True)
@@ -257,6 +267,11 @@ class Mechanism:
         """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
 
         `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            m.
         """
         return _core.closure(self.core, leg, _rows(poses), np.atleast_1d(_floats(readings)))
 
@@ -265,11 +280,22 @@ class Mechanism:
 
         The rows of the paper's identification matrix C (Eqs. 8, 11), in sensor units per parameter
         unit; NaN where the leg cannot reach.
+
+        Returns
+        -------
+        ndarray, shape (N, p)
+            In sensor units per parameter unit.
         """
         return _core.parameter_jacobian(self.core, leg, _rows(poses))
 
     def pose_jacobian(self, poses: ArrayLike) -> Array:
-        """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof)."""
+        """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
+
+        Returns
+        -------
+        ndarray, shape (N, legs, dof)
+            In sensor units per m and rad.
+        """
         rows = _rows(poses)
         jacobian = _core.pose_jacobian(self.core, rows)
         return jacobian.reshape(len(rows), len(self.legs), self.core.dof)
@@ -313,6 +339,10 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
         Kind of the poses.
     values : array_like, shape (..., dof)
         Position (m), then angle or rotation vector (rad).
+
+    Returns
+    -------
+    ndarray, shape (..., coordinates)
     """
     values = _floats(values)
     if pose_space != "spatial":

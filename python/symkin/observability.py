@@ -137,6 +137,10 @@ def analyse_observability(
 ) -> Observability:
     """Analyse what poses show of a leg's (from 0) parameters.
 
+    Returns
+    -------
+    Observability
+
     Raises
     ------
     SymkinError
@@ -171,6 +175,10 @@ def expected_accuracy(
         Over which the error is averaged.
     covariance : array_like, shape (legs p, legs p)
         Of all parameters, leg by leg.
+
+    Returns
+    -------
+    ExpectedAccuracy
     """
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
     weights = _core.accuracy_weights(mechanism.core, rows)

@@ -47,6 +47,10 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
     count : int
         Number of legs.
 
+    Returns
+    -------
+    list of Leg
+
     Raises
     ------
     SymkinError
@@ -117,6 +121,10 @@ def detect_symmetry(
         By which parameters may differ: m for lengths, rad for angles.
     gain_tolerance : float, optional
         The same for sensor gains, by default `tolerance`.
+
+    Returns
+    -------
+    DetectedSymmetry
     """
     found = _core.detect_symmetry(mechanism.core, _tolerance(tolerance, gain_tolerance))
     return DetectedSymmetry(
@@ -134,12 +142,21 @@ def symmetry_deviations(
 
     Each leg is carried back to the first leg of its orbit and compared with the median of the
     orbit. Elements are used that map legs onto each other within `tolerance`.
+
+    Returns
+    -------
+    ndarray, shape (legs, p)
     """
     return _core.symmetry_deviations(mechanism.core, group, _tolerance(tolerance, None))
 
 
 def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
-    """Return the declared group, or else the one found that keeps the working modes."""
+    """Return the declared group, or else the one found that keeps the working modes.
+
+    Returns
+    -------
+    SymmetryGroup
+    """
     if mechanism.symmetry is not None:
         return declared_group(mechanism.symmetry)
     return _core.detect_symmetry(mechanism.core).with_modes
@@ -150,6 +167,11 @@ def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
 
     For a fully symmetric mechanism these elements are G_C (Eqs. 7, 21), all from leg 0. A leg that
     is nobody's image is its own reference.
+
+    Returns
+    -------
+    list of (int, SymmetryElement)
+        One for each leg.
     """
     carriers = _core.leg_carriers(mechanism.core, symmetry_group(mechanism))
     return [(carrier.reference, carrier.element) for carrier in carriers]
@@ -159,6 +181,10 @@ def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
     """G_C (Eqs. 7, 21): for each leg the element that carries leg 1 onto it.
 
     None for a mechanism in which some leg is not an image of leg 1.
+
+    Returns
+    -------
+    list of SymmetryElement or None
     """
     carriers = leg_carriers(mechanism)
     if any(reference != 0 for reference, _ in carriers):

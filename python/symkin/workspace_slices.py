@@ -157,6 +157,11 @@ def constant_orientations(
     resolution : int
         Cells along each side.
 
+    Returns
+    -------
+    tuple of ConstantOrientation
+        One for each orientation.
+
     Raises
     ------
     SymkinError

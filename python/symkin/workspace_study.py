@@ -88,6 +88,10 @@ def study_workspace(
     both_modes : bool
         Whether to evaluate these with all legs in their other working mode too.
 
+    Returns
+    -------
+    WorkspaceStudy
+
     Raises
     ------
     SymkinError

@@ -27,6 +27,10 @@ _ORIENTATION: dict[str, dict[str, int]] = {
 def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
     """Read a column mapping from a TOML file that has a ``[measurements]`` section alone.
 
+    Returns
+    -------
+    MeasurementColumns
+
     Raises
     ------
     MechanismFileError

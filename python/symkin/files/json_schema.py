@@ -18,7 +18,12 @@ __all__ = ["mechanism_schema", "mechanism_schema_text"]
 
 
 def mechanism_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of mechanism files, one alternative per chain."""
+    """Return the JSON Schema (draft 2020-12) of mechanism files, one alternative per chain.
+
+    Returns
+    -------
+    dict
+    """
     models = tuple(
         mechanism_model(chain, platform, None)
         for platform in ("rigid", "point")

@@ -87,7 +87,12 @@ def load_mechanism(
 
 
 def shipped_mechanisms() -> list[str]:
-    """Return the names of the mechanisms that come with symkin."""
+    """Return the names of the mechanisms that come with symkin.
+
+    Returns
+    -------
+    list of str
+    """
     return sorted(path.stem for path in _shipped_folder().glob("*.toml"))
 
 

@@ -133,6 +133,11 @@ class MechanismHeader(Section):
 def mechanism_model(chain: str, platform: str, reading_unit: str | None) -> type[MechanismHeader]:
     """Return the model of mechanism files with this chain.
 
+    Returns
+    -------
+    type
+        A pydantic model.
+
     Raises
     ------
     SymkinError

@@ -48,6 +48,10 @@ def write_plan(plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism) -
 def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
     """Read a plan.
 
+    Returns
+    -------
+    Plan
+
     Raises
     ------
     MeasurementError

@@ -92,6 +92,10 @@ def evaluate_quantity(value: object, si_unit: str) -> float:
     si_unit : {"m", "rad", "1", "m/rad", "rad/m"}
         The expected dimension and the unit of the result.
 
+    Returns
+    -------
+    float
+
     Raises
     ------
     QuantityError

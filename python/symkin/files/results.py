@@ -27,6 +27,10 @@ def results_text(results: Mapping[str, Any]) -> str:
     Arrays become lists, dataclasses objects, NaN and infinities null (JSON has neither). Keys keep
     the order in which they were given, below ``"schema"``.
 
+    Returns
+    -------
+    str
+
     Raises
     ------
     ResultsError
@@ -43,6 +47,10 @@ def write_results(results: Mapping[str, Any], path: str | os.PathLike[str]) -> N
 
 def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a results file as plain dictionaries and lists, without ``"schema"``.
+
+    Returns
+    -------
+    dict
 
     Raises
     ------

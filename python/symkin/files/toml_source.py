@@ -66,6 +66,10 @@ class TomlSource:
 def read_toml(path: Path) -> TomlSource:
     """Read a TOML file.
 
+    Returns
+    -------
+    TomlSource
+
     Raises
     ------
     MechanismFileError

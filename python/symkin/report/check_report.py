@@ -29,6 +29,11 @@ def write_check_report(result: CheckResult, folder: Path) -> Path:
         Of `check_mechanism`.
     folder : Path
         Made if it does not exist.
+
+    Returns
+    -------
+    Path
+        The HTML file.
     """
     mechanism, sample = result.mechanism, result.sample
     poses = mechanism.home[None, :] if sample is None else sample.poses[:1]

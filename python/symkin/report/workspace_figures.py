@@ -48,6 +48,10 @@ def constant_orientation_figure(rows: Sequence[ModeSlices]) -> Figure:
     ----------
     rows : sequence of ModeSlices
         One, or one for each working mode, all on the same grids.
+
+    Returns
+    -------
+    Figure
     """
     columns = max(len(row.slices) for row in rows)
     figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows))

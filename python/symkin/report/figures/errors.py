@@ -57,6 +57,10 @@ def error_histogram_figure(
         With the nominal and the calibrated mechanism.
     expected : ExpectedAccuracy, optional
         Root mean squares to expect after.
+
+    Returns
+    -------
+    Figure
     """
     labels = ("position error, mm", "orientation error, mrad")
     kinds = list(
@@ -117,6 +121,10 @@ def error_map_figure(
         Those of both evaluations. Where they are many, a cell shows their root mean square.
     before, after : Evaluation
         With the nominal and the calibrated mechanism.
+
+    Returns
+    -------
+    Figure
     """
     panels = _panels(pose_space, poses)
     if len(panels) == 1:

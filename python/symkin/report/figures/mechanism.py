@@ -75,6 +75,10 @@ def mechanism_figure(
         One that all legs reach, such as `Mechanism.home`.
     symmetry : DrawnSymmetry, optional
         Whose centre and mirrors are drawn too.
+
+    Returns
+    -------
+    Figure
     """
     skeleton = _skeleton(mechanism, pose)
     if mechanism.pose_space != "spatial":

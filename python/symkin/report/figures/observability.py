@@ -30,6 +30,10 @@ def observability_figure(names: Sequence[str], r_diagonals: NDArray[np.float64])
         The p parameters.
     r_diagonals : ndarray, shape (legs, p)
         In units of the reading over the parameter's.
+
+    Returns
+    -------
+    Figure
     """
     legs, count = r_diagonals.shape
     figure = new_figure(8.6, 3.6)

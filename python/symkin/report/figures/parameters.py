@@ -35,6 +35,10 @@ def parameter_errors_figure(names: Sequence[str], in_sigmas: NDArray[np.float64]
         The p parameters.
     in_sigmas : ndarray, shape (legs, p)
         NaN where there is no standard deviation.
+
+    Returns
+    -------
+    Figure
     """
     legs, count = in_sigmas.shape
     rows = -(-legs // _COLUMNS)

@@ -49,6 +49,10 @@ def poses_figure(
         Poses of each leg's set.
     labels : sequence of str
         Of the sets, by default "leg 1", "leg 2", ...
+
+    Returns
+    -------
+    Figure
     """
     views = VIEWS[pose_space]
     figure = new_figure(*_SIZES[pose_space])

@@ -41,6 +41,10 @@ def observability_section(
         Poses of each leg; those that the leg cannot reach are left out, and said so.
     symmetric : bool
         Whether the sets were made to be images of each other.
+
+    Returns
+    -------
+    Section
     """
     reached = [_within_reach(mechanism, leg, poses) for leg, poses in enumerate(sets)]
     try:
