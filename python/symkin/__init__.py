@@ -69,7 +69,7 @@ from symkin.planning import (
     predict_accuracy,
     travel_length,
 )
-from symkin.selection import Certificate, Selection, select_poses
+from symkin.selection import Certificate, LegRows, Selection, select_poses
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -123,6 +123,7 @@ __all__ = [
     "JointLimits",
     "Leg",
     "LegFit",
+    "LegRows",
     "MeasurementColumns",
     "MeasurementError",
     "Measurements",
