@@ -61,6 +61,7 @@ from symkin.observability import (
 from symkin.pipeline import ProtocolResult, run_protocol
 from symkin.planning import (
     ChosenPoses,
+    Clearance,
     Plan,
     PlanBasis,
     PoseCountCurve,
@@ -111,6 +112,7 @@ __all__ = [
     "ChainInfo",
     "CheckResult",
     "ChosenPoses",
+    "Clearance",
     "Condition",
     "Conditions",
     "CrossValidation",

@@ -143,7 +143,8 @@ def _basis_document(basis: PlanBasis) -> Document:
         "seed": basis.seed,
         "candidates": basis.candidates,
         "excluded": basis.excluded,
-        "reach_margin_m": basis.reach_margin,
+        "reach_margin_m": basis.clearance.reach_margin,
+        "conditioning_limit": basis.clearance.conditioning_limit,
         "choices": [
             {
                 "legs": choice.legs,

@@ -74,8 +74,8 @@ def plan(
         typer.Option(
             metavar="K",
             min=0,
-            help="Keep every leg K standard deviations of what the tolerances do away from the end "
-            "of its reach, if that is more than the mechanism's own margin.",
+            help="Keep poses K standard deviations of what the tolerances do away from the end of "
+            "a leg's reach and from singularities, if that is more than the mechanism's margins.",
         ),
     ] = 3.0,
     symmetry: Annotated[

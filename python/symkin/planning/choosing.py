@@ -15,7 +15,13 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, error_weight, tolerances_of
 from symkin.planning.designs import Design, Task
-from symkin.planning.limits import Region, allowed_candidates, check_regions, tolerance_margin
+from symkin.planning.limits import (
+    Clearance,
+    Region,
+    allowed_candidates,
+    check_regions,
+    clearance,
+)
 from symkin.planning.plan import ChosenPoses
 from symkin.planning.spares import spare_poses
 from symkin.selection import Criterion, Selection, SelectionMethod, select_poses
@@ -68,13 +74,9 @@ class Demands:
         """Whether what is given already shows more of one leg than of another."""
         return len(self.required) > 0 or self.measured is not None
 
-    def reach_margin(self) -> float:
-        """Least distance of every leg from the end of its reach, m."""
-        workspace = self.mechanism.workspace
-        own = workspace.reach_margin if workspace else 0.0
-        if not self.margin_sigmas:
-            return own
-        return max(own, tolerance_margin(self.mechanism, self.candidates, self.margin_sigmas))
+    def clearance(self) -> Clearance:
+        """How far candidates stay from where a robot with errors may not follow."""
+        return clearance(self.mechanism, self.candidates, self.margin_sigmas)
 
 
 @dataclass(frozen=True)
@@ -97,17 +99,18 @@ class Chosen:
         )
 
 
-def choose(demands: Demands, task: Task, reach_margin: float) -> Chosen:
+def choose(demands: Demands, task: Task, kept: Clearance) -> Chosen:
     """Select the poses of a task and their spares."""
     mechanism, required = demands.mechanism, demands.required
-    allowed = allowed_candidates(mechanism, task, demands.candidates, demands.avoid, reach_margin)
+    allowed = allowed_candidates(mechanism, task, demands.candidates, demands.avoid, kept)
     excluded = int(np.count_nonzero(~allowed))
     if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
         raise SymkinError(
             f"{demands.count} poses are wanted, but only {len(allowed) - excluded} of "
             f"{len(allowed)} candidates may be measured: the others, or their images under the "
-            "symmetry, lie outside the workspace's box, in a region to avoid or within "
-            f"{reach_margin:.3g} m of the end of a leg's reach"
+            "symmetry, lie outside the workspace's box, in a region to avoid, within "
+            f"{kept.reach_margin:.3g} m of the end of a leg's reach, or are conditioned worse than "
+            f"{kept.conditioning_limit:.3g}"
         )
     # Required poses stand behind the candidates: nobody else may choose them.
     poses = np.concatenate([demands.candidates, required])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,9 @@ from symkin.mechanism import Mechanism
 from symkin.observability import tolerances_of
 from symkin.planning.designs import Task
 from symkin.symmetry import map_poses
-from symkin.workspace import coordinate_names, inside_box, inside_workspace, workspace_coordinates
+from symkin.workspace import coordinate_names, inside_box, workspace_coordinates
 
-__all__ = ["Region", "allowed_candidates", "check_regions", "tolerance_margin"]
+__all__ = ["Clearance", "Region", "allowed_candidates", "check_regions", "clearance"]
 
 Region = Mapping[str, tuple[float, float]]
 
@@ -44,13 +44,47 @@ def check_regions(mechanism: Mechanism, regions: Sequence[Region]) -> None:
                 )
 
 
-def tolerance_margin(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -> float:
-    """Distance from the end of every leg's reach that the manufacturing tolerances ask for, m.
+@dataclass(frozen=True)
+class Clearance:
+    """How far candidates stay from where a robot with errors may not follow.
 
-    So many standard deviations of the closure h of a leg whose parameters have errors of the
-    tolerances' size, the largest of some of the poses: a leg that is nearer to its stretch may miss
-    the pose once the robot is made.
+    Attributes
+    ----------
+    reach_margin : float
+        Least distance of every leg from the end of its reach, m.
+    conditioning_limit : float
+        Largest condition number of dg/dpose, see `Mechanism.singularity_measures`.
     """
+
+    reach_margin: float
+    conditioning_limit: float
+
+
+def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -> Clearance:
+    """Return the clearance that the manufacturing tolerances ask for, or the workspace's own.
+
+    A leg closes with an error of `sigmas` standard deviations of the closure h, whose parameters
+    have errors of the tolerances' size (the largest of some of the poses): so far every leg stays
+    from the end of its reach. The platform is moved by that error times the condition number c,
+    and a singularity lies about the characteristic length over c away, to first order: so c stays
+    below the square root of the length over the error. Poses up to twice as ill-conditioned as home
+    are never left out.
+    """
+    workspace = mechanism.workspace
+    own = Clearance(
+        workspace.reach_margin if workspace else 0.0,
+        workspace.conditioning_limit if workspace else math.inf,
+    )
+    error = sigmas * _closure_deviation(mechanism, poses)
+    if error == 0:
+        return own
+    home = float(mechanism.singularity_measures(mechanism.home)[2][0])
+    limit = max(math.sqrt(mechanism.characteristic_length / error), 2 * home)
+    return Clearance(max(own.reach_margin, error), min(own.conditioning_limit, limit))
+
+
+def _closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
+    """Standard deviation of the closures of legs as the workshop makes them, m."""
     some = poses[:: -(-len(poses) // _SAMPLE)]
     tolerances = tolerances_of(mechanism.tolerances)
     readings = mechanism.inverse_kinematics(some)
@@ -59,7 +93,7 @@ def tolerance_margin(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: f
         rows = _core.linearise(mechanism.core, leg, some, readings[:, leg]).by_parameters
         deviations = np.linalg.norm(rows * tolerances.deviations(mechanism.core, leg), axis=1)
         largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
-    return sigmas * largest
+    return largest
 
 
 def allowed_candidates(
@@ -67,18 +101,20 @@ def allowed_candidates(
     task: Task,
     poses: NDArray[np.float64],
     regions: Sequence[Region],
-    reach_margin: float,
+    kept: Clearance,
 ) -> NDArray[np.bool_]:
     """Whether each candidate may be measured, at all its images, shape (n,).
 
-    Every image must lie in the workspace's box and in no region to avoid; where `reach_margin` is
-    larger than the workspace's own, the candidate must keep it.
+    Every image must lie in the workspace's box and in no region to avoid; where the clearance is
+    wider than the workspace's own, the candidate must keep it.
     """
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
-    if settings is not None and reach_margin > settings.reach_margin:
-        wider = mechanism.replace(workspace=replace(settings, reach_margin=reach_margin))
-        allowed &= inside_workspace(wider, poses)
+    if settings is not None and kept.reach_margin > settings.reach_margin:
+        margins = _core.reach_margin(mechanism.core, poses).min(axis=1)
+        allowed &= margins >= kept.reach_margin
+    if settings is not None and kept.conditioning_limit < settings.conditioning_limit:
+        allowed &= mechanism.singularity_measures(poses)[2] <= kept.conditioning_limit
     for element in task.elements:
         images = map_poses(mechanism, element, poses)
         allowed &= inside_box(mechanism, images)

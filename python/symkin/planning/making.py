@@ -15,7 +15,7 @@ from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
 from symkin.planning.choosing import Chosen, Demands, choose
 from symkin.planning.designs import Design, design_tasks
-from symkin.planning.limits import Region
+from symkin.planning.limits import Clearance, Region
 from symkin.planning.plan import Plan, PlanBasis
 from symkin.planning.visiting import visiting_order
 from symkin.selection import Criterion, SelectionMethod
@@ -85,8 +85,9 @@ def make_plan(
     minimum_distance : float
         Between the positions of any two poses of a set, m.
     margin_sigmas : float
-        Every leg stays so many standard deviations of what the tolerances do to its closure away
-        from the end of its reach, if that is more than the workspace's own margin.
+        Poses stay away from the end of a leg's reach and from singularities by so many standard
+        deviations of what the tolerances do to the closures, if that is more than the workspace's
+        own margins: a robot with errors could not follow. See `Clearance`.
     use_symmetry : bool
         False chooses for every leg by itself. So it is, too, where required or measured poses tell
         the legs apart.
@@ -131,16 +132,16 @@ def make_plan(
         threads=threads,
     )
     symmetric = use_symmetry and not demands.tells_legs_apart
-    reach_margin = demands.reach_margin()
+    kept = demands.clearance()
     chosen = [
-        choose(demands, task, reach_margin)
+        choose(demands, task, kept)
         for task in design_tasks(mechanism, design, use_symmetry=symmetric)
     ]
-    plan = _assemble(demands, chosen, reach_margin)
+    plan = _assemble(demands, chosen, kept)
     return _in_visiting_order(mechanism, plan, demands.seed) if visit == "travel" else plan
 
 
-def _assemble(demands: Demands, chosen: Sequence[Chosen], reach_margin: float) -> Plan:
+def _assemble(demands: Demands, chosen: Sequence[Chosen], kept: Clearance) -> Plan:
     """Join the sets of all selections; required poses begin the set of all legs."""
     mechanism = demands.mechanism
     sets = {0: [demands.required]} if len(demands.required) else {}
@@ -176,7 +177,7 @@ def _assemble(demands: Demands, chosen: Sequence[Chosen], reach_margin: float) -
             seed=demands.seed,
             candidates=len(demands.candidates),
             excluded=max(found.excluded for found in chosen),
-            reach_margin=reach_margin,
+            clearance=kept,
             choices=tuple(found.record(len(mechanism.legs)) for found in chosen),
         ),
     )

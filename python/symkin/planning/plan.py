@@ -12,6 +12,7 @@ from symkin.errors import MeasurementError
 from symkin.measurements import Measurements
 from symkin.observability import RowKind
 from symkin.planning.designs import Design
+from symkin.planning.limits import Clearance
 from symkin.selection import Criterion, Selection, SelectionMethod
 
 __all__ = ["ChosenPoses", "Plan", "PlanBasis"]
@@ -51,8 +52,8 @@ class PlanBasis:
         Poses to choose from, and
     excluded : int
         how many of them the constraints left out.
-    reach_margin : float
-        Least distance of every leg from the end of its reach, m.
+    clearance : Clearance
+        How far they stay from the end of a leg's reach and from singularities.
     choices : tuple of ChosenPoses
         One for each leg that is its own reference.
     """
@@ -64,7 +65,7 @@ class PlanBasis:
     seed: int
     candidates: int
     excluded: int
-    reach_margin: float
+    clearance: Clearance
     choices: tuple[ChosenPoses, ...]
 
     @property

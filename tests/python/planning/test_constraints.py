@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symkin
-from symkin.planning.limits import tolerance_margin
+from symkin import _core
 from symkin.workspace import inside_box, workspace_coordinates
 
 
@@ -85,16 +85,36 @@ def test_measured_rows_without_a_reading_of_a_leg_count_for_the_others_only(pape
     assert plan.basis.choices[1].selection.log_det < plan.basis.choices[0].selection.log_det - 1
 
 
-def test_the_reach_margin_grows_with_the_tolerances(paper, candidates):
-    fine = symkin.make_plan(paper, candidates, 12)
-    assert fine.basis.reach_margin == paper.workspace.reach_margin
-    coarse = paper.replace(tolerances=symkin.Tolerances(length=1e-2, angle=1e-2, gain=1e-2))
-    plan = symkin.make_plan(coarse, candidates, 12)
-    assert plan.basis.reach_margin == pytest.approx(tolerance_margin(coarse, candidates, 3.0))
-    assert plan.basis.reach_margin > 0.05
-    assert plan.basis.excluded > 0
-    anyway = symkin.make_plan(coarse, candidates, 12, margin_sigmas=0)
-    assert anyway.basis.excluded == 0
+def test_the_clearance_grows_with_the_tolerances(paper, candidates):
+    made = {}
+    for factor in (0.01, 1, 10):
+        tolerances = symkin.Tolerances(1e-3 * factor, 1e-3 * factor, 1e-3 * factor)
+        made[factor] = symkin.make_plan(paper.replace(tolerances=tolerances), candidates, 12).basis
+    assert made[0.01].clearance == symkin.Clearance(0.05, 20.0)
+    assert made[0.01].excluded == 0
+    assert made[1].clearance.reach_margin == 0.05
+    assert made[1].clearance.conditioning_limit < 20
+    assert made[10].clearance.reach_margin > 0.05
+    assert made[10].clearance.conditioning_limit < made[1].clearance.conditioning_limit
+    assert made[10].excluded > made[1].excluded > 0
+
+
+def test_chosen_poses_keep_their_clearance_at_every_leg(paper, candidates):
+    coarse = paper.replace(tolerances=symkin.Tolerances(6e-3, 6e-3, 6e-3))
+    plan = symkin.make_plan(coarse, candidates)
+    kept = plan.basis.clearance
+    assert kept.reach_margin > 0.05
+    assert _core.reach_margin(coarse.core, plan.poses).min() >= kept.reach_margin - 1e-9
+    conditions = coarse.singularity_measures(plan.poses)[2]
+    assert conditions.max() <= kept.conditioning_limit * (1 + 1e-9)
+
+
+def test_without_a_clearance_more_poses_cannot_be_taken(paper, candidates):
+    replaced = []
+    for sigmas in (0.0, 3.0):
+        plan = symkin.make_plan(paper, candidates, margin_sigmas=sigmas, spares=48)
+        replaced.append(sum(sum(symkin.simulate(paper, plan, seed).replaced) for seed in range(30)))
+    assert replaced[1] < replaced[0] / 4
 
 
 def test_the_expected_error_is_smaller_with_its_own_criterion(paper, candidates):
