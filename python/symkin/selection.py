@@ -27,20 +27,25 @@ Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
 class Certificate:
     """How far a selection can be from the best possible one.
 
-    Efficiencies are ``(det M / bound)**(1/p)``: 1 for the best, and no selection exceeds it.
+    Efficiencies of the determinant are ``(det M / bound)**(1/p)``: 1 for the best, and no selection
+    exceeds it.
 
     Attributes
     ----------
     efficiency : float
-        Against the bound for distinct poses (for the criterion "expected_error": its bound over
-        its value).
+        By the criterion that was optimised: of the determinant for O1, bound over value for
+        "expected_error". NaN for O2 to O5, for which no bound is computed.
+    determinant_efficiency : float
+        Of the determinant, against the bound for distinct poses, whatever the criterion.
     efficiency_repeats : float
-        Against the Kiefer-Wolfowitz bound, which lets a pose be measured more than once.
+        Of the determinant, against the Kiefer-Wolfowitz bound, which lets a pose be measured more
+        than once.
     proven_optimal : bool
         No other selection is better by more than rounding.
     """
 
     efficiency: float
+    determinant_efficiency: float
     efficiency_repeats: float
     proven_optimal: bool
 
@@ -191,7 +196,7 @@ def select_poses(
         Bytes in which the rows of `LegRows` are kept. More are made again in each of the passes
         over all candidates, usually four: as many times slower, but in little memory.
     parameter_names : sequence of str, optional
-        To name the combinations that no candidate shows.
+        To name the combinations that nothing shows in the error message.
 
     Raises
     ------
@@ -236,8 +241,10 @@ def _select(rows: ArrayLike | LegRows, options: _core.SelectionOptions) -> _core
 
 def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
     certificate = result.certificate
-    efficiency = certificate.efficiency_distinct
-    if criterion == "expected_error":
+    efficiency = float("nan")
+    if criterion == "O1":
+        efficiency = certificate.efficiency_distinct
+    elif criterion == "expected_error":
         efficiency = certificate.efficiency_error
     return Selection(
         indices=np.array(result.indices, dtype=np.intp),
@@ -246,6 +253,7 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
         criterion_value=result.criterion_value,
         certificate=Certificate(
             efficiency=efficiency,
+            determinant_efficiency=certificate.efficiency_distinct,
             efficiency_repeats=certificate.efficiency_repeats,
             proven_optimal=certificate.proven_optimal,
         ),
@@ -255,9 +263,10 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
 
 
 def _named(error: NotIdentifiableError, names: Sequence[str] | None) -> NotIdentifiableError:
-    """The error with the combinations of parameters that no candidate shows, by name."""
+    """The error with the combinations of parameters that nothing shows, by name."""
     directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
     if names is None or not directions.size:
         return error
     unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
-    return NotIdentifiableError(f"{error}: no candidate shows {unseen}")
+    error.args = (f"{error} (not shown: {unseen})",)
+    return error

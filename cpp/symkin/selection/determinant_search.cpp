@@ -267,25 +267,21 @@ void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index pl
   }
 }
 
-// Where a set hardly shows all parameters, rounding can make an exchange look better than it is, and
-// the next one undo it: what has not grown since all was last computed afresh ends the descent.
 void DeterminantSearch::descend() {
-  double proven = -std::numeric_limits<double>::infinity();
-  std::vector<Index> best = chosen_;
+  // Where M is nearly singular, rounding could let equal sets change places for ever.
+  double computed_afresh = -std::numeric_limits<double>::infinity();
   while (information_.positive_definite()) {
-    if (since_rebuild_ == 0) {
-      if (information_.log_det() <= proven) {
-        restore(best);
-        return;
-      }
-      proven = information_.log_det();
-      best = chosen_;
-    }
     const Pair pair = next_pair();
     if (pair.member < 0) {
       return;
     }
     exchange(pair);
+    if (since_rebuild_ == 0) {
+      if (log_det() <= computed_afresh) {
+        return;
+      }
+      computed_afresh = log_det();
+    }
   }
 }
 

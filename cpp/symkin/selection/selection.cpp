@@ -8,9 +8,11 @@
 
 #include "symkin/error.hpp"
 #include "symkin/random.hpp"
+#include "symkin/selection/counted.hpp"
 #include "symkin/selection/criteria.hpp"
 #include "symkin/selection/design_bounds.hpp"
 #include "symkin/selection/not_identifiable.hpp"
+#include "symkin/selection/null_directions.hpp"
 #include "symkin/selection/problem.hpp"
 #include "symkin/selection/spares.hpp"
 
@@ -51,14 +53,18 @@ void refuse_too_few(const SelectionProblem& problem, const std::vector<Index>& c
   const Index p = values.size();
   const Index missing =
       std::max<Index>(1, (values.array() < 1e-12 * std::max(values[p - 1], 1e-300)).count());
-  RowMatrix directions =
-      problem.whitening.transform.transpose() * eigen.eigenvectors().leftCols(missing);
-  directions.colwise().normalize();
-  throw NotIdentifiable("the " + std::to_string(problem.options.count) +
-                            " selected poses do not show " + std::to_string(missing) +
-                            " combination(s) of the " + std::to_string(p) +
+  const RowMatrix& transform = problem.whitening.transform;
+  RowMatrix inverse = RowMatrix::Identity(p, p);
+  transform.triangularView<Eigen::Lower>().solveInPlace(inverse);
+  // Of the columns of the candidates' rows.
+  const Vector lengths = inverse.rowwise().norm();
+  const RowMatrix directions =
+      lengths.asDiagonal() * transform.transpose() * eigen.eigenvectors().leftCols(missing);
+  throw NotIdentifiable("the choice of " + counted(problem.options.count, "pose") +
+                            " does not show " + counted(missing, "combination") + " of the " +
+                            std::to_string(p) +
                             " parameters, although the candidates do; select more poses",
-                        directions);
+                        named_directions(directions, lengths.cwiseInverse()));
 }
 
 // Methods that prove nothing themselves get the bounds of the approximate designs.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "symkin/error.hpp"
+#include "symkin/selection/counted.hpp"
 #include "symkin/selection/kernels.hpp"
 #include "symkin/selection/selection.hpp"
 
@@ -83,21 +84,21 @@ void check_criterion(const SelectionOptions& options, Index p) {
 
 void check_count(const SelectionOptions& options, Index candidates, Index r, Index p) {
   demand(options.count >= 1, "the count is " + text(options.count) + ", expected at least 1");
-  demand(options.count <= candidates, text(options.count) + " poses cannot be selected from " +
-                                          text(candidates) + " candidates");
+  demand(options.count <= candidates, counted(options.count, "pose") + " cannot be selected from " +
+                                          counted(candidates, "candidate"));
   const auto required = static_cast<Index>(options.required.size());
-  demand(required <= options.count,
-         text(required) + " poses are required, more than the count " + text(options.count));
+  demand(required <= options.count, "the number of required poses is " + text(required) +
+                                        ", more than the count " + text(options.count));
   demand(options.count * r >= p || options.prior.size() != 0,
-         text(options.count) + " poses of " + text(r) + " row(s) cannot show " + text(p) +
-             " parameters; expected at least " + text((p + r - 1) / r) + " poses");
+         counted(options.count, "pose") + " of " + counted(r, "row") + " cannot show " +
+             counted(p, "parameter") + "; expected at least " + counted((p + r - 1) / r, "pose"));
 }
 
 }  // namespace
 
 void SelectionOptions::check(Index candidates, Index rows_per_pose, Index parameters) const {
   demand(rows_per_pose >= 1 && rows_per_pose <= kMaxRows,
-         text(rows_per_pose) + " rows a pose, expected 1 to " + text(kMaxRows));
+         counted(rows_per_pose, "row") + " a pose, expected 1 to " + text(kMaxRows));
   demand(candidates >= 1 && parameters >= 1, "there are no candidates");
   demand(forbidden.empty() || static_cast<Index>(forbidden.size()) == candidates,
          text(static_cast<Index>(forbidden.size())) + " flags say what is forbidden, expected " +

@@ -8,13 +8,16 @@
 #include <cmath>
 #include <string>
 
+#include "symkin/selection/counted.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/not_identifiable.hpp"
+#include "symkin/selection/null_directions.hpp"
 
 namespace symkin {
 namespace {
 
 constexpr double kRankTolerance = 1e-10;  // of the largest singular value
+constexpr double kRounding = 1e-14;       // of the longest column: no unit makes one so short
 // Squaring the rows into an information matrix keeps this ratio of singular values to six digits.
 constexpr double kSafeEigenvalueRatio = 1e-10;
 
@@ -43,21 +46,26 @@ RowMatrix orthogonal_factor(const CandidateBlocks& candidates, const RowMatrix& 
 [[noreturn]] void refuse(const Eigen::JacobiSVD<Eigen::MatrixXd>& svd, const Vector& lengths,
                          Index rank) {
   const Index p = lengths.size();
-  RowMatrix directions = lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - rank);
-  directions.colwise().normalize();
-  throw NotIdentifiable("the candidates show only " + std::to_string(rank) +
-                            " independent combinations of the " + std::to_string(p) +
-                            " parameters; no choice of poses can identify the others",
-                        directions);
+  throw NotIdentifiable(
+      "the candidates show only " + counted(rank, "independent combination") + " of the " +
+          std::to_string(p) + " parameters; no choice of poses can identify the others",
+      named_directions(svd.matrixV().rightCols(p - rank), lengths.cwiseInverse()));
 }
 
 // T from R, for candidates that are nearly or wholly rank deficient.
 RowMatrix careful_transform(const CandidateBlocks& candidates, const RowMatrix& fixed) {
   const Eigen::MatrixXd r = orthogonal_factor(candidates, fixed);
   const Index p = r.cols();
+  Eigen::MatrixXd scaled = r;
   Vector lengths = r.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1);
-  const Eigen::MatrixXd scaled = r * lengths.cwiseInverse().asDiagonal();
+  const double nothing = kRounding * lengths.maxCoeff();
+  for (Index c = 0; c < p; ++c) {
+    if (lengths[c] <= nothing) {
+      scaled.col(c).setZero();
+      lengths[c] = 1;
+    }
+  }
+  scaled *= lengths.cwiseInverse().asDiagonal();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
   const Vector& s = svd.singularValues();
   const Index rank = s[0] > 0 ? (s.array() > kRankTolerance * s[0]).count() : 0;

@@ -33,7 +33,7 @@ SelectionOptions six() { return options_for(6, SelectionMethod::exchange); }
 
 TEST(Refusals, TooFewPosesForTheParameters) {
   expect_refusal(random_rows(20, 4, 1), options_for(3, SelectionMethod::exchange),
-                 "3 poses of 1 row(s) cannot show 4 parameters; expected at least 4 poses");
+                 "3 poses of 1 row cannot show 4 parameters; expected at least 4 poses");
   expect_refusal(random_rows(20, 3, 1), options_for(1, SelectionMethod::exchange),
                  "expected at least 2 poses", 2);
 }
@@ -117,7 +117,7 @@ TEST(Refusals, RequiredPosesThatDoNotExistOrAppearTwiceOrAreTooMany) {
   options.required = {4, 4};
   expect_refusal(random_rows(20, 3, 1), options, "candidate 4 is required twice");
   options.required = {1, 2, 3, 4, 5, 6, 7};
-  expect_refusal(random_rows(20, 3, 1), options, "7 poses are required, more than the count 6");
+  expect_refusal(random_rows(20, 3, 1), options, "the number of required poses is 7, more than the count 6");
 }
 
 TEST(Refusals, RequiredPosesThatAreTooNear) {
