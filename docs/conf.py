@@ -2,6 +2,7 @@
 """Sphinx configuration; `make docs` builds into build/docs."""
 
 import re
+import sys
 from pathlib import Path
 
 from numpydoc.xref import DEFAULT_LINKS
@@ -9,6 +10,7 @@ from numpydoc.xref import DEFAULT_LINKS
 import symkin
 
 ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(Path(__file__).parent))  # mathml.py
 
 project = "symkin"
 author = "symkin contributors"
@@ -18,13 +20,14 @@ release = re.search(
 ).group(1)
 
 extensions = [
+    "mathml",
     "matplotlib.sphinxext.plot_directive",
     "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
 ]
 
+html_math_renderer = "mathml"
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
