@@ -90,7 +90,7 @@ class PoseCountCurve:
     orientation : ndarray, shape (k,)
         The same of the orientation, rad.
     efficiency : ndarray, shape (k,)
-        Of the selection against the bound for distinct poses, the least of all legs'.
+        Of the selection's determinant against the bound for distinct poses, the least of all legs'.
     least_gain : float
         Another pose is worth while if it makes the position error smaller by this share.
     enough : int or None
@@ -166,7 +166,7 @@ def pose_count_curve(
         )
         accuracy = predict_accuracy(mechanism, plan, workspace, estimator, poses=poses)
         choices = plan.basis.choices if plan.basis else ()
-        efficiency = min(choice.selection.certificate.efficiency for choice in choices)
+        efficiency = min(choice.selection.certificate.determinant_efficiency for choice in choices)
         points.append((len(plan.poses), accuracy.position, accuracy.orientation, efficiency))
     measured, position, orientation, efficiency = np.array(points).T
     return PoseCountCurve(

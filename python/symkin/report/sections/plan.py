@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from symkin.mechanism import Mechanism
 from symkin.planning import ChosenPoses, Plan, PlanBasis, travel_length
 from symkin.report.content import Group, Section, Table
-from symkin.report.wording import count, plural, quantity, significant
+from symkin.report.wording import NONE, count, plural, quantity, significant
 from symkin.simulation import Simulation
 
 __all__ = ["CRITERIA", "plan_section"]
@@ -52,8 +54,9 @@ def _selections(basis: PlanBasis) -> Table:
         (
             "For",
             f"Value of {basis.criterion}",
-            "Of the bound for distinct poses",
-            "Of the bound with repeats",
+            "Efficiency",
+            "Of the determinant",
+            "With repeats",
             "Proven optimal",
         ),
         [Group([_selection(basis, choice) for choice in basis.choices])],
@@ -69,8 +72,14 @@ def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
         quantity(1e3 * value**0.5, "mm")
         if basis.criterion == "expected_error"
         else significant(value, 4),
-        f"{100 * certificate.efficiency:.2f}{_PERCENT}",
-        f"{100 * certificate.efficiency_repeats:.2f}{_PERCENT}",
+        *(
+            NONE if math.isnan(share) else f"{100 * share:.2f}{_PERCENT}"
+            for share in (
+                certificate.efficiency,
+                certificate.determinant_efficiency,
+                certificate.efficiency_repeats,
+            )
+        ),
         "yes" if certificate.proven_optimal else "no",
     )
 
@@ -104,7 +113,8 @@ def _made(basis: PlanBasis) -> list[str]:
     if any(len(choice.elements) > 1 for choice in basis.choices):
         text += " The symmetry carries what was chosen for one leg to the others."
     certificate = (
-        "An efficiency says how large the p-th root of the determinant (or, for the expected "
-        "error, how small the error's bound) is against what no set of so many poses can exceed."
+        "The efficiency is the share of a bound that no set of so many poses exceeds: of the p-th "
+        "root of the determinant for O1, of the expected squared error for that criterion; for O2 "
+        "to O5 there is none. The bound with repeats lets a pose be measured more than once."
     )
     return [text, certificate]
