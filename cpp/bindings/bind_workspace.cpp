@@ -25,6 +25,7 @@ void bind_workspace(py::module_& module) {
   py::class_<WorkspaceSample>(module, "WorkspaceSample")
       .def_readonly("poses", &WorkspaceSample::poses)
       .def_readonly("readings", &WorkspaceSample::readings)
+      .def_readonly("conditions", &WorkspaceSample::conditions)
       .def_readonly("drawn", &WorkspaceSample::drawn)
       .def_readonly("rejections", &WorkspaceSample::rejections);
   module.def("sample_workspace", &symkin::sample_workspace, py::arg("mechanism"),

@@ -18,13 +18,18 @@ constexpr Index kHopeless = 20000;  // drawn for each pose taken
 
 using Mask = std::vector<bool>;
 
-// Poses that are still admitted, with their readings and where they came from.
+// Poses that are still admitted, with their readings, their condition numbers and where they came
+// from.
 struct Block {
   std::vector<Index> origin;
   RowMatrix poses, readings;
+  Vector conditions;
 
   Block(ConstRows all, Index legs)
-      : origin(static_cast<std::size_t>(all.rows())), poses(all), readings(all.rows(), legs) {
+      : origin(static_cast<std::size_t>(all.rows())),
+        poses(all),
+        readings(all.rows(), legs),
+        conditions(all.rows()) {
     std::iota(origin.begin(), origin.end(), Index{0});
   }
 
@@ -37,12 +42,14 @@ struct Block {
         origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
         poses.row(kept) = poses.row(row);
         readings.row(kept) = readings.row(row);
+        conditions[kept] = conditions[row];
         ++kept;
       }
     }
     origin.resize(static_cast<std::size_t>(kept));
     poses.conservativeResize(kept, Eigen::NoChange);
     readings.conservativeResize(kept, Eigen::NoChange);
+    conditions.conservativeResize(kept);
   }
 };
 
@@ -100,9 +107,11 @@ class Filter {
       const double* row = jacobian.row(i).data();
       const bool same =
           home_determinant_ == 0 || pose_determinant(row, legs, dof) * home_determinant_ > 0;
-      const bool good =
-          same && pose_condition(row, legs, mechanism_.pose_space(),
-                                 options_.characteristic_length) <= options_.conditioning_limit;
+      if (same) {
+        block.conditions[i] =
+            pose_condition(row, legs, mechanism_.pose_space(), options_.characteristic_length);
+      }
+      const bool good = same && block.conditions[i] <= options_.conditioning_limit;
       rejections.aspect += same ? 0 : 1;
       rejections.conditioning += same && !good ? 1 : 0;
       mask[static_cast<std::size_t>(i)] = good;
@@ -185,6 +194,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
   WorkspaceSample sample;
   sample.poses.resize(count, coordinate_count(mechanism.pose_space()));
   sample.readings.resize(count, mechanism.leg_count());
+  sample.conditions.resize(count);
   Index taken = 0;
   for (std::uint64_t stream = 0; taken < count; ++stream) {
     Block block(draw_block(options, mechanism.pose_space(), seed, stream), mechanism.leg_count());
@@ -192,6 +202,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
     const Index room = std::min(block.size(), count - taken);
     sample.poses.middleRows(taken, room) = block.poses.topRows(room);
     sample.readings.middleRows(taken, room) = block.readings.topRows(room);
+    sample.conditions.segment(taken, room) = block.conditions.head(room);
     taken += room;
     sample.drawn += kBlock;
     if (sample.drawn > kHopeless * (taken + 1)) {

@@ -37,6 +37,7 @@ struct WorkspaceRejections {
 struct WorkspaceSample {
   RowMatrix poses;     // count x coordinates
   RowMatrix readings;  // count x legs
+  Vector conditions;   // count: condition numbers of dg/dpose
   Index drawn = 0;     // poses drawn from the box
   WorkspaceRejections rejections;
 };

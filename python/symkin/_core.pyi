@@ -280,6 +280,9 @@ class WorkspaceRejections:
         ...
 class WorkspaceSample:
     @property
+    def conditions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
     def drawn(self) -> int:
         ...
     @property

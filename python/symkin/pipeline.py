@@ -84,7 +84,7 @@ def run_protocol(
     progress("selecting poses for the reference leg")
     plan = make_plan(
         mechanism,
-        candidates.poses,
+        candidates,
         seed=seed,
         design=design,
         rows=rows,

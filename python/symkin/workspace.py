@@ -39,6 +39,8 @@ class WorkspaceSample:
         Uniform in the workspace's box, less what was rejected.
     readings : ndarray, shape (N, legs)
         The sensor readings at the poses.
+    conditions : ndarray, shape (N,)
+        Condition number of dg/dpose at each pose, see `Mechanism.singularity_measures`.
     drawn : int
         How many poses were drawn from the box for them.
     rejected : dict of str to int
@@ -47,6 +49,7 @@ class WorkspaceSample:
 
     poses: NDArray[np.float64]
     readings: NDArray[np.float64]
+    conditions: NDArray[np.float64]
     drawn: int
     rejected: dict[str, int]
 
@@ -84,6 +87,7 @@ def sample_workspace(
     return WorkspaceSample(
         poses=sample.poses,
         readings=sample.readings,
+        conditions=sample.conditions,
         drawn=sample.drawn,
         rejected={cause: getattr(sample.rejections, cause) for cause in causes},
     )

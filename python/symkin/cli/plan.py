@@ -141,7 +141,7 @@ def plan(
             stage("selecting poses")
             made = symkin.make_plan(
                 loaded,
-                sample.poses,
+                sample,
                 poses,
                 seed,
                 design=design,

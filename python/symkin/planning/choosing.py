@@ -39,6 +39,7 @@ class Demands:
 
     mechanism: Mechanism
     candidates: Poses
+    conditions: NDArray[np.float64] | None  # of the candidates, if known
     required: Poses
     measured: Measurements | None
     count: int
@@ -102,7 +103,9 @@ class Chosen:
 def choose(demands: Demands, task: Task, kept: Clearance) -> Chosen:
     """Select the poses of a task and their spares."""
     mechanism, required = demands.mechanism, demands.required
-    allowed = allowed_candidates(mechanism, task, demands.candidates, demands.avoid, kept)
+    allowed = allowed_candidates(
+        mechanism, task, demands.candidates, demands.conditions, demands.avoid, kept
+    )
     excluded = int(np.count_nonzero(~allowed))
     if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
         raise SymkinError(

@@ -100,13 +100,15 @@ def allowed_candidates(
     mechanism: Mechanism,
     task: Task,
     poses: NDArray[np.float64],
+    conditions: NDArray[np.float64] | None,
     regions: Sequence[Region],
     kept: Clearance,
 ) -> NDArray[np.bool_]:
     """Whether each candidate may be measured, at all its images, shape (n,).
 
     Every image must lie in the workspace's box and in no region to avoid; where the clearance is
-    wider than the workspace's own, the candidate must keep it.
+    wider than the workspace's own, the candidate must keep it. `conditions` are the candidates'
+    condition numbers, if they are known.
     """
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
@@ -114,7 +116,9 @@ def allowed_candidates(
         margins = _core.reach_margin(mechanism.core, poses).min(axis=1)
         allowed &= margins >= kept.reach_margin
     if settings is not None and kept.conditioning_limit < settings.conditioning_limit:
-        allowed &= mechanism.singularity_measures(poses)[2] <= kept.conditioning_limit
+        if conditions is None:
+            conditions = mechanism.singularity_measures(poses)[2]
+        allowed &= conditions <= kept.conditioning_limit
     for element in task.elements:
         images = map_poses(mechanism, element, poses)
         allowed &= inside_box(mechanism, images)

@@ -20,6 +20,7 @@ from symkin.planning.plan import Plan, PlanBasis
 from symkin.planning.visiting import visiting_order
 from symkin.selection import Criterion, SelectionMethod
 from symkin.symmetry import SymmetryElement, map_poses
+from symkin.workspace import WorkspaceSample
 
 __all__ = ["make_plan"]
 
@@ -28,7 +29,7 @@ Poses = NDArray[np.float64]
 
 def make_plan(
     mechanism: Mechanism,
-    candidates: ArrayLike,
+    candidates: ArrayLike | WorkspaceSample,
     count: int | None = None,
     seed: int | None = None,
     *,
@@ -56,7 +57,7 @@ def make_plan(
     ----------
     mechanism : Mechanism
         The nominal one.
-    candidates : array_like, shape (n, coordinates)
+    candidates : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses to choose from, see `sample_workspace`.
     count : int, optional
         Poses that each leg is identified from, by default the protocol's.
@@ -112,10 +113,13 @@ def make_plan(
     SymkinError
         For demands that contradict each other or the mechanism.
     """
-    poses = np.atleast_2d(np.ascontiguousarray(candidates, dtype=np.float64))
+    sampled = candidates if isinstance(candidates, WorkspaceSample) else None
+    poses = np.ascontiguousarray(sampled.poses if sampled else candidates, dtype=np.float64)
+    poses = np.atleast_2d(poses)
     demands = Demands(
         mechanism=mechanism,
         candidates=poses,
+        conditions=sampled.conditions if sampled else None,
         required=poses[:0] if required is None else np.atleast_2d(np.asarray(required, float)),
         measured=measured,
         count=mechanism.protocol.pose_count if count is None else count,
