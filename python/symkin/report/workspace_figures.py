@@ -59,7 +59,7 @@ def constant_orientation_figure(rows: Sequence[ModeSlices]) -> Figure:
     for number, row in enumerate(rows):
         for column, found in enumerate(row.slices):
             label = _slice_title(row.title if len(rows) > 1 else "", found)
-            axes = flat_axes(figure, grid[number, column], title=label, x="x (m)", y="y (m)")
+            axes = flat_axes(figure, grid[number, column], title=label, x="x, m", y="y, m")
             _draw_slice(axes, found)
     legend_below(figure, _slice_legend([found for row in rows for found in row.slices]), columns)
     return figure
@@ -86,13 +86,13 @@ def active_joint_figure(study: WorkspaceStudy) -> Figure:
     labels = [_reading_label(study.mechanism, leg) for leg in legs]
     for place, (title, cloud) in zip(places, clouds.items(), strict=True):
         _draw_cloud(spatial_axes(figure, place, title=title, labels=labels), cloud, legs, limits)
-    _draw_along_axis(figure, grid[0, 1], study, legs)
-    _describe_symmetry(figure.add_subplot(grid[0, 2]), study)
+    _draw_along_axis(figure, grid[0, 1:], study, legs)
     legend_below(figure, _cloud_legend(legs, "equal readings"))
     return figure
 
 
 def _draw_slice(axes: Axes, found: ConstantOrientation) -> None:
+    axes.grid(False)
     kinds = np.select([found.usable, found.side > 0, found.side < 0], [2, 1, 3], default=0)
     half_x, half_y = (0.5 * (centres[1] - centres[0]) for centres in (found.x, found.y))
     axes.imshow(
@@ -189,6 +189,7 @@ def _draw_cloud(
     axes.view_init(elev=26, azim=25)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MaxNLocator(4))
+    axes.xaxis.labelpad = 8  # clear of the numbers, which it meets at this angle
     axes.zaxis.set_rotate_label(False)  # by itself it would stand on its head
     axes.zaxis.label.set_rotation(90)
     if len(readings) == 0:
@@ -204,38 +205,30 @@ def _draw_along_axis(figure: Figure, place: Any, study: WorkspaceStudy, legs: li
         figure,
         place,
         title="along the line of equal readings",
-        x=rf"$({second} - {first})/\sqrt{{2}}$ ({unit})",
-        y=rf"$(2{third} - {first} - {second})/\sqrt{{6}}$ ({unit})",
+        x=rf"$({second} - {first})/\sqrt{{2}}$, {unit}",
+        y=rf"$(2{third} - {first} - {second})/\sqrt{{6}}$, {unit}",
     )
     shown, colours = _coloured(study.sample.readings[:, legs], legs)
     across = (shown[:, 1] - shown[:, 0]) / math.sqrt(2)
     up = (2 * shown[:, 2] - shown[:, 0] - shown[:, 1]) / math.sqrt(6)
     _scatter(axes, np.column_stack([across, up]), colours)
     axes.plot(0, 0, "+", color=INK, markersize=10)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box")
 
 
 def _cloud_legend(legs: Sequence[int], line: str) -> list[Line2D]:
     handles = [
-        Line2D([], [], marker="o", ls="", color=leg_style(leg).colour, label=f"leg {leg + 1} most")
+        Line2D(
+            [],
+            [],
+            marker="o",
+            ls="",
+            color=leg_style(leg).colour,
+            label=f"leg {leg + 1} reads most",
+        )
         for leg in legs
     ]
     return [*handles, Line2D([], [], color=INK, label=line)]
-
-
-def _describe_symmetry(axes: Axes, study: WorkspaceStudy) -> None:
-    axes.set_axis_off()
-    structure, modes = study.symmetry.structure, study.symmetry.with_modes
-    lines = [
-        study.mechanism.name,
-        f"structure: {structure.paper_name} ({structure.name})",
-        f"with its working modes: {modes.name}",
-        "onto itself the workspace is carried by",
-        "  " + ", ".join(study.workspace_group),
-        f"{study.share:.0%} of its box, {len(study.sample.poses)} poses",
-    ]
-    text = "\n".join(lines)
-    axes.text(0, 0.9, text, va="top", fontsize=SMALL, color=INK, transform=axes.transAxes)
 
 
 def _two_leg_figure(study: WorkspaceStudy) -> Figure:
@@ -264,4 +257,4 @@ def _exchange_sign(study: WorkspaceStudy) -> float:
 
 
 def _reading_label(mechanism: Mechanism, leg: int) -> str:
-    return rf"$\psi_{leg + 1}$ ({mechanism.reading_unit})"
+    return rf"$\psi_{leg + 1}$, {mechanism.reading_unit}"

@@ -7,8 +7,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from symkin.groups import group_title
 from symkin.report.content import Group, Image, Section, Summary, Table, image
 from symkin.report.page import write_page
+from symkin.report.wording import count, plural
 from symkin.report.workspace_figures import active_joint_figure, constant_orientation_figure
 from symkin.workspace_slices import ConstantOrientation, ModeSlices
 from symkin.workspace_study import WorkspaceStudy
@@ -38,9 +40,13 @@ def _summary(study: WorkspaceStudy) -> Summary:
         title=f"{mechanism.name}: workspace",
         subtitle=f"{len(mechanism.legs)} legs {mechanism.chain}",
         figures=[
-            ("Structure", structure.name.replace("_", ""), f"{structure.size} elements"),
+            (
+                "Structure, G_M",
+                group_title(structure.paper_name, structure.name),
+                plural(structure.size, "element"),
+            ),
             ("Workspace", f"{study.share:.1%}", "of its box"),
-            ("Mismatches", str(sum(check.mismatches for check in study.elements)), "theorem"),
+            ("Mismatches", count(sum(check.mismatches for check in study.elements)), "theorem"),
             ("Largest deviation", _reading(study, worst), "conjecture"),
         ],
         verdict="doubtful" if doubts else "good",
@@ -71,9 +77,9 @@ def _symmetry_section(study: WorkspaceStudy) -> Section:
             check.element,
             "yes" if check.keeps_modes else "no",
             "yes" if check.keeps_aspect else "no",
-            str(check.tested),
-            str(check.inside),
-            str(check.mismatches),
+            count(check.tested),
+            count(check.inside),
+            count(check.mismatches),
             _reading(study, check),
         )
         for check in study.elements
@@ -98,7 +104,8 @@ def _slices_section(study: WorkspaceStudy) -> Section:
         alternative="Maps of the poses that the legs reach at each orientation.",
         caption="Constant-orientation workspaces. Numbers are those of the aspects.",
     )
-    paragraphs = [text for row in study.modes if (text := singular_orientations_text(row))]
+    texts = (singular_orientations_text(row) for row in study.modes)
+    paragraphs = [text[0].upper() + text[1:] for text in texts if text]
     return Section("orientations", "Constant orientations", paragraphs, [table, figure])
 
 
@@ -125,6 +132,7 @@ def _joints_section(study: WorkspaceStudy) -> Section:
         active_joint_figure(study),
         "active_joints",
         alternative="Clouds of the readings at the poses of the workspace.",
-        caption="The active-joint workspace. Symmetry carries the colours onto each other.",
+        caption=f"The active-joint workspace, {plural(len(study.sample.poses), 'pose')}. "
+        "Symmetry carries the colours onto each other.",
     )
     return Section("joints", "Active-joint workspace", [], [figure])
