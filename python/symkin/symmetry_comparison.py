@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,6 +11,12 @@ import numpy as np
 from symkin import _core
 from symkin.groups import group_title, subgroup_names
 from symkin.mechanism import Mechanism
+from symkin.near_symmetry import (
+    larger_group,
+    near_limit,
+    scaled_tolerance,
+    tolerances_needed,
+)
 from symkin.observability import tolerances_of
 from symkin.symmetry import DetectedSymmetry, SymmetryGroup, declared_group, detect_symmetry
 
@@ -20,15 +25,11 @@ __all__ = [
     "SymmetryComparison",
     "SymmetryVerdict",
     "compare_symmetry",
-    "scaled_tolerance",
 ]
 
 SymmetryVerdict = Literal["exact", "nearly", "broken"]
 
-# Two legs that are made alike differ in dozens of parameters, each by a normal error of both.
-_NEARLY = 6.0  # tolerances
-_GROWTH = 2**0.5
-_LARGEST_SHARE = 0.5  # of the largest parameter, and rad: beyond, any legs are alike
+_ROUNDING = _core.SymmetryTolerance()
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class ParameterDeviation:
     parameter : str
         Its name.
     deviation : float
-        Of the leg, carried back to its orbit's first leg, from the median of the orbit; m, rad, or
-        the gain's unit.
+        Of the leg, carried back to its orbit's first leg, from the median of the orbit, with the
+        sign that it has where the leg stands; m, rad, or the gain's unit.
     in_tolerances : float
         The same over the parameter's manufacturing tolerance, without sign.
     standard_deviation : float
@@ -139,7 +140,8 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     """
     found = detect_symmetry(mechanism)
     declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)
-    reference = _reference(mechanism, found, declared)
+    lacks = declared is not None and tolerances_needed(mechanism, declared, _ROUNDING) > 1
+    reference = declared if lacks else larger_group(mechanism, found.structure)
     if reference is None:
         holds = declared is not None or found.structure.size > 1
         return SymmetryComparison(
@@ -148,11 +150,11 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
             "exact" if holds else "broken",
             None,
             (),
-            _core.SymmetryTolerance(),
+            _ROUNDING,
             (),
         )
-    needed = _needed(mechanism, reference)
-    tolerance = scaled_tolerance(mechanism, max(_NEARLY, 1.001 * needed))
+    needed = tolerances_needed(mechanism, reference)
+    tolerance = scaled_tolerance(mechanism, max(near_limit(reference), 1.001 * needed))
     kept = (
         element.label
         for element in reference.elements
@@ -161,88 +163,11 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     return SymmetryComparison(
         declared,
         found,
-        "nearly" if needed <= _limit(reference) else "broken",
+        "nearly" if needed <= near_limit(reference) else "broken",
         reference,
         tuple(kept),
         tolerance,
         _deviations(mechanism, reference, tolerance),
-    )
-
-
-def scaled_tolerance(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
-    """Return a multiple of the manufacturing tolerances, as the detection takes it."""
-    tolerances, gains = mechanism.tolerances, mechanism.parameters[:, -2]
-    return _core.SymmetryTolerance(
-        multiple * tolerances.length,
-        multiple * tolerances.angle,
-        multiple * tolerances.gain * float(np.abs(gains).max()),
-    )
-
-
-def _reference(
-    mechanism: Mechanism, found: DetectedSymmetry, declared: SymmetryGroup | None
-) -> SymmetryGroup | None:
-    """The group that the legs lack although they should, or nearly, have it."""
-    if declared is not None and not _has(mechanism, declared, _core.SymmetryTolerance()):
-        return declared
-    for tolerance in _growing(mechanism):
-        loose = _core.detect_symmetry(mechanism.core, tolerance).structure
-        if loose.size > found.structure.size:
-            return _about_the_origin(mechanism, loose)
-        if found.structure.size > 1:  # with a symmetry of its own, only what is near counts
-            return None
-    return None
-
-
-def _about_the_origin(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup:
-    """The same group about the frames' origins, if the legs have that nearly as well.
-
-    A centre that is found from all legs moves with each error of one, and so would spread it over
-    the others.
-    """
-    group = SymmetryGroup(found.name.replace("_", ""), found.frame.base_axis)
-    allowed = max(_limit(group), 2 * _needed(mechanism, found))
-    return group if _needed(mechanism, group) <= allowed else found
-
-
-def _limit(group: SymmetryGroup) -> float:
-    """Up to how many tolerances a group is near; a reflection doubles the error of an angle."""
-    return 2 * _NEARLY if group.dihedral else _NEARLY
-
-
-def _growing(mechanism: Mechanism) -> Iterator[_core.SymmetryTolerance]:
-    """Tolerances from a few manufacturing ones to where legs are hardly told apart."""
-    sizes = np.abs(mechanism.parameters).max()
-    length, gain = (
-        _LARGEST_SHARE * float(sizes),
-        _LARGEST_SHARE * float(np.abs(mechanism.parameters[:, -2]).max()),
-    )
-    multiple = _NEARLY
-    yield scaled_tolerance(mechanism, multiple)
-    tolerance = _core.SymmetryTolerance(0, 0, 0)
-    while tolerance.length < length or tolerance.angle < _LARGEST_SHARE or tolerance.gain < gain:
-        multiple *= _GROWTH
-        full = scaled_tolerance(mechanism, multiple)
-        tolerance = _core.SymmetryTolerance(
-            min(full.length, length), min(full.angle, _LARGEST_SHARE), min(full.gain, gain)
-        )
-        yield tolerance
-
-
-def _has(mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance) -> bool:
-    return all(
-        _core.image_of_legs(mechanism.core, group, element, tolerance).keeps_structure
-        for element in group.elements
-    )
-
-
-def _needed(mechanism: Mechanism, group: SymmetryGroup) -> float:
-    """How many manufacturing tolerances the legs' images are off, at most."""
-    one = scaled_tolerance(mechanism, 1)
-    return max(
-        deviation.in_tolerances
-        for element in group.elements
-        for deviation in _core.image_of_legs(mechanism.core, group, element, one).deviations
     )
 
 
@@ -251,10 +176,9 @@ def _deviations(
 ) -> tuple[ParameterDeviation, ...]:
     """Those above rounding."""
     values = _core.symmetry_deviations(mechanism.core, group, tolerance)
-    rounding = _core.SymmetryTolerance()
     known = mechanism.deviations
     deviations = []
-    for leg, name_index in zip(*np.nonzero(np.abs(values) > rounding.length), strict=True):
+    for leg, name_index in zip(*np.nonzero(np.abs(values) > _ROUNDING.length), strict=True):
         scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, int(leg))
         deviations.append(
             ParameterDeviation(

@@ -61,6 +61,27 @@ def test_a_disturbed_hexapod_nearly_has_the_whole_group(hexapod):
     assert 1 < deviations[0] < 6
 
 
+@pytest.mark.parametrize("name", ["3PRR", "3RPR", "4RRR", "hexapod_jugglebot"])
+def test_a_robot_as_made_nearly_has_the_whole_group_of_its_drawing(name):
+    drawing = symkin.load_mechanism(name)
+    whole = symkin.detect_symmetry(drawing).structure.name
+    for seed in range(10):
+        found = compare_symmetry(symkin.disturb(drawing, seed).replace(symmetry=None))
+        assert (found.verdict, found.reference.name) == ("nearly", whole)
+
+
+@pytest.mark.parametrize("name", ["3PRR", "3RPR", "3RRR", "6RRR", "hexapod_jugglebot"])
+def test_any_parameter_that_alone_is_off_is_the_one_named(name):
+    drawing = symkin.load_mechanism(name)
+    for leg in range(len(drawing.legs)):
+        for parameter in drawing.parameter_names[:-2]:
+            error = 2 * (drawing.tolerances.length if "length" in parameter else 1e-3)
+            found = compare_symmetry(changed(drawing, leg, parameter, error))
+            largest = found.deviations[0]
+            assert (largest.leg, largest.parameter) == (leg, parameter)
+            assert largest.deviation == pytest.approx(error, rel=1e-3)
+
+
 def test_rounded_numbers_nearly_have_the_symmetry(paper):
     rounded = paper.replace(symmetry=None).with_parameters(paper.parameters.round(4))
     found = compare_symmetry(rounded)

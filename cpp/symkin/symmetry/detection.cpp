@@ -161,6 +161,19 @@ SymmetryGroup mode_subgroup(const SymmetryGroup& group, const std::vector<Elemen
   return {std::max(rotations, 1), axis.has_value(), frame};
 }
 
+// Whether a reflection changes the sign of a parameter's error.
+bool is_mirrored(const ParameterInfo& parameter, SymmetryElement element, ActiveJoint joint) {
+  switch (parameter.role) {
+    case ParameterRole::base_azimuth:
+    case ParameterRole::platform_azimuth:
+      return element.reflection;
+    case ParameterRole::offset:
+      return reading_sign(element, joint) < 0;
+    default:
+      return false;
+  }
+}
+
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -211,6 +224,10 @@ RowMatrix symmetry_deviations(const Mechanism& mechanism, const SymmetryGroup& g
         }
       }
       deviations(leg, i) -= median(orbit);
+      const SymmetryElement element = carriers[static_cast<std::size_t>(leg)].element;
+      if (is_mirrored(chain.parameters[static_cast<std::size_t>(i)], element, chain.active_joint)) {
+        deviations(leg, i) = -deviations(leg, i);
+      }
     }
   }
   return deviations;

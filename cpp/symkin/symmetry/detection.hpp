@@ -21,8 +21,9 @@ DetectedSymmetry detect_symmetry(const Mechanism& mechanism,
                                  const SymmetryTolerance& tolerance = {});
 
 // How every leg differs from a perfectly symmetric mechanism, legs x p: each leg is carried back
-// to the reference leg of its orbit and compared with the median of the orbit's legs. Elements
-// that map the legs within `tolerance` are used; a leg alone in its orbit has zeros.
+// to the reference leg of its orbit and compared with the median of the orbit's legs; signs are
+// those of the leg where it stands. Elements that map the legs within `tolerance` are used; a leg
+// alone in its orbit has zeros.
 RowMatrix symmetry_deviations(const Mechanism& mechanism, const SymmetryGroup& group,
                               const SymmetryTolerance& tolerance);
 

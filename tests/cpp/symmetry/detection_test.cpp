@@ -117,6 +117,18 @@ TEST(SymmetryDetection, NamesTheLegAndTheParameterThatBreakTheSymmetry) {
   EXPECT_LT((deviations - expected).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+TEST(SymmetryDetection, GivesTheErrorOfAMirroredLegTheSignThatItHasThere) {
+  const Mechanism hexapod = testing::hexapod();
+  const SymmetryGroup group = detect_symmetry(hexapod).with_modes;
+  for (const Index parameter : {0, 2, 5, 7}) {  // radius, both azimuths, offset
+    RowMatrix parameters = hexapod.parameters();
+    parameters(1, parameter) += 0.003;
+    const RowMatrix deviations =
+        symmetry_deviations(hexapod.with_parameters(parameters), group, {0.1, 0.1, 0.1});
+    EXPECT_NEAR(deviations(1, parameter), 0.003, 1e-12) << parameter;
+  }
+}
+
 TEST(SymmetryDetection, UsesTheElementThatFitsBestHoweverLooseTheTolerance) {
   const Mechanism hexapod = testing::hexapod();
   const SymmetryGroup group = detect_symmetry(hexapod).with_modes;
