@@ -90,7 +90,7 @@ def _summary(result: CheckResult) -> Summary:
 
 def _judgement(result: CheckResult, blind: bool) -> str:
     if blind:
-        return "Some parameters cannot be identified by any pose of the workspace"
+        return "Some combinations of parameters are shown by no pose of the workspace"
     if result.conditions is None:
         return "Without a workspace in the file, conditions and identifiability are not tested"
     if all(condition.holds for condition in result.conditions.conditions):
