@@ -141,7 +141,8 @@ def symmetry_deviations(
     """How every leg differs from a perfectly symmetric mechanism, shape (legs, p); m, rad.
 
     Each leg is carried back to the first leg of its orbit and compared with the median of the
-    orbit; signs are those of the leg where it stands. Elements are used that map legs onto each other within `tolerance`.
+    orbit; signs are those of the leg where it stands. Elements are used that map legs onto each
+    other within `tolerance`.
 
     Returns
     -------

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Small runs of the protocol and the reports that they give."""
 
+import re
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -55,6 +56,14 @@ class Page(HTMLParser):
     def all(self, tag):
         """The attributes of all tags of a kind."""
         return [attributes for name, attributes in self.tags if name == tag]
+
+    def assert_self_contained(self):
+        """Nothing is loaded from elsewhere."""
+        assert not re.search(r"https?:|url\(|@import", self.source)
+        assert not self.all("script")
+        assert not self.all("link")
+        for attributes in self.all("img"):
+            assert attributes["src"].startswith("data:image/png;base64,")
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,6 @@ import symkin
 from symkin.checking import check_mechanism
 from symkin.outputs import write_check
 
-from .test_report import assert_self_contained
-
 CONDITIONS = "The paper's conditions"
 
 
@@ -18,7 +16,7 @@ def page(paper, page_of, tmp_path_factory):
 
 
 def test_the_page_is_self_contained(page):
-    assert_self_contained(page)
+    page.assert_self_contained()
     assert {path.name for path in page.folder.iterdir()} == {
         "check.json",
         "report.html",
