@@ -102,6 +102,18 @@ TEST(Refusals, FewPosesOfManyRowsThatCannotShowEverything) {
             std::string::npos);
 }
 
+// Equal candidates and a singular design: rounding must not exchange them for ever.
+TEST(Refusals, EqualPosesThatCannotShowEverythingEndTheSearch) {
+  RowMatrix rows = RowMatrix::Zero(2 * 16, 8);
+  for (Index j = 0; j < 16; ++j) {
+    rows(2 * j, j % 8) = 1;
+    rows(2 * j + 1, j % 8) = 2;
+  }
+  EXPECT_NE(message<NotIdentifiable>(rows, options_for(4, SelectionMethod::exchange), 2)
+                .find("the choice of 4 poses does not show 4 combinations of the 8 parameters"),
+            std::string::npos);
+}
+
 TEST(Refusals, RequiredAndForbiddenAtOnce) {
   SelectionOptions options = six();
   options.required = {2};
@@ -117,7 +129,8 @@ TEST(Refusals, RequiredPosesThatDoNotExistOrAppearTwiceOrAreTooMany) {
   options.required = {4, 4};
   expect_refusal(random_rows(20, 3, 1), options, "candidate 4 is required twice");
   options.required = {1, 2, 3, 4, 5, 6, 7};
-  expect_refusal(random_rows(20, 3, 1), options, "the number of required poses is 7, more than the count 6");
+  expect_refusal(random_rows(20, 3, 1), options,
+                 "the number of required poses is 7, more than the count 6");
 }
 
 TEST(Refusals, RequiredPosesThatAreTooNear) {
