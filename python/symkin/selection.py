@@ -35,8 +35,8 @@ class Certificate:
     efficiency : float
         By the criterion that was optimised: of the determinant for O1, bound over value for
         "expected_error". NaN for O2 to O5, for which no bound is computed.
-    determinant_efficiency : float
-        Of the determinant, against the bound for distinct poses, whatever the criterion.
+    o1_efficiency : float
+        Of the determinant (O1), against the bound for distinct poses, whatever the criterion.
     efficiency_repeats : float
         Of the determinant, against the Kiefer-Wolfowitz bound, which lets a pose be measured more
         than once.
@@ -45,7 +45,7 @@ class Certificate:
     """
 
     efficiency: float
-    determinant_efficiency: float
+    o1_efficiency: float
     efficiency_repeats: float
     proven_optimal: bool
 
@@ -253,7 +253,7 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
         criterion_value=result.criterion_value,
         certificate=Certificate(
             efficiency=efficiency,
-            determinant_efficiency=certificate.efficiency_distinct,
+            o1_efficiency=certificate.efficiency_distinct,
             efficiency_repeats=certificate.efficiency_repeats,
             proven_optimal=certificate.proven_optimal,
         ),

@@ -117,16 +117,16 @@ def test_the_certificate_speaks_of_the_criterion_or_is_not_given(rows):
     for name in ("O2", "O3", "O4", "O5"):
         certificate = symkin.select_poses(some, 12, criterion=name).certificate
         assert np.isnan(certificate.efficiency)
-        assert 0 < certificate.determinant_efficiency <= 1
+        assert 0 < certificate.o1_efficiency <= 1
         assert not certificate.proven_optimal
     certificate = symkin.select_poses(some, 12).certificate
-    assert certificate.efficiency == certificate.determinant_efficiency
+    assert certificate.efficiency == certificate.o1_efficiency
     weight = np.eye(8)
     certificate = symkin.select_poses(
         some, 12, criterion="expected_error", error_weight=weight
     ).certificate
     assert 0 < certificate.efficiency <= 1
-    assert certificate.efficiency != certificate.determinant_efficiency
+    assert certificate.efficiency != certificate.o1_efficiency
 
 
 def test_too_few_poses_for_the_parameters_are_refused(paper, rows):
