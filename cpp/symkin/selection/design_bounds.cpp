@@ -8,7 +8,7 @@
 namespace symkin {
 namespace {
 
-constexpr Index kSample = 2048;
+constexpr Index kSample = 4096;
 constexpr Index kSearch = 400;        // of largest d_j, to search for sets
 constexpr Index kLargestPool = 4000;  // of largest d_j, for the design without repeats
 constexpr Index kThinnest = 75;       // one of so many candidates is in the pool
