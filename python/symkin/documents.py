@@ -153,7 +153,7 @@ def _basis_document(basis: PlanBasis) -> Document:
                 "criterion_value": choice.selection.criterion_value,
                 "log_det": choice.selection.log_det,
                 "efficiency": choice.selection.certificate.efficiency,
-                "determinant_efficiency": choice.selection.certificate.determinant_efficiency,
+                "o1_efficiency": choice.selection.certificate.o1_efficiency,
                 "efficiency_repeats": choice.selection.certificate.efficiency_repeats,
                 "proven_optimal": choice.selection.certificate.proven_optimal,
             }

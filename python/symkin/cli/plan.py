@@ -255,7 +255,7 @@ def _show_certificates(made: Plan) -> None:
         if math.isnan(certificate.efficiency):
             say(
                 f"{legs}: {value}, without a bound; efficiency of the determinant "
-                f"{certificate.determinant_efficiency:.4f}"
+                f"{certificate.o1_efficiency:.4f}"
             )
         else:
             say(f"{legs}: {value}, efficiency {certificate.efficiency:.4f}{proven}")

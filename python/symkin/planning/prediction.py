@@ -166,7 +166,7 @@ def pose_count_curve(
         )
         accuracy = predict_accuracy(mechanism, plan, workspace, estimator, poses=poses)
         choices = plan.basis.choices if plan.basis else ()
-        efficiency = min(choice.selection.certificate.determinant_efficiency for choice in choices)
+        efficiency = min(choice.selection.certificate.o1_efficiency for choice in choices)
         points.append((len(plan.poses), accuracy.position, accuracy.orientation, efficiency))
     measured, position, orientation, efficiency = np.array(points).T
     return PoseCountCurve(

@@ -95,7 +95,7 @@ def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy |
         proven = all(certificate.proven_optimal for certificate in certificates)
         remark = "of a bound that no set of poses exceeds"
         if math.isnan(least):
-            least = min(certificate.determinant_efficiency for certificate in certificates)
+            least = min(certificate.o1_efficiency for certificate in certificates)
             remark = "of the largest determinant; no bound is known for the criterion"
         figures.append(
             (

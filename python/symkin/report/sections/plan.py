@@ -76,7 +76,7 @@ def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
             NONE if math.isnan(share) else f"{100 * share:.2f}{_PERCENT}"
             for share in (
                 certificate.efficiency,
-                certificate.determinant_efficiency,
+                certificate.o1_efficiency,
                 certificate.efficiency_repeats,
             )
         ),
