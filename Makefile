@@ -45,7 +45,7 @@ format: $(STAMPS)/lint | system-lint-packages ## Rewrite the sources in the proj
 	@$(PYTHON) -m ruff check --fix --quiet
 	@$(PYTHON) -m ruff format --quiet
 
-bench: $(STAMPS)/package $(STAMPS)/test ## Build and run the benchmarks
+bench: $(STAMPS)/package $(STAMPS)/bench ## Build and run the benchmarks
 	@cmake --build --preset dev --parallel $(JOBS) --target benchmarks
 	@scripts/bench
 
@@ -71,7 +71,7 @@ $(STAMPS)/venv: scripts/make-venv | system-packages
 	@mkdir -p $(STAMPS) && touch $@
 
 # Requirements of pyproject.toml: "package" to build and run, or an extra.
-$(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs: \
+$(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench: \
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
 	@echo "Installing Python packages: $(*:requirements=build and runtime)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt

@@ -2,12 +2,8 @@
 """Print requirements of pyproject.toml, one a line: of `build`, `runtime` or an extra."""
 
 import sys
+import tomllib
 from pathlib import Path
-
-try:
-    import tomllib
-except ModuleNotFoundError:  # Python 3.10
-    from pip._vendor import tomli as tomllib
 
 project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))
 groups = {

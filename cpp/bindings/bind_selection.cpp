@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+
 #include "bindings.hpp"
 #include "symkin/selection/leg_rows.hpp"
 #include "symkin/selection/selection.hpp"
 
 namespace {
+
+using Flags = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 void bind_options(py::module_& module) {
   using symkin::Criterion;
@@ -31,7 +35,17 @@ void bind_options(py::module_& module) {
       .def_readwrite("restarts", &SelectionOptions::restarts)
       .def_readwrite("kicks", &SelectionOptions::kicks)
       .def_readwrite("required", &SelectionOptions::required)
-      .def_readwrite("forbidden", &SelectionOptions::forbidden)
+      // An array: ten million flags in a list would take longer than the selection.
+      .def_property(
+          "forbidden",
+          [](const SelectionOptions& self) {
+            Flags flags(static_cast<Eigen::Index>(self.forbidden.size()));
+            std::copy(self.forbidden.begin(), self.forbidden.end(), flags.begin());
+            return flags;
+          },
+          [](SelectionOptions& self, const Eigen::Ref<const Flags>& flags) {
+            self.forbidden.assign(flags.begin(), flags.end());
+          })
       .def_readwrite("prior", &SelectionOptions::prior)
       .def_readwrite("coordinates", &SelectionOptions::coordinates)
       .def_readwrite("minimum_distance", &SelectionOptions::minimum_distance)

@@ -635,6 +635,7 @@ class Criterion:
         ...
 class SelectionOptions:
     criterion: Criterion
+    forbidden: typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]
     method: SelectionMethod
     def __init__(self) -> None:
         ...
@@ -661,12 +662,6 @@ class SelectionOptions:
         ...
     @error_weight.setter
     def error_weight(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
-        ...
-    @property
-    def forbidden(self) -> list[bool]:
-        ...
-    @forbidden.setter
-    def forbidden(self, arg0: collections.abc.Sequence[bool]) -> None:
         ...
     @property
     def kicks(self) -> int:

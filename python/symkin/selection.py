@@ -185,7 +185,8 @@ def select_poses(
     minimum_distance : float
         between any two chosen ones, in the unit of `coordinates`.
     scale : array_like, shape (p,), optional
-        Unit of each parameter in O2 to O5, such as its tolerance; O1 chooses the same in any.
+        Unit of each parameter in O2 to O5 and in messages, such as its tolerance; O1 chooses the
+        same in any.
     error_weight : array_like, shape (p, p), optional
         B of the expected error.
     time_limit : float
@@ -213,7 +214,7 @@ def select_poses(
     options.minimum_distance, options.time_limit_s = minimum_distance, time_limit
     options.threads, options.memory_limit_bytes = threads, memory_limit
     if forbidden is not None:
-        options.forbidden = np.asarray(forbidden, dtype=bool).tolist()
+        options.forbidden = np.asarray(forbidden, dtype=bool)
     for name, array in (
         ("prior", prior),
         ("coordinates", coordinates),
@@ -225,7 +226,7 @@ def select_poses(
     try:
         result = _select(rows, options)
     except NotIdentifiableError as error:
-        raise _named(error, parameter_names) from None
+        raise _named(error, parameter_names, options.column_scale) from None
     return _selection(result, criterion)
 
 
@@ -262,11 +263,16 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
     )
 
 
-def _named(error: NotIdentifiableError, names: Sequence[str] | None) -> NotIdentifiableError:
-    """The error with the combinations of parameters that nothing shows, by name."""
+def _named(
+    error: NotIdentifiableError, names: Sequence[str] | None, scale: NDArray[np.float64]
+) -> NotIdentifiableError:
+    """The error with the combinations of parameters (each in its scale) that nothing shows."""
     directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
     if names is None or not directions.size:
         return error
+    if scale.size:
+        directions = directions / scale[:, None]
+        directions = directions / np.linalg.norm(directions, axis=0)
     unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
     error.args = (f"{error} (not shown: {unseen})",)
     return error

@@ -180,13 +180,11 @@ def _distances(demands: Demands, poses: Poses) -> dict[str, Any]:
 
 def _criterion_settings(demands: Demands, task: Task) -> dict[str, Any]:
     mechanism, p = demands.mechanism, len(demands.mechanism.parameter_names)
-    if demands.criterion == "O1":
-        return {}
-    if demands.criterion == "expected_error":
-        some = demands.candidates[:: -(-len(demands.candidates) // _AVERAGED)]
-        weight = error_weight(mechanism, some)
-        own = slice(None) if task.leg is None else slice(task.leg * p, (task.leg + 1) * p)
-        return {"error_weight": weight[own, own]}
     legs = range(len(mechanism.legs)) if task.leg is None else [task.leg]
     tolerances = tolerances_of(mechanism.tolerances)
-    return {"scale": np.concatenate([tolerances.deviations(mechanism.core, leg) for leg in legs])}
+    scale = np.concatenate([tolerances.deviations(mechanism.core, leg) for leg in legs])
+    if demands.criterion != "expected_error":
+        return {"scale": scale}
+    some = demands.candidates[:: -(-len(demands.candidates) // _AVERAGED)]
+    own = slice(legs[0] * p, (legs[-1] + 1) * p)
+    return {"scale": scale, "error_weight": error_weight(mechanism, some)[own, own]}

@@ -22,6 +22,7 @@ __all__ = ["Clearance", "Region", "allowed_candidates", "check_regions", "cleara
 
 Region = Mapping[str, tuple[float, float]]
 
+_BLOCK = 2**17  # candidates
 _SAMPLE = 200  # poses at which the effect of the tolerances is evaluated
 
 
@@ -110,6 +111,21 @@ def allowed_candidates(
     wider than the workspace's own, the candidate must keep it. `conditions` are the candidates'
     condition numbers, if they are known.
     """
+    if len(poses) > _BLOCK:  # images of all candidates at once would take more memory than they do
+        blocks = [slice(first, first + _BLOCK) for first in range(0, len(poses), _BLOCK)]
+        return np.concatenate(
+            [
+                allowed_candidates(
+                    mechanism,
+                    task,
+                    poses[block],
+                    None if conditions is None else conditions[block],
+                    regions,
+                    kept,
+                )
+                for block in blocks
+            ]
+        )
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
     if settings is not None and kept.reach_margin > settings.reach_margin:
