@@ -115,9 +115,10 @@ def choose(demands: Demands, task: Task, kept: Clearance) -> Chosen:
             f"{kept.reach_margin:.3g} m of the end of a leg's reach, or are conditioned worse than "
             f"{kept.conditioning_limit:.3g}"
         )
-    # Required poses stand behind the candidates: nobody else may choose them.
-    poses = np.concatenate([demands.candidates, required])
-    allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
+    poses = demands.candidates
+    if len(required):  # behind the candidates: nobody else may choose them
+        poses = np.concatenate([poses, required])
+        allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
     numbers = np.arange(len(demands.candidates), len(poses), dtype=np.intp)
     rows = task.candidate_rows(mechanism, poses, demands.rows)
     wanted = demands.count
