@@ -126,9 +126,13 @@ class DesignOptimiser {
     }
     factor_ = inverse_factor(matrix);
     information_.reset(std::move(matrix));
-    for (Index b = 0; b < problem_.candidates.blocks(); ++b) {
-      kernels().variance(problem_.candidates.block(b), factor_.data(), shape,
-                         variances_.data() + b * kBlock, group_max_.data());
+    find_variances(problem_.candidates, factor_, variances_);
+  }
+
+  void find_variances(const ColumnBlocks& rows, const RowMatrix& factor, AlignedArray& variances) {
+    for (Index b = 0; b < rows.blocks(); ++b) {
+      kernels().variance(rows.block(b), factor.data(), problem_.shape,
+                         variances.data() + b * kBlock, group_max_.data());
     }
   }
 
@@ -186,48 +190,38 @@ class DesignOptimiser {
       active_.push_back(taker->second);
     }
     rows_.resize(static_cast<Index>(active_.size()), problem_.shape.width());
+    columns_ = ColumnBlocks(rows_.rows(), rows_.cols());
     for (Index a = 0; a < rows_.rows(); ++a) {
       problem_.candidates.get(at(active_, a), rows_.row(a).data());
+      columns_.set(a, rows_.row(a).data());
     }
-  }
-
-  double variance_of(Index a) {
-    const Shape shape = problem_.shape;
-    work_.resize(shape.parameters);
-    double sum = 0;
-    for (Index row = 0; row < shape.rows; ++row) {
-      const double* x = rows_.row(a).data() + row * shape.parameters;
-      information_.multiply_inverse(x, work_.data());
-      for (Index c = 0; c < shape.parameters; ++c) {
-        sum += x[c] * work_[c];
-      }
-    }
-    return sum;
   }
 
   // The takers that gain most, each from the first giver of low variance that may give, and then
   // pairs at random.
   void sweep() {
     const auto size = static_cast<Index>(active_.size());
-    std::vector<double> d(active_.size());
+    AlignedArray d(columns_.blocks() * kBlock);
     std::vector<Index> givers;
     std::vector<std::pair<double, Index>> takers;
     for (int round = 0; round < kSweeps; ++round) {
+      const RowMatrix factor = inverse_factor(information_.matrix());
+      if (factor.size() == 0) {
+        return;
+      }
+      find_variances(columns_, factor, d);
       givers.clear();
       takers.clear();
       for (Index a = 0; a < size; ++a) {
-        at(d, a) = variance_of(a);
         if (weights_[at(active_, a)] > 0) {
           givers.push_back(a);
         }
       }
-      std::sort(givers.begin(), givers.end(),
-                [&](Index a, Index b) { return at(d, a) < at(d, b); });
+      std::sort(givers.begin(), givers.end(), [&](Index a, Index b) { return d[a] < d[b]; });
       find_least_givers(
-          givers, [&](Index a) { return group(at(active_, a)); },
-          [&](Index a) { return at(d, a); });
+          givers, [&](Index a) { return group(at(active_, a)); }, [&](Index a) { return d[a]; });
       for (Index a = 0; a < size; ++a) {
-        const double excess = at(d, a) - at(least_, group(at(active_, a)));
+        const double excess = d[a] - at(least_, group(at(active_, a)));
         if (weights_[at(active_, a)] < ordinary_upper_ && excess > 0) {
           takers.emplace_back(-excess, a);
         }
@@ -248,10 +242,10 @@ class DesignOptimiser {
   }
 
   void give_first(const std::vector<Index>& givers, std::size_t first, Index taker,
-                  const std::vector<double>& d) {
+                  const AlignedArray& d) {
     for (std::size_t offset = 0; offset < givers.size(); ++offset) {
       const Index giver = givers[(first + offset) % givers.size()];
-      if (at(d, giver) < at(d, taker) && move(giver, taker)) {
+      if (d[giver] < d[taker] && move(giver, taker)) {
         return;
       }
     }
@@ -303,7 +297,7 @@ class DesignOptimiser {
   RowMatrix factor_, rows_;
   Information information_;
   std::vector<Index> active_;
-  Vector work_;
+  ColumnBlocks columns_;  // of the active candidates
 };
 
 }  // namespace

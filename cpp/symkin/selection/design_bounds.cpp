@@ -128,7 +128,7 @@ class BoundingDesigns {
     Vector sorted = variances;
     std::nth_element(sorted.data(), sorted.data() + rank, sorted.data() + sorted.size(),
                      std::greater<>());
-    return 0.9 * sorted[rank];
+    return 0.97 * sorted[rank];
   }
 
   // Bounds from all candidates, the next pool, and the larger of the two gaps.
