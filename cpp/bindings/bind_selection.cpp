@@ -89,8 +89,8 @@ void bind_selection(py::module_& module) {
       .def_readonly("log_det_bound_distinct", &Certificate::log_det_bound_distinct)
       .def_readonly("efficiency_repeats", &Certificate::efficiency_repeats)
       .def_readonly("efficiency_distinct", &Certificate::efficiency_distinct)
-      .def_readonly("error_bound", &Certificate::error_bound)
-      .def_readonly("efficiency_error", &Certificate::efficiency_error)
+      .def_readonly("criterion_bound", &Certificate::criterion_bound)
+      .def_readonly("criterion_efficiency", &Certificate::criterion_efficiency)
       .def_readonly("proven_optimal", &Certificate::proven_optimal);
   py::class_<Selection>(module, "Selection")
       .def_readonly("indices", &Selection::indices)

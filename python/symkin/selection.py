@@ -33,8 +33,9 @@ class Certificate:
     Attributes
     ----------
     efficiency : float
-        By the criterion that was optimised: of the determinant for O1, bound over value for
-        "expected_error". NaN for O2 to O5, for which no bound is computed.
+        By the criterion that was optimised, against what no selection of distinct poses exceeds:
+        of the determinant for O1, value over bound for O2 to O5, bound over value for
+        "expected_error".
     o1_efficiency : float
         Of the determinant (O1), against the bound for distinct poses, whatever the criterion.
     efficiency_repeats : float
@@ -242,18 +243,13 @@ def _select(rows: ArrayLike | LegRows, options: _core.SelectionOptions) -> _core
 
 def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
     certificate = result.certificate
-    efficiency = float("nan")
-    if criterion == "O1":
-        efficiency = certificate.efficiency_distinct
-    elif criterion == "expected_error":
-        efficiency = certificate.efficiency_error
     return Selection(
         indices=np.array(result.indices, dtype=np.intp),
         log_det=result.log_det,
         criterion=criterion,
         criterion_value=result.criterion_value,
         certificate=Certificate(
-            efficiency=efficiency,
+            efficiency=certificate.criterion_efficiency,
             o1_efficiency=certificate.efficiency_distinct,
             efficiency_repeats=certificate.efficiency_repeats,
             proven_optimal=certificate.proven_optimal,

@@ -18,9 +18,11 @@ struct Certificate {
   double log_det_bound_distinct = std::numeric_limits<double>::infinity();
   double efficiency_repeats = 0;
   double efficiency_distinct = 0;
-  // For expected_error: no set has a smaller trace(M^-1 B); its efficiency is bound / value.
-  double error_bound = 0;
-  double efficiency_error = 0;
+  // Of the criterion that was optimised: no set without repeats has a larger O1 to O5, or a smaller
+  // expected error. The efficiency is that of the determinant for O1, value / bound for O2 to O5,
+  // and bound / value for the expected error.
+  double criterion_bound = 0;
+  double criterion_efficiency = 0;
   bool proven_optimal = false;  // no other set is better by more than rounding
 
   // Fills the efficiencies.

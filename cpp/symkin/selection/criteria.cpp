@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-constexpr double kSharpness = 4;  // of the preference for the smallest eigenvalues
-
 Vector scale_or_ones(const SelectionOptions& options, Index p) {
   return options.column_scale.size() == 0 ? Vector::Ones(p) : options.column_scale;
 }
@@ -65,20 +63,22 @@ double criterion_merit(const RowMatrix& information, const SelectionOptions& opt
   return options.criterion == Criterion::expected_error ? -std::log(value) : std::log(value);
 }
 
-RowMatrix criterion_gradient(const RowMatrix& information, const SelectionOptions& options) {
+CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
+                                     double sharpness) {
   const RowMatrix factor = inverse_factor(information);
   const RowMatrix inverse = factor.transpose() * factor;
   if (options.criterion == Criterion::O1) {
-    return inverse / (2 * static_cast<double>(information.rows()));
+    return {inverse / (2 * static_cast<double>(information.rows())), {}};
   }
   if (options.criterion == Criterion::expected_error) {
-    return inverse * options.error_weight * inverse / (inverse * options.error_weight).trace();
+    const double error = (inverse * options.error_weight).trace();
+    return {inverse * options.error_weight * inverse / error, {}};
   }
   const Vector scale = scale_or_ones(options, information.rows());
   const RowMatrix scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<RowMatrix> eigen(scaled);
   const Vector& values = eigen.eigenvalues();
-  Vector weights = (values[0] / values.array()).pow(kSharpness);
+  Vector weights = (values[0] / values.array()).pow(sharpness);
   if (options.criterion == Criterion::O5) {
     weights = values.array().sqrt().inverse();
   }
@@ -86,11 +86,14 @@ RowMatrix criterion_gradient(const RowMatrix& information, const SelectionOption
   if (options.criterion == Criterion::O4) {
     weights *= 2;
   }
-  if (options.criterion == Criterion::O2 || options.criterion == Criterion::O4) {
-    weights[values.size() - 1] -= 1 / (2 * values[values.size() - 1]);
-  }
   const RowMatrix vectors = scale.asDiagonal() * eigen.eigenvectors();
-  return vectors * weights.asDiagonal() * vectors.transpose();
+  CriterionGradient result{vectors * weights.asDiagonal() * vectors.transpose(), {}};
+  if (options.criterion == Criterion::O2 || options.criterion == Criterion::O4) {
+    Vector largest = (values.array() / values[values.size() - 1]).pow(sharpness);
+    largest = largest.array() / largest.sum() / (2 * values.array());
+    result.loss = vectors * largest.asDiagonal() * vectors.transpose();
+  }
+  return result;
 }
 
 }  // namespace symkin

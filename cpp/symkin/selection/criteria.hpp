@@ -13,9 +13,19 @@ double criterion_value(const RowMatrix& information, const SelectionOptions& opt
 // -infinity if the matrix is singular.
 double criterion_merit(const RowMatrix& information, const SelectionOptions& options);
 
-// G with d merit = trace(G dM) to first order. O2, O3 and O4 hang on the smallest eigenvalue alone
-// and have a kink where two are equal; its neighbours take part here, so that the direction helps
-// there too.
-RowMatrix criterion_gradient(const RowMatrix& information, const SelectionOptions& options);
+// d merit = trace((gain - loss) dM) to first order. What O2 and O4 lose with the largest eigenvalue
+// is the loss; the other criteria have none.
+struct CriterionGradient {
+  RowMatrix gain;
+  RowMatrix loss;  // or empty
+
+  RowMatrix total() const { return loss.size() == 0 ? gain : RowMatrix(gain - loss); }
+};
+
+// O2, O3 and O4 hang on the smallest eigenvalue alone, O2 and O4 on the largest too, and have a
+// kink where two are equal; the neighbours take part here, the less the sharper, so that the
+// direction helps there too.
+CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
+                                     double sharpness = 4);
 
 }  // namespace symkin

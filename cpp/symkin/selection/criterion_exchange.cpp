@@ -4,9 +4,10 @@
 #include <algorithm>
 
 #include "symkin/selection/criteria.hpp"
+#include "symkin/selection/criterion_design.hpp"
 #include "symkin/selection/criterion_search.hpp"
-#include "symkin/selection/error_bound.hpp"
 #include "symkin/selection/roots.hpp"
+#include "symkin/selection/rounding.hpp"
 #include "symkin/selection/screening.hpp"
 
 namespace symkin {
@@ -16,12 +17,15 @@ constexpr Index kErrorPool = 1000;
 constexpr Index kEigenvaluePool = 256;  // each pair costs an eigenvalue decomposition
 constexpr int kRounds = 12;
 
-// Candidates of largest c G c^T, and the chosen ones.
-std::vector<Index> favoured(const SelectionProblem& problem, const std::vector<Index>& chosen) {
+// Candidates of largest c G c^T, those of the design and the chosen ones.
+std::vector<Index> favoured(const SelectionProblem& problem, const CriterionDesign& design,
+                            const std::vector<Index>& chosen) {
   const bool error = problem.options.criterion == Criterion::expected_error;
-  const RowMatrix gradient = criterion_gradient(problem.information(chosen), problem.options);
+  const RowMatrix gradient =
+      criterion_gradient(problem.information(chosen), problem.options).total();
   const Index keep = std::max(error ? kErrorPool : kEigenvaluePool, 2 * problem.free_count);
   std::vector<Index> pool = chosen;
+  pool.insert(pool.end(), design.candidates.begin(), design.candidates.end());
   const auto tops = screen_candidates(problem.candidates, {{lower_root(gradient), keep}});
   for (const RankedCandidate& candidate : tops.front()) {
     pool.push_back(candidate.index);
@@ -53,8 +57,17 @@ void kick_and_descend(const SelectionProblem& problem, CriterionSearch& search, 
 Choice exchange_for_criterion(const SelectionProblem& problem, Choice start) {
   Choice choice = std::move(start);
   Random random(problem.options.seed, 1);
+  const CriterionDesign design = criterion_design(problem, choice.chosen);
+  choice.certificate.criterion_bound = design.bound;
+  const std::vector<Index> other = rounded(problem, design.candidates);
+  const auto merit = [&](const std::vector<Index>& chosen) {
+    return criterion_merit(problem.information(chosen), problem.options);
+  };
+  if (other.size() == choice.chosen.size() && merit(other) > merit(choice.chosen)) {
+    choice.chosen = other;
+  }
   for (int round = 0; round < kRounds; ++round) {
-    CriterionSearch search(problem, favoured(problem, choice.chosen), choice.chosen);
+    CriterionSearch search(problem, favoured(problem, design, choice.chosen), choice.chosen);
     ++choice.passes;
     const double before = search.merit();
     search.descend(false);
@@ -67,9 +80,6 @@ Choice exchange_for_criterion(const SelectionProblem& problem, Choice start) {
     if (round > 0 && search.merit() <= before) {
       break;
     }
-  }
-  if (problem.options.criterion == Criterion::expected_error) {
-    choice.certificate.error_bound = expected_error_bound(problem, choice.chosen);
   }
   return choice;
 }

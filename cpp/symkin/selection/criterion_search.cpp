@@ -175,7 +175,7 @@ bool CriterionSearch::improve_error() {
 
 // The criterion of each pair is found by its eigenvalues, the most promising to first order first.
 bool CriterionSearch::improve_eigenvalues(bool thorough) {
-  const RowMatrix gradient = criterion_gradient(information_, problem_.options);
+  const RowMatrix gradient = criterion_gradient(information_, problem_.options).total();
   std::vector<double> values(pool_.size());
   for (std::size_t j = 0; j < pool_.size(); ++j) {
     const RowMatrix c = rows(static_cast<Index>(j));

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "symkin/selection/criterion_exchange.hpp"
 #include "symkin/selection/design_bounds.hpp"
 #include "symkin/selection/determinant_search.hpp"
 #include "symkin/selection/problem.hpp"
+#include "symkin/selection/rounding.hpp"
 #include "symkin/selection/verification.hpp"
 
 namespace symkin {
@@ -19,33 +21,17 @@ constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
 constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 
-// The candidates of largest weight that may stand together.
-std::vector<Index> rounded(const SelectionProblem& problem, const DesignBounds& bounds) {
+// The pool, the largest weight of the design without repeats first.
+std::vector<Index> by_weight(const DesignBounds& bounds) {
   std::vector<Index> order(bounds.pool.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    order[i] = static_cast<Index>(i);
+  std::iota(order.begin(), order.end(), Index{0});
+  const Vector& weights = bounds.distinct.weights;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return weights[a] > weights[b]; });
+  for (Index& i : order) {
+    i = bounds.pool[static_cast<std::size_t>(i)];
   }
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-    const double wa = bounds.distinct.weights[a];
-    const double wb = bounds.distinct.weights[b];
-    return wa != wb ? wa > wb : a < b;
-  });
-  std::vector<Index> chosen;
-  const auto take = [&](Index candidate) {
-    if (static_cast<Index>(chosen.size()) < problem.free_count &&
-        !problem.candidates.excluded(candidate) && problem.spacing.fits(candidate, chosen)) {
-      chosen.push_back(candidate);
-    }
-  };
-  for (const Index i : order) {
-    take(bounds.pool[static_cast<std::size_t>(i)]);
-  }
-  for (Index j = 0; problem.spacing.active() && j < problem.candidates.size(); ++j) {
-    if (std::find(chosen.begin(), chosen.end(), j) == chosen.end()) {
-      take(j);
-    }
-  }
-  return chosen;
+  return order;
 }
 
 // Poses that do not show every parameter have a determinant of zero, which no exchange may change:
@@ -91,7 +77,7 @@ Choice select_exchange(const SelectionProblem& problem) {
   const DesignBounds bounds = bound_designs(problem, random);
   choice.certificate = bounds.certificate;
   choice.passes = bounds.passes;
-  choice.chosen = rounded(problem, bounds);
+  choice.chosen = rounded(problem, by_weight(bounds));
   {
     std::vector<Index> pool = bounds.search;
     join(pool, choice.chosen);

@@ -2,9 +2,12 @@
 #include "symkin/selection/screening.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace symkin {
 namespace {
+
+constexpr double kNever = -std::numeric_limits<double>::infinity();
 
 bool ranks_before(const RankedCandidate& a, const RankedCandidate& b) {
   return a.value > b.value || (a.value == b.value && a.index < b.index);
@@ -67,11 +70,21 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const CandidateBlock
   std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
   const auto screen = [&](Index chunk, CandidateBlocks::Reader& reader) {
     alignas(64) std::array<double, kBlock> trace;
+    alignas(64) std::array<double, kBlock> loss;
     std::array<double, kGroups> group_max;
+    std::array<double, kGroups> unused;
     while (const double* columns = reader.next()) {
       for (std::size_t s = 0; s < screens.size(); ++s) {
         kernels().variance(columns, screens[s].transform.data(), candidates.shape(), trace.data(),
                            group_max.data());
+        if (screens[s].loss.size() != 0) {
+          // The largest traces of the groups remain above what is left of them.
+          kernels().variance(columns, screens[s].loss.data(), candidates.shape(), loss.data(),
+                             unused.data());
+          for (std::size_t lane = 0; lane < kBlock; ++lane) {
+            trace[lane] = trace[lane] > 0 ? trace[lane] - screens[s].share * loss[lane] : kNever;
+          }
+        }
         tops[static_cast<std::size_t>(chunk)][s].offer_block(reader.first_candidate(), trace,
                                                              group_max);
       }

@@ -45,12 +45,15 @@ class TopCandidates {
 // The sum of the `count` largest values of a sorted list.
 double largest_sum(const std::vector<RankedCandidate>& sorted, Index count);
 
-// The variance function d_j = trace(C_j T^T T C_j^T) of all candidates and the `keep` largest of
-// those above `floor` (excluded candidates have d = 0).
+// The variance function d_j = trace(C_j T^T T C_j^T) of all candidates, less `share` times that of
+// `loss` if it is given, and the `keep` largest of those above `floor`. Candidates without any d_j,
+// as those excluded, are never kept.
 struct Screen {
   RowMatrix transform;  // T, lower triangular, for the candidates' own rows
   Index keep;
   double floor = 0;
+  RowMatrix loss = {};
+  double share = 0;
 };
 
 // All screens in one pass, or over every stride-th block of candidates only.

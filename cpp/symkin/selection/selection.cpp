@@ -10,6 +10,7 @@
 #include "symkin/random.hpp"
 #include "symkin/selection/counted.hpp"
 #include "symkin/selection/criteria.hpp"
+#include "symkin/selection/criterion_design.hpp"
 #include "symkin/selection/design_bounds.hpp"
 #include "symkin/selection/not_identifiable.hpp"
 #include "symkin/selection/null_directions.hpp"
@@ -69,7 +70,8 @@ void refuse_too_few(const SelectionProblem& problem, const std::vector<Index>& c
 
 // Methods that prove nothing themselves get the bounds of the approximate designs.
 void certify(const SelectionProblem& problem, Choice& choice, double log_det) {
-  const bool no_choice = static_cast<Index>(choice.chosen.size()) == problem.candidates.available();
+  const bool no_choice = problem.free_count == 0 ||
+                         static_cast<Index>(choice.chosen.size()) == problem.candidates.available();
   if (no_choice) {
     choice.certificate.log_det_bound_distinct = log_det;
     choice.certificate.proven_optimal = true;
@@ -83,6 +85,25 @@ void certify(const SelectionProblem& problem, Choice& choice, double log_det) {
         std::min(choice.certificate.log_det_bound_distinct, bounds.log_det_bound_distinct);
   }
   choice.certificate.compare(log_det, problem.parameters());
+}
+
+// The same for the criterion itself.
+void certify_criterion(const SelectionProblem& problem, Choice& choice, double value) {
+  Certificate& certificate = choice.certificate;
+  if (problem.options.criterion == Criterion::O1) {
+    const auto p = static_cast<double>(problem.parameters());
+    certificate.criterion_bound = std::exp(certificate.log_det_bound_distinct / (2 * p)) / p;
+    certificate.criterion_efficiency = certificate.efficiency_distinct;
+    return;
+  }
+  if (certificate.proven_optimal) {
+    certificate.criterion_bound = value;
+  } else if (certificate.criterion_bound == 0) {
+    certificate.criterion_bound = criterion_design(problem, choice.chosen).bound;
+  }
+  const double share = value / certificate.criterion_bound;
+  const bool is_error = problem.options.criterion == Criterion::expected_error;
+  certificate.criterion_efficiency = std::min(1.0, is_error ? 1 / share : share);
 }
 
 }  // namespace
@@ -100,10 +121,7 @@ Selection select_poses(const RowSource& candidates, const SelectionOptions& opti
   }
   certify(problem, choice, result.log_det);
   result.criterion_value = criterion_value(problem.information(choice.chosen), options);
-  if (options.criterion == Criterion::expected_error) {
-    choice.certificate.efficiency_error =
-        std::min(1.0, choice.certificate.error_bound / result.criterion_value);
-  }
+  certify_criterion(problem, choice, result.criterion_value);
   result.certificate = choice.certificate;
   result.spares = spare_poses(problem, choice.chosen);
   result.exchanges = choice.exchanges;

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from symkin.measurements import Measurements
@@ -93,17 +92,8 @@ def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy |
         certificates = [choice.selection.certificate for choice in plan.basis.choices]
         least = min(certificate.efficiency for certificate in certificates)
         proven = all(certificate.proven_optimal for certificate in certificates)
-        remark = "of a bound that no set of poses exceeds"
-        if math.isnan(least):
-            least = min(certificate.o1_efficiency for certificate in certificates)
-            remark = "of the largest determinant; no bound is known for the criterion"
-        figures.append(
-            (
-                "Efficiency",
-                f"{100 * least:.2f}{_PERCENT}",
-                "proven optimal" if proven else remark,
-            )
-        )
+        remark = "proven optimal" if proven else "of a bound that no set of poses exceeds"
+        figures.append(("Efficiency", f"{100 * least:.2f}{_PERCENT}", remark))
         judgement = (
             "The poses are proven optimal" if proven else "The poses come with a certificate"
         )

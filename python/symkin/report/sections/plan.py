@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from symkin.mechanism import Mechanism
 from symkin.planning import ChosenPoses, Plan, PlanBasis, travel_length
 from symkin.report.content import Group, Section, Table
-from symkin.report.wording import NONE, count, plural, quantity, significant
+from symkin.report.wording import count, plural, quantity, significant
 from symkin.simulation import Simulation
 
 __all__ = ["CRITERIA", "plan_section"]
@@ -73,7 +71,7 @@ def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
         if basis.criterion == "expected_error"
         else significant(value, 4),
         *(
-            NONE if math.isnan(share) else f"{100 * share:.2f}{_PERCENT}"
+            f"{100 * share:.2f}{_PERCENT}"
             for share in (
                 certificate.efficiency,
                 certificate.o1_efficiency,
