@@ -112,7 +112,7 @@ def _made(basis: PlanBasis) -> list[str]:
         text += " The symmetry carries what was chosen for one leg to the others."
     certificate = (
         "The efficiency is the share of a bound that no set of so many poses exceeds: of the p-th "
-        "root of the determinant for O1, of the expected squared error for that criterion; for O2 "
-        "to O5 there is none. The bound with repeats lets a pose be measured more than once."
+        "root of the determinant for O1, of the value for O2 to O5, of the expected squared error "
+        "for that criterion. The bound with repeats lets a pose be measured more than once."
     )
     return [text, certificate]
