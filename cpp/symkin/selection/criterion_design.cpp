@@ -64,7 +64,9 @@ class DesignSearch {
       best = above ? std::min(best, bound.value) : std::max(best, bound.value);
       activate(bound.favoured);
       improve();
-      reach(rounded(problem_, by_weight()));
+      if (criterion() == Criterion::O4) {
+        reach(rounded(problem_, by_weight()));
+      }
     }
     return {best * (above ? 1 + kSlack : 1 - kSlack), by_weight()};
   }
