@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -15,6 +13,7 @@ namespace symkin {
 namespace {
 
 constexpr double kGain = 1e-10;       // of a ratio that counts as better
+constexpr double kSame = 1e-9;        // difference of log det
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
 constexpr Index kParts = 16;          // of the pool, for the kicks
 
@@ -213,18 +212,15 @@ void DeterminantSearch::exchange(const Pair& pair) {
 // The best partner of the first pose that has one, poses of least variance first: their exchange
 // gains most. To compare with the partners of all the others would cost more than it gains.
 DeterminantSearch::Pair DeterminantSearch::next_pair() {
-  order_.clear();
-  for (Index place = 0; place < chosen_trace_.size(); ++place) {
-    order_.emplace_back(chosen_trace_[place], place);
-  }
-  std::make_heap(order_.begin(), order_.end(), std::greater<>());
+  untried_ = chosen_trace_;
   const double largest =
       *std::max_element(group_max_.data(), group_max_.data() + group_max_.size());
   Pair best;
   best.ratio = 1 + kGain;
-  for (auto last = order_.end(); last != order_.begin(); --last) {
-    std::pop_heap(order_.begin(), last, std::greater<>());
-    const auto [trace, place] = *std::prev(last);
+  for (Index tried = 0; tried < untried_.size(); ++tried) {
+    Index place = 0;
+    const double trace = untried_.minCoeff(&place);
+    untried_[place] = std::numeric_limits<double>::infinity();
     // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for this pose and those after
     // it.
     const double least_gain = shape_.rows == 1 ? kGain : std::log1p(kGain);
@@ -267,10 +263,10 @@ void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Index pl
   }
 }
 
-void DeterminantSearch::descend() {
+void DeterminantSearch::descend(double known) {
   // Where M is nearly singular, rounding could let equal sets change places for ever.
   double computed_afresh = -std::numeric_limits<double>::infinity();
-  while (information_.positive_definite()) {
+  while (information_.positive_definite() && !(std::abs(log_det() - known) < kSame)) {
     const Pair pair = next_pair();
     if (pair.member < 0) {
       return;
@@ -285,7 +281,8 @@ void DeterminantSearch::descend() {
   }
 }
 
-void DeterminantSearch::kick(Index count, Random& random) {
+void DeterminantSearch::kick(const std::vector<Index>& state, Index count, Random& random) {
+  chosen_ = state;
   for (Index k = 0; k < count; ++k) {
     const auto place = static_cast<std::size_t>(random.below(static_cast<Index>(chosen_.size())));
     const std::vector<Index>& part =

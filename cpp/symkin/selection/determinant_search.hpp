@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <utility>
+#include <limits>
 #include <vector>
 
 #include "symkin/random.hpp"
@@ -22,11 +22,13 @@ class DeterminantSearch {
   DeterminantSearch(const SelectionProblem& problem, std::vector<Index> pool,
                     const std::vector<Index>& chosen, double ridge = 0);
 
-  // Exchanges until no exchange in the pool is better by more than rounding.
-  void descend();
+  // Exchanges until no exchange in the pool is better by more than rounding, or until the log det
+  // is that of a set of which this is known.
+  void descend(double known = -std::numeric_limits<double>::infinity());
 
-  // Swaps `count` chosen poses for others at random, from all parts of the pool alike.
-  void kick(Index count, Random& random);
+  // From a state, swaps `count` chosen poses for others at random, from all parts of the pool
+  // alike.
+  void kick(const std::vector<Index>& state, Index count, Random& random);
 
   double log_det() const { return information_.log_det(); }  // whitened
   std::vector<Index> chosen() const;                         // candidates, ascending
@@ -73,9 +75,9 @@ class DeterminantSearch {
   LeavingPose leaving_;
   std::vector<Index> conflicts_;  // with chosen poses, for each member; only with spacing
   std::vector<bool> is_chosen_;
-  std::vector<Index> hidden_;                    // members that are zero in x_
-  std::vector<std::vector<Index>> parts_;        // members that are near each other
-  std::vector<std::pair<double, Index>> order_;  // places by their variance
+  std::vector<Index> hidden_;              // members that are zero in x_
+  std::vector<std::vector<Index>> parts_;  // members that are near each other
+  Vector untried_;                         // d_i of the chosen ones that have not been tried
   Vector work_;
   Index exchanges_ = 0, since_rebuild_ = 0;
 };

@@ -58,15 +58,14 @@ void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search
   const Index most = std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick);
   const Index least = std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick);
   for (int kick = 0; kick < problem.options.kicks; ++kick) {
-    search.kick(least + random.below(most - least + 1), random);
-    search.descend();
+    search.kick(best, least + random.below(most - least + 1), random);
+    search.descend(best_log_det);
     if (search.log_det() > best_log_det + 1e-9) {
       best = search.state();
       best_log_det = search.log_det();
-    } else {
-      search.restore(best);
     }
   }
+  search.restore(best);
 }
 
 }  // namespace
