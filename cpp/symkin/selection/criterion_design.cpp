@@ -38,10 +38,10 @@ struct Bound {
 
 class DesignSearch {
  public:
-  DesignSearch(const SelectionProblem& problem, SelectionOptions options,
+  DesignSearch(const SelectionProblem& problem, Criterion criterion,
                const std::vector<Index>& chosen)
       : problem_(problem),
-        options_(std::move(options)),
+        options_(criterion_options(problem.options, criterion)),
         active_(chosen),
         weights_(chosen.size(), 1.0),
         information_(problem.information(chosen)) {
@@ -74,10 +74,17 @@ class DesignSearch {
  private:
   Criterion criterion() const { return options_.criterion; }
 
+  // What the criteria look at; poses of millions of candidates stay where they are.
+  static SelectionOptions criterion_options(const SelectionOptions& given, Criterion criterion) {
+    SelectionOptions options;
+    options.criterion = criterion;
+    options.column_scale = given.column_scale;
+    options.error_weight = given.error_weight;
+    return options;
+  }
+
   double bound_of(Criterion other) const {
-    SelectionOptions options = options_;
-    options.criterion = other;
-    return DesignSearch(problem_, options, active_).run().bound;
+    return DesignSearch(problem_, other, active_).run().bound;
   }
 
   // T whose columns belong to parameters in their unit.
@@ -97,15 +104,17 @@ class DesignSearch {
   Bound at_information() const {
     const CriterionGradient gradient = criterion_gradient(information_, options_, sharpness_);
     const RowMatrix gain = normalised_root(gradient.gain);
-    LargestRatio top = largest_trace(problem_, gain, kept());
+    if (criterion() == Criterion::O4) {
+      return of_o4(gain, normalised_root(gradient.loss));
+    }
+    LargestRatio top =
+        criterion() == Criterion::O2
+            ? largest_ratio(problem_, {gain, normalised_root(gradient.loss), 0}, kept())
+            : largest_trace(problem_, gain, kept());
     switch (criterion()) {
       case Criterion::O2:
-        top = largest_ratio(problem_, {gain, normalised_root(gradient.loss), 0}, kept());
-        return {std::sqrt(top.value), std::move(top.favoured)};
       case Criterion::O3:
         return {std::sqrt(top.value), std::move(top.favoured)};
-      case Criterion::O4:
-        return of_o4(gain, normalised_root(gradient.loss));
       case Criterion::O5: {
         const double size = std::pow(singular_values(in_units(gain)).array().pow(2.0 / 3).sum(), 3);
         return {std::sqrt(top.value / size), std::move(top.favoured)};
@@ -237,7 +246,7 @@ class DesignSearch {
 
 CriterionDesign criterion_design(const SelectionProblem& problem,
                                  const std::vector<Index>& chosen) {
-  return DesignSearch(problem, problem.options, chosen).run();
+  return DesignSearch(problem, problem.options.criterion, chosen).run();
 }
 
 }  // namespace symkin

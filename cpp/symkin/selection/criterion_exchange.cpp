@@ -41,15 +41,14 @@ void kick_and_descend(const SelectionProblem& problem, CriterionSearch& search, 
   for (int kick = 0; kick < problem.options.kicks; ++kick) {
     const Index most = std::min<Index>(6, problem.free_count);
     const Index least = std::min<Index>(2, most);
-    search.kick(least + random.below(most - least + 1), random);
+    search.kick(best, least + random.below(most - least + 1), random);
     search.descend(false);
     if (search.merit() > merit + 1e-9) {
       best = search.state();
       merit = search.merit();
-    } else {
-      search.restore(best);
     }
   }
+  search.restore(best);
 }
 
 }  // namespace

@@ -223,7 +223,8 @@ void CriterionSearch::descend(bool thorough) {
   }
 }
 
-void CriterionSearch::kick(Index count, Random& random) {
+void CriterionSearch::kick(const std::vector<Index>& state, Index count, Random& random) {
+  chosen_ = state;
   for (Index k = 0; k < count; ++k) {
     const auto place = static_cast<std::size_t>(random.below(static_cast<Index>(chosen_.size())));
     const Index member = random.below(x_.count());

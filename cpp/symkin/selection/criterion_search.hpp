@@ -18,7 +18,8 @@ class CriterionSearch {
   // Exchanges until none in the pool is better. Not thorough: none of the most promising.
   void descend(bool thorough);
 
-  void kick(Index count, Random& random);
+  // From a state, swaps `count` chosen poses for others at random.
+  void kick(const std::vector<Index>& state, Index count, Random& random);
 
   double merit() const { return merit_; }
   std::vector<Index> chosen() const;  // candidates, ascending
