@@ -9,6 +9,7 @@
 #include "symkin/selection/roots.hpp"
 #include "symkin/selection/rounding.hpp"
 #include "symkin/selection/screening.hpp"
+#include "symkin/selection/sort_unique.hpp"
 
 namespace symkin {
 namespace {
@@ -30,8 +31,7 @@ std::vector<Index> favoured(const SelectionProblem& problem, const CriterionDesi
   for (const RankedCandidate& candidate : tops.front()) {
     pool.push_back(candidate.index);
   }
-  std::sort(pool.begin(), pool.end());
-  pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+  sort_unique(pool);
   return pool;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/selection/design_bounds.hpp"
+#include "symkin/selection/sort_unique.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,11 +29,6 @@ std::vector<Index> sample(const CandidateBlocks& candidates, Index stride) {
     }
   }
   return result;
-}
-
-void sort_unique(std::vector<Index>& indices) {
-  std::sort(indices.begin(), indices.end());
-  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
 }
 
 Vector carried_weights(const std::vector<Index>& from, const Vector& weights,

@@ -9,6 +9,7 @@
 #include "symkin/selection/determinant_search.hpp"
 #include "symkin/selection/problem.hpp"
 #include "symkin/selection/rounding.hpp"
+#include "symkin/selection/sort_unique.hpp"
 #include "symkin/selection/verification.hpp"
 
 namespace symkin {
@@ -48,8 +49,7 @@ std::vector<Index> made_regular(const SelectionProblem& problem, const std::vect
 
 void join(std::vector<Index>& pool, const std::vector<Index>& others) {
   pool.insert(pool.end(), others.begin(), others.end());
-  std::sort(pool.begin(), pool.end());
-  pool.erase(std::unique(pool.begin(), pool.end()), pool.end());
+  sort_unique(pool);
 }
 
 void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search, Random& random) {

@@ -8,6 +8,7 @@
 #include "symkin/selection/design_bounds.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/problem.hpp"
+#include "symkin/selection/sort_unique.hpp"
 
 namespace symkin {
 namespace {
@@ -34,8 +35,7 @@ std::vector<Index> promising(const SelectionProblem& problem, const RowMatrix& f
   for (const RankedCandidate& candidate : kept) {
     result.push_back(candidate.index);
   }
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
+  sort_unique(result);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "symkin/selection/leaving_pose.hpp"
+#include "symkin/selection/sort_unique.hpp"
 
 namespace symkin {
 namespace {
@@ -138,8 +139,7 @@ std::vector<Index> improving_candidates(const SelectionProblem& problem,
   for (const RankedCandidate& candidate : all.sorted()) {
     result.push_back(candidate.index);
   }
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
+  sort_unique(result);
   return result;
 }
 
