@@ -7,7 +7,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .PHONY: run test lint format bench docs clean help system-packages system-lint-packages
 
 # Set one to nothing to keep make away from the system's packages.
-SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libgtest-dev libbenchmark-dev \
+SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libgtest-dev libbenchmark-dev \
   python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
 

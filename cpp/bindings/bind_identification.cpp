@@ -4,6 +4,7 @@
 
 void bind_identification(py::module_& module) {
   using symkin::Estimator;
+  using symkin::GoodnessOfFit;
   using symkin::Identification;
   using symkin::IdentificationOptions;
   using symkin::LegIdentification;
@@ -30,13 +31,18 @@ void bind_identification(py::module_& module) {
       .def_readonly("converged", &LegIdentification::converged)
       .def_readonly("failure", &LegIdentification::failure)
       .def_readonly("iterations", &LegIdentification::iterations)
-      .def_readonly("chi_square", &LegIdentification::chi_square)
-      .def_readonly("degrees_of_freedom", &LegIdentification::degrees_of_freedom)
       .def_readonly("condition", &LegIdentification::condition);
+  py::class_<GoodnessOfFit>(module, "GoodnessOfFit")
+      .def_readonly("legs", &GoodnessOfFit::legs)
+      .def_readonly("chi_square", &GoodnessOfFit::chi_square)
+      .def_readonly("degrees_of_freedom", &GoodnessOfFit::degrees_of_freedom)
+      .def_readonly("limit", &GoodnessOfFit::limit)
+      .def_readonly("least", &GoodnessOfFit::least);
   py::class_<Identification>(module, "Identification")
       .def_readonly("parameters", &Identification::parameters)
       .def_readonly("covariance", &Identification::covariance)
       .def_readonly("legs", &Identification::legs)
+      .def_readonly("goodness", &Identification::goodness)
       .def_readonly("converged", &Identification::converged)
       .def_readonly("residual_rms", &Identification::residual_rms)
       .def_readonly("residual_max", &Identification::residual_max);

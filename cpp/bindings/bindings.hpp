@@ -18,6 +18,7 @@ void bind_observability(py::module_& module);
 void bind_selection(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_identification(py::module_& module);
+void bind_diagnosis(py::module_& module);
 void bind_evaluation(py::module_& module);
 
 using ReleaseGil = py::call_guard<py::gil_scoped_release>;

@@ -37,5 +37,6 @@ PYBIND11_MODULE(_core, module) {
   bind_selection(module);
   bind_simulation(module);
   bind_identification(module);
+  bind_diagnosis(module);
   bind_evaluation(module);
 }

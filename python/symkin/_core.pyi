@@ -9,69 +9,13 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Identification', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
-class Error(symkin.errors.SymkinError):
-    pass
-class SymmetryMismatch(symkin.errors.SymmetryError):
-    pass
-class NotIdentifiable(symkin.errors.NotIdentifiableError):
-    pass
-class ParameterRole:
-    """
-    Members:
-    
-      length
-    
-      base_azimuth
-    
-      platform_azimuth
-    
-      polar_angle
-    
-      gain
-    
-      offset
-    """
-    __members__: typing.ClassVar[dict[str, ParameterRole]]
-    base_azimuth: typing.ClassVar[ParameterRole]
-    gain: typing.ClassVar[ParameterRole]
-    length: typing.ClassVar[ParameterRole]
-    offset: typing.ClassVar[ParameterRole]
-    platform_azimuth: typing.ClassVar[ParameterRole]
-    polar_angle: typing.ClassVar[ParameterRole]
-    @typing.overload
-    def __eq__(self, other: ParameterRole) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: ParameterRole) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'GoodnessOfFit', 'Identification', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
+class AccuracyWeights:
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class ActiveJoint:
     """
@@ -89,13 +33,13 @@ class ActiveJoint:
     
       distance
     """
-    __members__: typing.ClassVar[dict[str, ActiveJoint]]
-    angle_in_base: typing.ClassVar[ActiveJoint]
-    angle_in_platform: typing.ClassVar[ActiveJoint]
-    distance: typing.ClassVar[ActiveJoint]
-    elbow_angle: typing.ClassVar[ActiveJoint]
-    travel_on_base: typing.ClassVar[ActiveJoint]
-    travel_on_platform: typing.ClassVar[ActiveJoint]
+    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>}
+    angle_in_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_base: 0>
+    angle_in_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_platform: 1>
+    distance: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.distance: 5>
+    elbow_angle: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.elbow_angle: 2>
+    travel_on_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_base: 3>
+    travel_on_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_platform: 4>
     @typing.overload
     def __eq__(self, other: ActiveJoint) -> bool:
         ...
@@ -130,12 +74,34 @@ class ActiveJoint:
     @property
     def value(self) -> int:
         ...
-class ParameterInfo:
+class Carrier:
     @property
-    def name(self) -> str:
+    def element(self) -> SymmetryElement:
         ...
     @property
-    def role(self) -> ParameterRole:
+    def reference(self) -> int:
+        ...
+class Certificate:
+    @property
+    def criterion_bound(self) -> float:
+        ...
+    @property
+    def criterion_efficiency(self) -> float:
+        ...
+    @property
+    def efficiency_distinct(self) -> float:
+        ...
+    @property
+    def efficiency_repeats(self) -> float:
+        ...
+    @property
+    def log_det_bound_distinct(self) -> float:
+        ...
+    @property
+    def log_det_bound_repeats(self) -> float:
+        ...
+    @property
+    def proven_optimal(self) -> bool:
         ...
 class ChainInfo:
     @property
@@ -158,6 +124,341 @@ class ChainInfo:
         ...
     @property
     def working_mode(self) -> str:
+        ...
+class ClosureRows:
+    @property
+    def by_parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def by_pose(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def by_reading(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def closure(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+class Criterion:
+    """
+    Members:
+    
+      O1
+    
+      O2
+    
+      O3
+    
+      O4
+    
+      O5
+    
+      expected_error
+    """
+    O1: typing.ClassVar[Criterion]  # value = <Criterion.O1: 0>
+    O2: typing.ClassVar[Criterion]  # value = <Criterion.O2: 1>
+    O3: typing.ClassVar[Criterion]  # value = <Criterion.O3: 2>
+    O4: typing.ClassVar[Criterion]  # value = <Criterion.O4: 3>
+    O5: typing.ClassVar[Criterion]  # value = <Criterion.O5: 4>
+    __members__: typing.ClassVar[dict[str, Criterion]]  # value = {'O1': <Criterion.O1: 0>, 'O2': <Criterion.O2: 1>, 'O3': <Criterion.O3: 2>, 'O4': <Criterion.O4: 3>, 'O5': <Criterion.O5: 4>, 'expected_error': <Criterion.expected_error: 5>}
+    expected_error: typing.ClassVar[Criterion]  # value = <Criterion.expected_error: 5>
+    @typing.overload
+    def __eq__(self, other: Criterion) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Criterion) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class DetectedSymmetry:
+    @property
+    def images(self) -> list[ElementImage]:
+        ...
+    @property
+    def structure(self) -> SymmetryGroup:
+        ...
+    @property
+    def with_modes(self) -> SymmetryGroup:
+        ...
+class Diagnosis:
+    @property
+    def chi_square(self) -> float:
+        ...
+    @property
+    def degrees_of_freedom(self) -> int:
+        ...
+    @property
+    def pose_p(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def student(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def student_p(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def tests(self) -> list[ResidualTest]:
+        ...
+class ElementImage:
+    @property
+    def deviations(self) -> list[LegDeviation]:
+        ...
+    @property
+    def element(self) -> SymmetryElement:
+        ...
+    @property
+    def keeps_modes(self) -> bool:
+        ...
+    @property
+    def keeps_structure(self) -> bool:
+        ...
+    @property
+    def permutation(self) -> list[int]:
+        ...
+class Error(symkin.errors.SymkinError):
+    pass
+class Estimator:
+    """
+    Members:
+    
+      paper
+    
+      inverse
+    
+      implicit
+    
+      joint
+    """
+    __members__: typing.ClassVar[dict[str, Estimator]]  # value = {'paper': <Estimator.paper: 0>, 'inverse': <Estimator.inverse: 1>, 'implicit': <Estimator.implicit: 2>, 'joint': <Estimator.joint: 3>}
+    implicit: typing.ClassVar[Estimator]  # value = <Estimator.implicit: 2>
+    inverse: typing.ClassVar[Estimator]  # value = <Estimator.inverse: 1>
+    joint: typing.ClassVar[Estimator]  # value = <Estimator.joint: 3>
+    paper: typing.ClassVar[Estimator]  # value = <Estimator.paper: 0>
+    @typing.overload
+    def __eq__(self, other: Estimator) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: Estimator) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class ForwardKinematicsResult:
+    @property
+    def converged(self) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
+        ...
+    @property
+    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+class GoodnessOfFit:
+    @property
+    def chi_square(self) -> float:
+        ...
+    @property
+    def degrees_of_freedom(self) -> int:
+        ...
+    @property
+    def least(self) -> float:
+        ...
+    @property
+    def legs(self) -> list[int]:
+        ...
+    @property
+    def limit(self) -> float:
+        ...
+class Identification:
+    @property
+    def converged(self) -> bool:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def goodness(self) -> list[GoodnessOfFit]:
+        ...
+    @property
+    def legs(self) -> list[LegIdentification]:
+        ...
+    @property
+    def parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def residual_max(self) -> float:
+        ...
+    @property
+    def residual_rms(self) -> float:
+        ...
+class LegDeviation:
+    @property
+    def deviation(self) -> float:
+        ...
+    @property
+    def in_tolerances(self) -> float:
+        ...
+    @property
+    def leg(self) -> int:
+        ...
+    @property
+    def nearest(self) -> int:
+        ...
+    @property
+    def parameter(self) -> str:
+        ...
+    @property
+    def same_mode(self) -> bool:
+        ...
+class LegIdentification:
+    @property
+    def condition(self) -> float:
+        ...
+    @property
+    def converged(self) -> bool:
+        ...
+    @property
+    def failure(self) -> str:
+        ...
+    @property
+    def iterations(self) -> int:
+        ...
+    @property
+    def rejected(self) -> list[int]:
+        ...
+    @property
+    def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def rows(self) -> list[int]:
+        ...
+    @property
+    def standardised(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+class LegRows:
+    def __init__(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], kind: RowKind, noise: MeasurementNoise, group: SymmetryGroup, elements: collections.abc.Sequence[SymmetryElement]) -> None:
+        ...
+    @property
+    def parameters(self) -> int:
+        ...
+    @property
+    def rows_per_pose(self) -> int:
+        ...
+    @property
+    def size(self) -> int:
+        ...
+class LossKind:
+    """
+    Members:
+    
+      none
+    
+      huber
+    
+      cauchy
+    
+      tukey
+    """
+    __members__: typing.ClassVar[dict[str, LossKind]]  # value = {'none': <LossKind.none: 0>, 'huber': <LossKind.huber: 1>, 'cauchy': <LossKind.cauchy: 2>, 'tukey': <LossKind.tukey: 3>}
+    cauchy: typing.ClassVar[LossKind]  # value = <LossKind.cauchy: 2>
+    huber: typing.ClassVar[LossKind]  # value = <LossKind.huber: 1>
+    none: typing.ClassVar[LossKind]  # value = <LossKind.none: 0>
+    tukey: typing.ClassVar[LossKind]  # value = <LossKind.tukey: 3>
+    @typing.overload
+    def __eq__(self, other: LossKind) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: LossKind) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class MeasurementNoise:
+    def __init__(self, position: typing.SupportsFloat | typing.SupportsIndex, orientation: typing.SupportsFloat | typing.SupportsIndex, reading: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+class MeasurementSet:
+    def __init__(self, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], leg_sets: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+        ...
+    @property
+    def leg_sets(self) -> list[int]:
+        ...
+    @property
+    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def readings(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class Mechanism:
     def __init__(self, name: str, chain: str, platform: str, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], working_modes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
@@ -184,272 +485,185 @@ class Mechanism:
     @property
     def pose_space(self) -> str:
         ...
-class ClosureRows:
+class NotIdentifiable(symkin.errors.NotIdentifiableError):
+    pass
+class Observability:
     @property
-    def by_parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-    @property
-    def by_pose(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-    @property
-    def by_reading(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def condition(self) -> float:
         ...
     @property
-    def closure(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-class SingularityMeasures:
-    @property
-    def condition(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def indices(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
         ...
     @property
-    def parallel(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def null_directions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def serial(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-class ForwardKinematicsResult:
-    @property
-    def converged(self) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
+    def r_diagonal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
     @property
-    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-class WorkspaceOptions:
-    def __init__(self) -> None:
+    def rank(self) -> int:
         ...
     @property
-    def characteristic_length(self) -> float:
+    def singular_values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
-    @characteristic_length.setter
-    def characteristic_length(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+class ParameterInfo:
+    @property
+    def name(self) -> str:
         ...
     @property
-    def conditioning_limit(self) -> float:
+    def role(self) -> ParameterRole:
         ...
-    @conditioning_limit.setter
-    def conditioning_limit(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+class ParameterRole:
+    """
+    Members:
+    
+      length
+    
+      base_azimuth
+    
+      platform_azimuth
+    
+      polar_angle
+    
+      gain
+    
+      offset
+    """
+    __members__: typing.ClassVar[dict[str, ParameterRole]]  # value = {'length': <ParameterRole.length: 0>, 'base_azimuth': <ParameterRole.base_azimuth: 1>, 'platform_azimuth': <ParameterRole.platform_azimuth: 2>, 'polar_angle': <ParameterRole.polar_angle: 3>, 'gain': <ParameterRole.gain: 4>, 'offset': <ParameterRole.offset: 5>}
+    base_azimuth: typing.ClassVar[ParameterRole]  # value = <ParameterRole.base_azimuth: 1>
+    gain: typing.ClassVar[ParameterRole]  # value = <ParameterRole.gain: 4>
+    length: typing.ClassVar[ParameterRole]  # value = <ParameterRole.length: 0>
+    offset: typing.ClassVar[ParameterRole]  # value = <ParameterRole.offset: 5>
+    platform_azimuth: typing.ClassVar[ParameterRole]  # value = <ParameterRole.platform_azimuth: 2>
+    polar_angle: typing.ClassVar[ParameterRole]  # value = <ParameterRole.polar_angle: 3>
+    @typing.overload
+    def __eq__(self, other: ParameterRole) -> bool:
         ...
-    @property
-    def home(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
         ...
-    @home.setter
-    def home(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
-        ...
-    @property
-    def lower(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-    @lower.setter
-    def lower(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
-        ...
-    @property
-    def reach_margin(self) -> float:
-        ...
-    @reach_margin.setter
-    def reach_margin(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def reading_lower(self) -> float:
-        ...
-    @reading_lower.setter
-    def reading_lower(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def reading_upper(self) -> float:
-        ...
-    @reading_upper.setter
-    def reading_upper(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def upper(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-    @upper.setter
-    def upper(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
-        ...
-class WorkspaceRejections:
-    @property
-    def aspect(self) -> int:
-        ...
-    @property
-    def conditioning(self) -> int:
-        ...
-    @property
-    def limits(self) -> int:
-        ...
-    @property
-    def reach(self) -> int:
-        ...
-class WorkspaceSample:
-    @property
-    def conditions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-    @property
-    def drawn(self) -> int:
-        ...
-    @property
-    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-    @property
-    def readings(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-    @property
-    def rejections(self) -> WorkspaceRejections:
-        ...
-class SymmetryElement:
-    def __eq__(self, arg0: typing.Any) -> bool:
+    def __getstate__(self) -> int:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, rotation: typing.SupportsInt | typing.SupportsIndex, reflection: bool) -> None:
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: ParameterRole) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
         ...
     def __repr__(self) -> str:
         ...
-    @property
-    def label(self) -> str:
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
-    @property
-    def reflection(self) -> bool:
-        ...
-    @property
-    def rotation(self) -> int:
-        ...
-class SymmetryFrame:
-    @property
-    def base_axis(self) -> float:
-        ...
-    @property
-    def base_centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
-        ...
-    @property
-    def platform_axis(self) -> float:
-        ...
-    @property
-    def platform_centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
-        ...
-class SymmetryGroup:
-    def __init__(self, name: str, axis: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def angle(self, element: SymmetryElement) -> float:
-        ...
-    def compose(self, outer: SymmetryElement, inner: SymmetryElement) -> SymmetryElement:
-        ...
-    def inverse(self, element: SymmetryElement) -> SymmetryElement:
-        ...
-    def parse(self, label: str) -> SymmetryElement:
-        ...
-    @property
-    def dihedral(self) -> bool:
-        ...
-    @property
-    def elements(self) -> list[SymmetryElement]:
-        ...
-    @property
-    def frame(self) -> SymmetryFrame:
+    def __str__(self) -> str:
         ...
     @property
     def name(self) -> str:
         ...
     @property
-    def paper_name(self) -> str:
+    def value(self) -> int:
+        ...
+class PoseErrors:
+    @property
+    def differences(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def rotations(self) -> int:
+    def evaluated(self) -> int:
         ...
     @property
-    def size(self) -> int:
-        ...
-class SymmetryTolerance:
-    def __init__(self, length: typing.SupportsFloat | typing.SupportsIndex = 1e-06, angle: typing.SupportsFloat | typing.SupportsIndex = 1e-06, gain: typing.SupportsFloat | typing.SupportsIndex = 1e-06) -> None:
+    def failed(self) -> int:
         ...
     @property
-    def angle(self) -> float:
+    def orientation_max(self) -> float:
         ...
     @property
-    def gain(self) -> float:
+    def orientation_rms(self) -> float:
         ...
     @property
-    def length(self) -> float:
-        ...
-class LegDeviation:
-    @property
-    def deviation(self) -> float:
+    def position_max(self) -> float:
         ...
     @property
-    def in_tolerances(self) -> float:
+    def position_rms(self) -> float:
         ...
+class PoseSet:
+    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class PoseUse:
+    """
+    Members:
+    
+      all
+    
+      own
+    """
+    __members__: typing.ClassVar[dict[str, PoseUse]]  # value = {'all': <PoseUse.all: 0>, 'own': <PoseUse.own: 1>}
+    all: typing.ClassVar[PoseUse]  # value = <PoseUse.all: 0>
+    own: typing.ClassVar[PoseUse]  # value = <PoseUse.own: 1>
+    @typing.overload
+    def __eq__(self, other: PoseUse) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: PoseUse) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
+        ...
+class ResidualTest:
     @property
     def leg(self) -> int:
         ...
     @property
-    def nearest(self) -> int:
+    def other(self) -> int:
         ...
     @property
-    def parameter(self) -> str:
+    def p_value(self) -> float:
         ...
     @property
-    def same_mode(self) -> bool:
-        ...
-class ElementImage:
-    @property
-    def deviations(self) -> list[LegDeviation]:
+    def size(self) -> float:
         ...
     @property
-    def element(self) -> SymmetryElement:
+    def spare(self) -> int:
         ...
     @property
-    def keeps_modes(self) -> bool:
+    def statistic(self) -> float:
         ...
     @property
-    def keeps_structure(self) -> bool:
+    def suspect(self) -> Suspect:
         ...
     @property
-    def permutation(self) -> list[int]:
-        ...
-class DetectedSymmetry:
-    @property
-    def images(self) -> list[ElementImage]:
-        ...
-    @property
-    def structure(self) -> SymmetryGroup:
-        ...
-    @property
-    def with_modes(self) -> SymmetryGroup:
-        ...
-class Carrier:
-    @property
-    def element(self) -> SymmetryElement:
-        ...
-    @property
-    def reference(self) -> int:
-        ...
-class WorkspaceSymmetry:
-    @property
-    def element(self) -> SymmetryElement:
-        ...
-    @property
-    def inside(self) -> int:
-        ...
-    @property
-    def keeps_modes(self) -> bool:
-        ...
-    @property
-    def mismatches(self) -> int:
-        ...
-    @property
-    def reading_deviation(self) -> float:
-        ...
-    @property
-    def tested(self) -> int:
-        ...
-    @property
-    def unreachable(self) -> int:
-        ...
-class MeasurementNoise:
-    def __init__(self, position: typing.SupportsFloat | typing.SupportsIndex, orientation: typing.SupportsFloat | typing.SupportsIndex, reading: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-class Tolerances:
-    def __init__(self, length: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex, gain: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    def deviations(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def terms(self) -> int:
         ...
 class RowKind:
     """
@@ -459,9 +673,9 @@ class RowKind:
     
       noise_aware
     """
-    __members__: typing.ClassVar[dict[str, RowKind]]
-    noise_aware: typing.ClassVar[RowKind]
-    paper: typing.ClassVar[RowKind]
+    __members__: typing.ClassVar[dict[str, RowKind]]  # value = {'paper': <RowKind.paper: 0>, 'noise_aware': <RowKind.noise_aware: 1>}
+    noise_aware: typing.ClassVar[RowKind]  # value = <RowKind.noise_aware: 1>
+    paper: typing.ClassVar[RowKind]  # value = <RowKind.paper: 0>
     @typing.overload
     def __eq__(self, other: RowKind) -> bool:
         ...
@@ -496,31 +710,30 @@ class RowKind:
     @property
     def value(self) -> int:
         ...
-class Observability:
+class Selection:
     @property
-    def condition(self) -> float:
+    def certificate(self) -> Certificate:
         ...
     @property
-    def indices(self) -> typing.Annotated[list[float], "FixedSize(5)"]:
+    def criterion_value(self) -> float:
         ...
     @property
-    def null_directions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def exchanges(self) -> int:
         ...
     @property
-    def r_diagonal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def indices(self) -> list[int]:
         ...
     @property
-    def rank(self) -> int:
+    def log_det(self) -> float:
         ...
     @property
-    def singular_values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-class AccuracyWeights:
-    @property
-    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def nodes(self) -> int:
         ...
     @property
-    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def passes(self) -> int:
+        ...
+    @property
+    def spares(self) -> list[int]:
         ...
 class SelectionMethod:
     """
@@ -536,12 +749,12 @@ class SelectionMethod:
     
       all
     """
-    __members__: typing.ClassVar[dict[str, SelectionMethod]]
-    all: typing.ClassVar[SelectionMethod]
-    exchange: typing.ClassVar[SelectionMethod]
-    exhaustive: typing.ClassVar[SelectionMethod]
-    random: typing.ClassVar[SelectionMethod]
-    sun_hollerbach: typing.ClassVar[SelectionMethod]
+    __members__: typing.ClassVar[dict[str, SelectionMethod]]  # value = {'sun_hollerbach': <SelectionMethod.sun_hollerbach: 0>, 'exchange': <SelectionMethod.exchange: 1>, 'exhaustive': <SelectionMethod.exhaustive: 2>, 'random': <SelectionMethod.random: 3>, 'all': <SelectionMethod.all: 4>}
+    all: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.all: 4>
+    exchange: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.exchange: 1>
+    exhaustive: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.exhaustive: 2>
+    random: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.random: 3>
+    sun_hollerbach: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.sun_hollerbach: 0>
     @typing.overload
     def __eq__(self, other: SelectionMethod) -> bool:
         ...
@@ -560,63 +773,6 @@ class SelectionMethod:
         ...
     @typing.overload
     def __ne__(self, other: SelectionMethod) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
-class Criterion:
-    """
-    Members:
-    
-      O1
-    
-      O2
-    
-      O3
-    
-      O4
-    
-      O5
-    
-      expected_error
-    """
-    O1: typing.ClassVar[Criterion]
-    O2: typing.ClassVar[Criterion]
-    O3: typing.ClassVar[Criterion]
-    O4: typing.ClassVar[Criterion]
-    O5: typing.ClassVar[Criterion]
-    __members__: typing.ClassVar[dict[str, Criterion]]
-    expected_error: typing.ClassVar[Criterion]
-    @typing.overload
-    def __eq__(self, other: Criterion) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Criterion) -> bool:
         ...
     @typing.overload
     def __ne__(self, other: typing.Any) -> bool:
@@ -723,80 +879,6 @@ class SelectionOptions:
     @time_limit_s.setter
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-class LegRows:
-    def __init__(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], kind: RowKind, noise: MeasurementNoise, group: SymmetryGroup, elements: collections.abc.Sequence[SymmetryElement]) -> None:
-        ...
-    @property
-    def parameters(self) -> int:
-        ...
-    @property
-    def rows_per_pose(self) -> int:
-        ...
-    @property
-    def size(self) -> int:
-        ...
-class Certificate:
-    @property
-    def criterion_bound(self) -> float:
-        ...
-    @property
-    def criterion_efficiency(self) -> float:
-        ...
-    @property
-    def efficiency_distinct(self) -> float:
-        ...
-    @property
-    def efficiency_repeats(self) -> float:
-        ...
-    @property
-    def log_det_bound_distinct(self) -> float:
-        ...
-    @property
-    def log_det_bound_repeats(self) -> float:
-        ...
-    @property
-    def proven_optimal(self) -> bool:
-        ...
-class Selection:
-    @property
-    def certificate(self) -> Certificate:
-        ...
-    @property
-    def criterion_value(self) -> float:
-        ...
-    @property
-    def exchanges(self) -> int:
-        ...
-    @property
-    def indices(self) -> list[int]:
-        ...
-    @property
-    def log_det(self) -> float:
-        ...
-    @property
-    def nodes(self) -> int:
-        ...
-    @property
-    def passes(self) -> int:
-        ...
-    @property
-    def spares(self) -> list[int]:
-        ...
-class MeasurementSet:
-    def __init__(self, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], leg_sets: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
-        ...
-    @property
-    def leg_sets(self) -> list[int]:
-        ...
-    @property
-    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-    @property
-    def readings(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-        ...
-class PoseSet:
-    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
 class Simulation:
     @property
     def measurements(self) -> MeasurementSet:
@@ -804,25 +886,41 @@ class Simulation:
     @property
     def replaced(self) -> list[int]:
         ...
-class Estimator:
+class SingularityMeasures:
+    @property
+    def condition(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def parallel(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def serial(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+class Suspect:
     """
     Members:
     
-      paper
+      sensor_curvature
     
-      inverse
+      sensor_eccentricity
     
-      implicit
+      geometry
     
-      joint
+      order
+    
+      legs
+    
+      estimators
     """
-    __members__: typing.ClassVar[dict[str, Estimator]]
-    implicit: typing.ClassVar[Estimator]
-    inverse: typing.ClassVar[Estimator]
-    joint: typing.ClassVar[Estimator]
-    paper: typing.ClassVar[Estimator]
+    __members__: typing.ClassVar[dict[str, Suspect]]  # value = {'sensor_curvature': <Suspect.sensor_curvature: 0>, 'sensor_eccentricity': <Suspect.sensor_eccentricity: 1>, 'geometry': <Suspect.geometry: 2>, 'order': <Suspect.order: 3>, 'legs': <Suspect.legs: 4>, 'estimators': <Suspect.estimators: 5>}
+    estimators: typing.ClassVar[Suspect]  # value = <Suspect.estimators: 5>
+    geometry: typing.ClassVar[Suspect]  # value = <Suspect.geometry: 2>
+    legs: typing.ClassVar[Suspect]  # value = <Suspect.legs: 4>
+    order: typing.ClassVar[Suspect]  # value = <Suspect.order: 3>
+    sensor_curvature: typing.ClassVar[Suspect]  # value = <Suspect.sensor_curvature: 0>
+    sensor_eccentricity: typing.ClassVar[Suspect]  # value = <Suspect.sensor_eccentricity: 1>
     @typing.overload
-    def __eq__(self, other: Estimator) -> bool:
+    def __eq__(self, other: Suspect) -> bool:
         ...
     @typing.overload
     def __eq__(self, other: typing.Any) -> bool:
@@ -838,7 +936,7 @@ class Estimator:
     def __int__(self) -> int:
         ...
     @typing.overload
-    def __ne__(self, other: Estimator) -> bool:
+    def __ne__(self, other: Suspect) -> bool:
         ...
     @typing.overload
     def __ne__(self, other: typing.Any) -> bool:
@@ -855,173 +953,189 @@ class Estimator:
     @property
     def value(self) -> int:
         ...
-class PoseUse:
-    """
-    Members:
-    
-      all
-    
-      own
-    """
-    __members__: typing.ClassVar[dict[str, PoseUse]]
-    all: typing.ClassVar[PoseUse]
-    own: typing.ClassVar[PoseUse]
-    @typing.overload
-    def __eq__(self, other: PoseUse) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
+class SymmetryElement:
+    def __eq__(self, arg0: typing.Any) -> bool:
         ...
     def __hash__(self) -> int:
         ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: PoseUse) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
+    def __init__(self, rotation: typing.SupportsInt | typing.SupportsIndex, reflection: bool) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+    @property
+    def label(self) -> str:
         ...
-    def __str__(self) -> str:
+    @property
+    def reflection(self) -> bool:
+        ...
+    @property
+    def rotation(self) -> int:
+        ...
+class SymmetryFrame:
+    @property
+    def base_axis(self) -> float:
+        ...
+    @property
+    def base_centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        ...
+    @property
+    def platform_axis(self) -> float:
+        ...
+    @property
+    def platform_centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        ...
+class SymmetryGroup:
+    def __init__(self, name: str, axis: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def angle(self, element: SymmetryElement) -> float:
+        ...
+    def compose(self, outer: SymmetryElement, inner: SymmetryElement) -> SymmetryElement:
+        ...
+    def inverse(self, element: SymmetryElement) -> SymmetryElement:
+        ...
+    def parse(self, label: str) -> SymmetryElement:
+        ...
+    @property
+    def dihedral(self) -> bool:
+        ...
+    @property
+    def elements(self) -> list[SymmetryElement]:
+        ...
+    @property
+    def frame(self) -> SymmetryFrame:
         ...
     @property
     def name(self) -> str:
         ...
     @property
-    def value(self) -> int:
-        ...
-class LossKind:
-    """
-    Members:
-    
-      none
-    
-      huber
-    
-      cauchy
-    
-      tukey
-    """
-    __members__: typing.ClassVar[dict[str, LossKind]]
-    cauchy: typing.ClassVar[LossKind]
-    huber: typing.ClassVar[LossKind]
-    none: typing.ClassVar[LossKind]
-    tukey: typing.ClassVar[LossKind]
-    @typing.overload
-    def __eq__(self, other: LossKind) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: LossKind) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
+    def paper_name(self) -> str:
         ...
     @property
-    def name(self) -> str:
+    def rotations(self) -> int:
         ...
     @property
-    def value(self) -> int:
+    def size(self) -> int:
         ...
-class LegIdentification:
-    @property
-    def chi_square(self) -> float:
-        ...
-    @property
-    def condition(self) -> float:
+class SymmetryMismatch(symkin.errors.SymmetryError):
+    pass
+class SymmetryTolerance:
+    def __init__(self, length: typing.SupportsFloat | typing.SupportsIndex = 1e-06, angle: typing.SupportsFloat | typing.SupportsIndex = 1e-06, gain: typing.SupportsFloat | typing.SupportsIndex = 1e-06) -> None:
         ...
     @property
-    def converged(self) -> bool:
+    def angle(self) -> float:
         ...
     @property
-    def degrees_of_freedom(self) -> int:
+    def gain(self) -> float:
         ...
     @property
-    def failure(self) -> str:
+    def length(self) -> float:
+        ...
+class Tolerances:
+    def __init__(self, length: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex, gain: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def deviations(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+class WorkspaceOptions:
+    def __init__(self) -> None:
         ...
     @property
-    def iterations(self) -> int:
+    def characteristic_length(self) -> float:
+        ...
+    @characteristic_length.setter
+    def characteristic_length(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def rejected(self) -> list[int]:
+    def conditioning_limit(self) -> float:
+        ...
+    @conditioning_limit.setter
+    def conditioning_limit(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def home(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @home.setter
+    def home(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
-    def rows(self) -> list[int]:
+    def lower(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @lower.setter
+    def lower(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
-    def standardised(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    def reach_margin(self) -> float:
         ...
-class Identification:
-    @property
-    def converged(self) -> bool:
-        ...
-    @property
-    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    @reach_margin.setter
+    def reach_margin(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def legs(self) -> list[LegIdentification]:
+    def reading_lower(self) -> float:
+        ...
+    @reading_lower.setter
+    def reading_lower(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def reading_upper(self) -> float:
+        ...
+    @reading_upper.setter
+    def reading_upper(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def residual_max(self) -> float:
+    def upper(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @upper.setter
+    def upper(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
+        ...
+class WorkspaceRejections:
+    @property
+    def aspect(self) -> int:
         ...
     @property
-    def residual_rms(self) -> float:
-        ...
-class PoseErrors:
-    @property
-    def differences(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    def conditioning(self) -> int:
         ...
     @property
-    def evaluated(self) -> int:
+    def limits(self) -> int:
         ...
     @property
-    def failed(self) -> int:
+    def reach(self) -> int:
+        ...
+class WorkspaceSample:
+    @property
+    def conditions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
     @property
-    def orientation_max(self) -> float:
+    def drawn(self) -> int:
         ...
     @property
-    def orientation_rms(self) -> float:
+    def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def position_max(self) -> float:
+    def readings(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def position_rms(self) -> float:
+    def rejections(self) -> WorkspaceRejections:
+        ...
+class WorkspaceSymmetry:
+    @property
+    def element(self) -> SymmetryElement:
+        ...
+    @property
+    def inside(self) -> int:
+        ...
+    @property
+    def keeps_modes(self) -> bool:
+        ...
+    @property
+    def mismatches(self) -> int:
+        ...
+    @property
+    def reading_deviation(self) -> float:
+        ...
+    @property
+    def tested(self) -> int:
+        ...
+    @property
+    def unreachable(self) -> int:
         ...
 def accuracy_weights(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> AccuracyWeights:
     ...
@@ -1036,6 +1150,8 @@ def closure(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex
 def command_errors(actual: Mechanism, model: Mechanism, commanded: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> PoseErrors:
     ...
 def detect_symmetry(mechanism: Mechanism, tolerance: SymmetryTolerance = ...) -> DetectedSymmetry:
+    ...
+def diagnose(estimate: Mechanism, measurements: MeasurementSet, noise: MeasurementNoise, rejected: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], turning_sensor: bool, alarm: typing.SupportsFloat | typing.SupportsIndex) -> Diagnosis:
     ...
 def disturb(nominal: Mechanism, tolerances: Tolerances, seed: typing.SupportsInt | typing.SupportsIndex) -> Mechanism:
     ...

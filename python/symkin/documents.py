@@ -171,6 +171,39 @@ def identification_document(
         "converged": identification.converged,
         "trustworthy": identification.trustworthy,
         "doubts": identification.doubts,
+        "notes": identification.diagnosis.notes,
+        "goodness_of_fit": [
+            {
+                "legs": [leg + 1 for leg in fit.legs],
+                "chi_square": fit.chi_square,
+                "degrees_of_freedom": fit.degrees_of_freedom,
+                "limit": fit.limit,
+                "least": fit.least,
+            }
+            for fit in identification.goodness
+        ],
+        "residual_tests": [
+            {
+                "suspect": test.suspect,
+                "legs": [leg + 1 for leg in test.legs],
+                "term": test.term,
+                "statistic": test.statistic,
+                "degrees_of_freedom": test.freedom,
+                "p_value": test.p_value,
+                "limit": test.limit,
+                "size_rms_m": test.size,
+            }
+            for test in identification.diagnosis.tests
+        ],
+        "outliers": [
+            {
+                "row": measurements.row_numbers[outlier.row],
+                "leg": outlier.leg + 1,
+                "studentised_residual": outlier.student,
+                "p_value": outlier.p_value,
+            }
+            for outlier in identification.diagnosis.outliers
+        ],
         "residual_before_rms_m": closure_residual(nominal, measurements),
         "residual_after_rms_m": identification.residual_rms,
         "residual_after_max_m": identification.residual_max,

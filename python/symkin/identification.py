@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +14,16 @@ from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.observability import noise_of
+from symkin.observability import noise_of, tolerances_of, with_combinations
 from symkin.settings import NoiseSettings
+
+if TYPE_CHECKING:
+    from symkin.diagnosis import Diagnosis
 
 __all__ = [
     "CrossValidation",
     "Estimator",
+    "GoodnessOfFit",
     "Identification",
     "LegFit",
     "Loss",
@@ -30,9 +35,6 @@ __all__ = [
 Estimator = Literal["paper", "inverse", "implicit", "joint"]
 Loss = Literal["none", "huber", "cauchy", "tukey"]
 PoseUse = Literal["all", "own"]
-
-# Beyond this the parameters of a leg are told apart only by digits that no measurement has.
-_CONDITION_LIMIT = 1e5
 
 
 @dataclass(frozen=True)
@@ -54,9 +56,10 @@ class LegFit:
     failure : str
         why not.
     iterations : int
-        Of the solver.
+        Accepted steps of the solver.
     chi_square : float
-        Per degree of freedom: 1 is what the declared noise explains; NaN without one to spare.
+        Per degree of freedom, of the leg's own fit or, with the estimator `joint`, of all legs': 1
+        is what the declared noise explains; NaN without a degree of freedom.
     condition : float
         Of the scaled Jacobian.
     """
@@ -73,6 +76,41 @@ class LegFit:
 
 
 @dataclass(frozen=True)
+class GoodnessOfFit:
+    """Chi-square of one least-squares problem.
+
+    Attributes
+    ----------
+    legs : tuple of int
+        The legs (from 0) that were fitted together: one, or all with the estimator `joint`.
+    chi_square : float
+        Of the whitened closures at the estimate, without poses that the loss rejects.
+    degrees_of_freedom : int
+        Closures less parameters.
+    limit, least : float
+        What it exceeds, and falls short of, in one of 1000 sound robots (all problems of a robot
+        together); NaN without a degree of freedom.
+    """
+
+    legs: tuple[int, ...]
+    chi_square: float
+    degrees_of_freedom: int
+    limit: float
+    least: float
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether the residuals are larger than the declared noise explains."""
+        return self.chi_square > self.limit
+
+    @property
+    def per_degree(self) -> float:
+        """Chi-square per degree of freedom; NaN without one."""
+        spare = self.degrees_of_freedom
+        return self.chi_square / spare if spare > 0 else float("nan")
+
+
+@dataclass(frozen=True)
 class Identification:
     """What the measurements say of the parameters.
 
@@ -84,25 +122,53 @@ class Identification:
         What estimated it.
     covariance : ndarray, shape (legs p, legs p)
         Of all parameters, leg by leg. Where the residuals are larger than the declared noise
-        explains, it is scaled up by chi-square per degree of freedom.
+        explains (`GoodnessOfFit.unexplained`), that of `joint` is scaled up by chi-square per
+        degree of freedom; that of the others is the jackknife's, from the residuals of all legs.
     legs : tuple of LegFit
         How each leg was fitted.
+    goodness : tuple of GoodnessOfFit
+        Chi-square of each fit: one a leg, or one of all legs with the estimator `joint`.
     converged : bool
         Whether every leg's estimator converged.
     residual_rms, residual_max : float
         Closures of all legs, m.
-    doubts : tuple of str
-        Reasons not to trust the estimate, apart from convergence; empty if there are none.
+    nominal : Mechanism
+        From which the estimators started.
+    measurements : Measurements
+        What was fitted.
+    noise : NoiseSettings
+        What the measurements were taken to have.
+    options : dict
+        Further arguments of `identify`: poses, loss, loss_scale, max_iterations.
     """
 
     mechanism: Mechanism
     estimator: Estimator
     covariance: NDArray[np.float64]
     legs: tuple[LegFit, ...]
+    goodness: tuple[GoodnessOfFit, ...]
     converged: bool
     residual_rms: float
     residual_max: float
-    doubts: tuple[str, ...]
+    nominal: Mechanism = field(repr=False)
+    measurements: Measurements = field(repr=False)
+    noise: NoiseSettings = field(repr=False)
+    options: dict[str, Any] = field(repr=False)
+
+    @cached_property
+    def diagnosis(self) -> Diagnosis:
+        """What the residuals and the parameters say of the model and of the measurements."""
+        from symkin.diagnosis import diagnose
+
+        return diagnose(self)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to trust the estimate, apart from convergence; empty if there are none.
+
+        All tests together raise one in fewer than 1 of 100 sound robots.
+        """
+        return self.diagnosis.doubts
 
     @property
     def trustworthy(self) -> bool:
@@ -158,36 +224,60 @@ def identify(
     Raises
     ------
     NotIdentifiableError
-        For fewer poses than parameters.
+        For fewer poses than parameters, or for poses and readings that leave a combination of
+        parameters without effect; names the combination.
     SymkinError
         For measurements that do not fit the mechanism's shape.
     """
     noise = noise or mechanism.noise
     _require_poses(mechanism, measurements, poses)
-    result = _core.identify(
-        mechanism.core,
-        _core.MeasurementSet(
-            measurements.poses, measurements.readings, (measurements.leg_sets - 1).tolist()
-        ),
-        getattr(_core.Estimator, estimator),
-        getattr(_core.PoseUse, poses),
-        noise_of(noise),
-        getattr(_core.LossKind, loss),
-        loss_scale or 0.0,
-        max_iterations,
-    )
-    legs = tuple(_leg_fit(leg) for leg in result.legs)
+    try:
+        result = _core.identify(
+            mechanism.core,
+            core_measurements(measurements),
+            getattr(_core.Estimator, estimator),
+            getattr(_core.PoseUse, poses),
+            noise_of(noise),
+            getattr(_core.LossKind, loss),
+            loss_scale or 0.0,
+            max_iterations,
+        )
+    except NotIdentifiableError as error:
+        raise _named(error, mechanism) from None
     deviations = np.sqrt(np.diag(result.covariance)).reshape(result.parameters.shape)
+    if result.converged and not np.isfinite(deviations).all():
+        leg, parameter = np.argwhere(~np.isfinite(deviations))[0]
+        raise NotIdentifiableError(
+            f"leg {leg + 1}: {mechanism.parameter_names[parameter]} has no finite standard "
+            "deviation: the measurements do not determine it"
+        )
+    goodness = tuple(_goodness(each) for each in result.goodness)
     calibrated = mechanism.replace(symmetry=None).with_parameters(result.parameters, deviations)
     return Identification(
         mechanism=calibrated,
         estimator=estimator,
         covariance=result.covariance,
-        legs=legs,
+        legs=tuple(_leg_fit(number, leg, goodness) for number, leg in enumerate(result.legs)),
+        goodness=goodness,
         converged=result.converged,
         residual_rms=result.residual_rms,
         residual_max=result.residual_max,
-        doubts=tuple(_doubts(result)),
+        nominal=mechanism,
+        measurements=measurements,
+        noise=noise,
+        options={
+            "poses": poses,
+            "loss": loss,
+            "loss_scale": loss_scale,
+            "max_iterations": max_iterations,
+        },
+    )
+
+
+def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
+    """Measurements as the core takes them."""
+    return _core.MeasurementSet(
+        measurements.poses, measurements.readings, (measurements.leg_sets - 1).tolist()
     )
 
 
@@ -272,8 +362,25 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
     used.require(len(mechanism.parameter_names))
 
 
-def _leg_fit(leg: _core.LegIdentification) -> LegFit:
-    spare = leg.degrees_of_freedom
+def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
+    """The error with the combinations of parameters, in tolerances, that nothing shows."""
+    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
+    return with_combinations(error, mechanism.parameter_names, scale)
+
+
+def _goodness(fit: _core.GoodnessOfFit) -> GoodnessOfFit:
+    return GoodnessOfFit(
+        legs=tuple(fit.legs),
+        chi_square=fit.chi_square,
+        degrees_of_freedom=fit.degrees_of_freedom,
+        limit=fit.limit,
+        least=fit.least,
+    )
+
+
+def _leg_fit(
+    number: int, leg: _core.LegIdentification, goodness: tuple[GoodnessOfFit, ...]
+) -> LegFit:
     return LegFit(
         rows=np.array(leg.rows, dtype=np.intp),
         residuals=leg.residuals,
@@ -282,31 +389,6 @@ def _leg_fit(leg: _core.LegIdentification) -> LegFit:
         converged=leg.converged,
         failure=leg.failure,
         iterations=leg.iterations,
-        chi_square=leg.chi_square / spare if spare > 0 else float("nan"),
+        chi_square=next(fit.per_degree for fit in goodness if number in fit.legs),
         condition=leg.condition,
     )
-
-
-def _doubts(result: _core.Identification) -> list[str]:
-    """What speaks against an estimate that may well have converged."""
-    doubts = []
-    for number, leg in enumerate(result.legs, 1):
-        spare = leg.degrees_of_freedom
-        if not np.isfinite(leg.condition) or leg.condition > _CONDITION_LIMIT:
-            doubts.append(
-                f"leg {number}: the poses hardly tell its parameters apart "
-                f"(condition number {leg.condition:.3g})"
-            )
-        if spare < 1:
-            doubts.append(f"leg {number}: no pose to spare, so the noise cannot be checked")
-        elif leg.chi_square > 4 * spare:
-            doubts.append(
-                f"leg {number}: residuals are {np.sqrt(leg.chi_square / spare):.2g} times what the "
-                "declared noise explains; the standard deviations are scaled up accordingly"
-            )
-        if len(leg.rejected) > 0.2 * len(leg.rows):
-            doubts.append(
-                f"leg {number}: the robust loss rejects {len(leg.rejected)} of its "
-                f"{len(leg.rows)} poses"
-            )
-    return doubts

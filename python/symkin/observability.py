@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.errors import NotIdentifiableError
 from symkin.mechanism import Mechanism
 from symkin.settings import NoiseSettings, Tolerances
 
@@ -24,6 +26,7 @@ __all__ = [
     "noise_of",
     "observability_rows",
     "tolerances_of",
+    "with_combinations",
 ]
 
 RowKind = Literal["paper", "noise_aware"]
@@ -209,6 +212,21 @@ def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> 
         if abs(value) > 0.01 * largest
     ]
     return " ".join(terms).removeprefix("+ ")
+
+
+def with_combinations(
+    error: NotIdentifiableError, names: Sequence[str] | None, scale: NDArray[np.float64]
+) -> NotIdentifiableError:
+    """The error with the combinations of parameters (each in its scale) that nothing shows."""
+    directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
+    if names is None or not directions.size:
+        return error
+    if scale.size:
+        directions = directions / scale[:, None]
+        directions = directions / np.linalg.norm(directions, axis=0)
+    unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
+    error.args = (f"{error} (not shown: {unseen})",)
+    return error
 
 
 def noise_of(noise: NoiseSettings) -> _core.MeasurementNoise:

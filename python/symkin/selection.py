@@ -14,7 +14,7 @@ from symkin import _core
 from symkin._core import SymmetryElement
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind, name_combination, noise_of
+from symkin.observability import RowKind, noise_of, with_combinations
 from symkin.symmetry import symmetry_group
 
 __all__ = ["Certificate", "Criterion", "LegRows", "Selection", "SelectionMethod", "select_poses"]
@@ -227,7 +227,7 @@ def select_poses(
     try:
         result = _select(rows, options)
     except NotIdentifiableError as error:
-        raise _named(error, parameter_names, options.column_scale) from None
+        raise with_combinations(error, parameter_names, options.column_scale) from None
     return _selection(result, criterion)
 
 
@@ -257,18 +257,3 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
         spares=np.array(result.spares, dtype=np.intp),
         nodes=result.nodes,
     )
-
-
-def _named(
-    error: NotIdentifiableError, names: Sequence[str] | None, scale: NDArray[np.float64]
-) -> NotIdentifiableError:
-    """The error with the combinations of parameters (each in its scale) that nothing shows."""
-    directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
-    if names is None or not directions.size:
-        return error
-    if scale.size:
-        directions = directions / scale[:, None]
-        directions = directions / np.linalg.norm(directions, axis=0)
-    unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
-    error.args = (f"{error} (not shown: {unseen})",)
-    return error

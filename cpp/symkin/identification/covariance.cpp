@@ -27,7 +27,7 @@ Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
                               answer_to_pose(b, shared->second).transpose();
     }
   }
-  return covariance * (a.spread * b.spread);
+  return covariance;
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& 
   return inverse_information(weighted) * weighted.transpose() * root_weights.asDiagonal();
 }
 
-RowMatrix combined_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
+RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
                               const MeasurementNoise& noise) {
   const Vector sigma = noise.pose_variances(space);
   const Index p = legs.front().influence.rows();
@@ -66,13 +66,33 @@ RowMatrix combined_covariance(const std::vector<LegInfluence>& legs, PoseSpace s
       const LegInfluence& second = legs[static_cast<std::size_t>(b)];
       Eigen::MatrixXd block = cross_covariance(first, second, sigma);
       if (a == b) {
-        const Vector deviations = noise.reading * first.spread * first.by_reading;
+        const Vector deviations = noise.reading * first.by_reading;
         const Eigen::MatrixXd scaled = first.influence * deviations.asDiagonal();
         block += scaled * scaled.transpose();
       }
       covariance.block(a * p, b * p, p, p) = block;
       covariance.block(b * p, a * p, p, p) = block.transpose();
     }
+  }
+  return covariance;
+}
+
+RowMatrix residual_covariance(const std::vector<LegInfluence>& legs) {
+  const Index p = legs.front().influence.rows();
+  const auto size = static_cast<Index>(legs.size()) * p;
+  std::map<Index, Vector> changes;  // of the estimates, were the pose left out
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const LegInfluence& leg = legs[i];
+    for (std::size_t k = 0; k < leg.rows.size(); ++k) {
+      Vector& change = changes.try_emplace(leg.rows[k], Vector::Zero(size)).first->second;
+      const auto column = static_cast<Index>(k);
+      change.segment(static_cast<Index>(i) * p, p) =
+          leg.influence.col(column) * leg.deleted[column];
+    }
+  }
+  RowMatrix covariance = RowMatrix::Zero(size, size);
+  for (const auto& [row, change] : changes) {
+    covariance.noalias() += change * change.transpose();
   }
   return covariance;
 }

@@ -19,16 +19,20 @@ struct LegInfluence {
   RowMatrix influence;  // p x n
   RowMatrix by_pose;    // n x dof, dh/dpose
   Vector by_reading;    // n, dh/dpsi
-  double spread = 1;    // factor on the declared standard deviations
+  Vector deleted;       // n, closures as the leg's other poses predict them: h / (1 - leverage)
 };
 
 // The influence of weighted least squares with residuals h * factor (n x 1 each).
 RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
                                   const Vector& loss_weights);
 
-// Covariance of all legs' parameters, (legs p) x (legs p): errors of a pose are shared by the legs
-// that use it, errors of a reading belong to one leg.
-RowMatrix combined_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
+// Covariance of all legs' parameters, (legs p) x (legs p), from the declared noise: errors of a
+// pose are shared by the legs that use it, errors of a reading belong to one leg.
+RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
                               const MeasurementNoise& noise);
+
+// The same from the residuals themselves, whatever the noise is and however it is split: the
+// jackknife's covariance, HC3 of MacKinnon and White (1985), the closures of a pose together.
+RowMatrix residual_covariance(const std::vector<LegInfluence>& legs);
 
 }  // namespace symkin

@@ -4,11 +4,15 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "symkin/error.hpp"
 #include "symkin/identification/covariance.hpp"
 #include "symkin/identification/joint_estimator.hpp"
 #include "symkin/identification/leg_estimators.hpp"
+#include "symkin/identification/whitened_closures.hpp"
+#include "symkin/selection/not_identifiable.hpp"
+#include "symkin/selection/null_directions.hpp"
 
 namespace symkin {
 namespace {
@@ -57,52 +61,119 @@ LegEstimate estimate_leg(const LegData& data, const Vector& start,
   }
 }
 
-// 99.9% quantile of chi-square over its degrees of freedom (Wilson and Hilferty).
-double chi_square_quantile(Index degrees_of_freedom) {
-  const auto n = static_cast<double>(degrees_of_freedom);
-  const double spread = 2 / (9 * n);
-  return n * std::pow(1 - spread + 3.0902323 * std::sqrt(spread), 3);
-}
+// What the whitened closures of one leg show of its parameters.
+struct LegSight {
+  double condition;  // of the jacobian with columns of length one; infinite if it has no full rank
+  RowMatrix unseen;  // p x (p - rank): combinations of parameters, in their own units
+};
 
-// Factor on the declared standard deviations.
-double unexplained_spread(const LegIdentification& leg) {
-  const Index n = leg.degrees_of_freedom;
-  if (n < 1 || leg.chi_square <= chi_square_quantile(n)) {
-    return 1;
+LegSight sight_of(const WhitenedClosures& system) {
+  constexpr double kRank = 1e-10;
+  const Index p = system.jacobian.cols();
+  if (!system.jacobian.allFinite()) {
+    return {std::numeric_limits<double>::infinity(), RowMatrix(p, 0)};
   }
-  return std::sqrt(leg.chi_square / static_cast<double>(n));
+  Vector lengths = system.jacobian.colwise().norm();
+  lengths = (lengths.array() > 0).select(lengths, 1);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(system.jacobian * lengths.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinV);
+  const Vector& singular = svd.singularValues();
+  const Index rank = (singular.array() > kRank * singular[0]).count();
+  const double condition =
+      rank < p ? std::numeric_limits<double>::infinity() : singular[0] / singular[p - 1];
+  return {condition, named_directions(svd.matrixV().rightCols(p - rank), lengths.cwiseInverse())};
 }
 
-// Residuals and their statistics at the estimate.
-LegIdentification describe(const LegData& data, const Vector& parameters,
-                           const std::vector<Index>& rows, const Vector& loss_weights,
-                           const IdentificationOptions& options, ClosureRows& linear,
-                           Vector& deviations) {
+void require_identifiable(const WhitenedClosures& system, Index leg) {
+  const LegSight sight = sight_of(system);
+  if (sight.unseen.cols() > 0) {
+    throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
+                              " do not show all of its " + std::to_string(sight.unseen.rows()) +
+                              " parameters",
+                          sight.unseen);
+  }
+}
+
+// Residuals and their statistics at the estimate; `system` is the leg's own.
+LegIdentification describe(const WhitenedClosures& system, const LegEstimate& estimate) {
   LegIdentification leg;
-  leg.rows = rows;
-  data.model.linearise(parameters, data.poses, data.readings, linear);
-  deviations = closure_variances(linear, data.model.info().pose_space, options.noise).cwiseSqrt();
-  leg.residuals = linear.closure;
-  leg.standardised = linear.closure.cwiseQuotient(deviations);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (loss_weights[static_cast<Index>(i)] < 0.5) {
-      leg.rejected.push_back(rows[i]);
+  const auto count = static_cast<Index>(system.poses.size());
+  leg.residuals.resize(count);
+  leg.standardised = system.residual;
+  for (Index k = 0; k < count; ++k) {
+    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
+    leg.rows.push_back(pose.row);
+    leg.residuals[k] = system.rows.front().closure[pose.row];
+    if (estimate.loss_weights[k] < kRejectedWeight) {
+      leg.rejected.push_back(pose.row);
     }
   }
-  leg.chi_square = (loss_weights.array() >= 0.5).select(leg.standardised.array().square(), 0).sum();
-  leg.degrees_of_freedom =
-      static_cast<Index>(rows.size() - leg.rejected.size()) - static_cast<Index>(parameters.size());
-  Eigen::MatrixXd scaled = deviations.cwiseInverse().asDiagonal() * linear.by_parameters;
-  scaled.colwise().normalize();
-  const Vector singular = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
-  leg.condition = singular[0] / singular[singular.size() - 1];
+  leg.converged = estimate.outcome.converged;
+  leg.failure = estimate.outcome.failure;
+  leg.iterations = estimate.outcome.iterations;
+  leg.condition = sight_of(system).condition;
+  if (leg.converged && !(system.residual.allFinite() && std::isfinite(leg.condition))) {
+    leg.converged = false;
+    leg.failure = "the parameters that it ended at do not determine the closures";
+  }
   return leg;
 }
 
-// What multiplies h in the estimator's residual: the paper's is g - psi = -h / (dh/dpsi).
-Vector residual_factors(Estimator estimator, const ClosureRows& linear, const Vector& deviations) {
-  const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
-  return in_readings ? linear.by_reading.cwiseInverse() : deviations.cwiseInverse();
+// How the leg's estimate answers to errors of its closures, at the estimate.
+LegInfluence influence_of(const WhitenedClosures& system, const LegEstimate& estimate,
+                          Estimator estimator) {
+  const ClosureRows& all = system.rows.front();
+  const auto count = static_cast<Index>(system.poses.size());
+  LegInfluence leg;
+  leg.by_pose.resize(count, all.by_pose.cols());
+  leg.by_reading.resize(count);
+  RowMatrix by_parameters(count, all.by_parameters.cols());
+  Vector factors(count);  // on h in the estimator's residual; the paper's is -h / (dh/dpsi)
+  for (Index k = 0; k < count; ++k) {
+    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
+    leg.rows.push_back(pose.row);
+    leg.by_pose.row(k) = all.by_pose.row(pose.row);
+    leg.by_reading[k] = all.by_reading[pose.row];
+    by_parameters.row(k) = all.by_parameters.row(pose.row);
+    const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
+    factors[k] = 1 / (in_readings ? leg.by_reading[k] : pose.factor(0, 0));
+  }
+  leg.influence = least_squares_influence(by_parameters, factors, estimate.loss_weights);
+  constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
+  leg.deleted.resize(count);
+  for (Index k = 0; k < count; ++k) {
+    const double leverage = by_parameters.row(k).dot(leg.influence.col(k));
+    const double closure = all.closure[system.poses[static_cast<std::size_t>(k)].row];
+    leg.deleted[k] = closure / std::max(1 - leverage, kLeast);
+  }
+  return leg;
+}
+
+// The rows of a leg whose poses the joint estimate rejects.
+std::vector<Index> rejected_rows(const JointEstimate& joint, Index leg) {
+  std::vector<Index> rows;
+  for (std::size_t k = 0; k < joint.system.poses.size(); ++k) {
+    const WhitenedPose& pose = joint.system.poses[k];
+    const bool read = std::find(pose.legs.begin(), pose.legs.end(), leg) != pose.legs.end();
+    if (read && joint.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
+      rows.push_back(pose.row);
+    }
+  }
+  return rows;
+}
+
+// Takes the statistics of the joint estimate in place of those of its start.
+void describe_joint(const JointEstimate& joint, Identification& result) {
+  result.goodness = {goodness_of_fit(joint.system, joint.loss_weights, 1)};
+  const double spread = result.goodness.front().spread();
+  result.covariance = spread * spread * joint_covariance(joint);
+  for (std::size_t i = 0; i < result.legs.size(); ++i) {
+    LegIdentification& leg = result.legs[i];
+    leg.converged = joint.outcome.converged;
+    leg.failure = joint.outcome.failure;
+    leg.iterations += joint.outcome.iterations;
+    leg.rejected = rejected_rows(joint, static_cast<Index>(i));
+  }
 }
 
 void summarise(Identification& result) {
@@ -139,15 +210,18 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
                         const IdentificationOptions& options) {
   options.check();
   check_measurements(mechanism, measurements);
-  std::vector<LegData> data;
+  const auto leg_system = [&](ConstRows parameters, Index leg) {
+    return whiten_closures(mechanism.model(), parameters, measurements, {leg}, options.use,
+                           options.noise);
+  };
   std::vector<LegEstimate> estimates;
-  std::vector<std::vector<Index>> rows;
   Identification result;
   result.parameters = mechanism.parameters();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    rows.push_back(rows_of_leg(measurements, leg, options.use));
-    data.push_back(data_of_leg(mechanism, measurements, leg, rows.back()));
-    estimates.push_back(estimate_leg(data.back(), mechanism.leg(leg).parameters, options));
+    const LegData data =
+        data_of_leg(mechanism, measurements, leg, rows_of_leg(measurements, leg, options.use));
+    require_identifiable(leg_system(mechanism.parameters(), leg), leg);
+    estimates.push_back(estimate_leg(data, mechanism.leg(leg).parameters, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
   JointEstimate joint;
@@ -156,33 +230,22 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
     result.parameters = joint.parameters;
   }
   std::vector<LegInfluence> influences;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    const Vector parameters = result.parameters.row(static_cast<Index>(i)).transpose();
-    ClosureRows linear;
-    Vector deviations;
-    LegIdentification leg = describe(data[i], parameters, rows[i], estimates[i].loss_weights,
-                                     options, linear, deviations);
-    const bool is_joint = options.estimator == Estimator::joint;
-    leg.converged = estimates[i].converged && (!is_joint || joint.outcome.converged);
-    leg.failure = estimates[i].failure + joint.outcome.failure;
-    leg.iterations = estimates[i].iterations + joint.outcome.iterations;
-    influences.push_back(
-        {rows[i],
-         least_squares_influence(linear.by_parameters,
-                                 residual_factors(options.estimator, linear, deviations),
-                                 estimates[i].loss_weights),
-         linear.by_pose, linear.by_reading, unexplained_spread(leg)});
-    result.legs.push_back(std::move(leg));
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const LegEstimate& estimate = estimates[static_cast<std::size_t>(leg)];
+    const WhitenedClosures system = leg_system(result.parameters, leg);
+    result.legs.push_back(describe(system, estimate));
+    result.goodness.push_back(
+        goodness_of_fit(system, estimate.loss_weights, mechanism.leg_count()));
+    influences.push_back(influence_of(system, estimate, options.estimator));
   }
   if (options.estimator == Estimator::joint) {
-    const Index p = mechanism.parameter_count();
-    Vector spread(mechanism.leg_count() * p);
-    for (std::size_t i = 0; i < influences.size(); ++i) {
-      spread.segment(static_cast<Index>(i) * p, p).setConstant(influences[i].spread);
-    }
-    result.covariance = spread.asDiagonal() * joint.covariance * spread.asDiagonal();
+    describe_joint(joint, result);
   } else {
-    result.covariance = combined_covariance(influences, mechanism.pose_space(), options.noise);
+    const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
+                                        [](const GoodnessOfFit& fit) { return fit.unexplained(); });
+    result.covariance = explained
+                            ? declared_covariance(influences, mechanism.pose_space(), options.noise)
+                            : residual_covariance(influences);
   }
   summarise(result);
   return result;

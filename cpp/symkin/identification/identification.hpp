@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "symkin/identification/goodness_of_fit.hpp"
 #include "symkin/identification/measurements.hpp"
 #include "symkin/identification/robust_loss.hpp"
 #include "symkin/mechanism.hpp"
@@ -36,27 +37,29 @@ struct LegIdentification {
   Vector standardised;          // h / sqrt(v): standard normal if noise and model are right
   std::vector<Index> rejected;  // rows whose robust weight fell below one half
   bool converged = false;
-  std::string failure;  // why not
-  int iterations = 0;
-  double chi_square = 0;         // sum of the squared standardised residuals
-  Index degrees_of_freedom = 0;  // rows less parameters
-  double condition = 0;          // of the Jacobian with columns of length one
+  std::string failure;   // why not
+  int iterations = 0;    // accepted steps of the solver
+  double condition = 0;  // of the Jacobian with columns of length one
 };
 
 struct Identification {
   RowMatrix parameters;  // legs x p
-  // Of all parameters, leg by leg, (legs p) x (legs p); legs are correlated where they share
-  // poses. If a leg's residuals are larger than the noise explains (chi-square beyond its 99.9%
-  // quantile), its part is scaled up by chi-square per degree of freedom.
+  // Of all parameters, leg by leg, (legs p) x (legs p); legs are correlated where they share poses.
+  // Where a fit is larger than the declared noise explains (GoodnessOfFit::unexplained), that of
+  // `joint` is scaled up by chi-square per degree of freedom, and that of the other estimators is
+  // taken from the residuals of all legs.
   RowMatrix covariance;
   std::vector<LegIdentification> legs;
-  bool converged = false;   // every leg did
-  double residual_rms = 0;  // closures of all legs, metres
+  std::vector<GoodnessOfFit> goodness;  // one a leg; of `joint`, one of all legs
+  bool converged = false;               // every leg did
+  double residual_rms = 0;              // closures of all legs, metres
   double residual_max = 0;
 };
 
 // Identifies every leg from the measurements, starting from the mechanism's parameters. Throws
-// InvalidInput for fewer poses than parameters, NaN poses, or readings that fit no leg.
+// InvalidInput for fewer poses than parameters, NaN poses, or readings that fit no leg, and
+// NotIdentifiable, with the leg's combinations of parameters, if its poses and readings leave some
+// without effect on any closure.
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options = {});
 

@@ -4,135 +4,96 @@
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 
-#include <Eigen/QR>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include "symkin/identification/costs.hpp"
 #include "symkin/identification/covariance.hpp"
-#include "symkin/kinematics.hpp"
+#include "symkin/identification/leg_estimators.hpp"
 
 namespace symkin {
 namespace {
 
-constexpr int kMaxReweightings = 20;
-
-// The legs that were read at one pose and the whitening W of their closures: W'W is the inverse of
-// their covariance.
-struct PoseWhitening {
-  std::vector<Index> legs;
-  Eigen::MatrixXd whitening;
-};
-
-std::vector<PoseWhitening> whiten(const Mechanism& mechanism, const MeasurementSet& measurements,
-                                  const std::vector<ClosureRows>& rows,
-                                  const MeasurementNoise& noise) {
-  std::vector<PoseWhitening> all(static_cast<std::size_t>(measurements.poses.rows()));
-  for (Index i = 0; i < measurements.poses.rows(); ++i) {
-    PoseWhitening& pose = all[static_cast<std::size_t>(i)];
-    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-      if (std::isfinite(measurements.readings(i, leg))) {
-        pose.legs.push_back(leg);
-      }
-    }
-    const auto count = static_cast<Index>(pose.legs.size());
-    Eigen::MatrixXd by_pose(count, mechanism.dof());
-    Vector by_reading(count);
-    for (Index k = 0; k < count; ++k) {
-      const ClosureRows& leg =
-          rows[static_cast<std::size_t>(pose.legs[static_cast<std::size_t>(k)])];
-      by_pose.row(k) = leg.by_pose.row(i);
-      by_reading[k] = leg.by_reading[i];
-    }
-    const Eigen::MatrixXd factor =
-        joint_closure_factor(by_pose, by_reading, mechanism.pose_space(), noise, i);
-    pose.whitening =
-        factor.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(count, count));
-  }
-  return all;
-}
-
-std::vector<ClosureRows> linearise_all(const Mechanism& mechanism,
-                                       const MeasurementSet& measurements) {
-  std::vector<ClosureRows> rows;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    rows.push_back(linearise(mechanism, leg, measurements.poses, measurements.readings.col(leg)));
-  }
-  return rows;
+// A loss of the norm of so many whitened closures.
+double pose_spread(Index closures, double spread) {
+  return std::sqrt(static_cast<double>(closures)) * spread;
 }
 
 SolverOutcome fit(const Mechanism& mechanism, const MeasurementSet& measurements,
-                  const std::vector<PoseWhitening>& whitenings,
-                  const IdentificationOptions& options, RowMatrix& parameters) {
+                  const WhitenedClosures& system, const IdentificationOptions& options,
+                  double spread, RowMatrix& parameters) {
   std::vector<std::vector<std::unique_ptr<ceres::CostFunction>>> closures;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     closures.push_back(
         mechanism.model().closure_costs(measurements.poses, measurements.readings.col(leg)));
   }
-  const auto loss = options.loss.make(std::sqrt(static_cast<double>(mechanism.leg_count())));
+  std::map<Index, std::unique_ptr<ceres::LossFunction>> losses;  // by the number of closures
   ceres::Problem problem(shared_loss());
-  for (std::size_t i = 0; i < whitenings.size(); ++i) {
+  for (const WhitenedPose& pose : system.poses) {
     std::vector<std::unique_ptr<ceres::CostFunction>> of_pose;
     std::vector<double*> blocks;
-    for (const Index leg : whitenings[i].legs) {
-      of_pose.push_back(std::move(closures[static_cast<std::size_t>(leg)][i]));
+    for (const Index leg : pose.legs) {
+      of_pose.push_back(
+          std::move(closures[static_cast<std::size_t>(leg)][static_cast<std::size_t>(pose.row)]));
       blocks.push_back(parameters.row(leg).data());
     }
-    if (!of_pose.empty()) {
-      problem.AddResidualBlock(new JointCost(std::move(of_pose), whitenings[i].whitening),
-                               loss.get(), blocks);
+    auto& loss = losses[pose.count()];
+    if (loss == nullptr) {
+      loss = options.loss.make(pose_spread(pose.count(), spread));
     }
+    Eigen::MatrixXd whitening = pose.factor.triangularView<Eigen::Lower>().solve(
+        Eigen::MatrixXd::Identity(pose.count(), pose.count()));
+    problem.AddResidualBlock(new JointCost(std::move(of_pose), std::move(whitening)), loss.get(),
+                             blocks);
   }
   return solve_dense(problem, options.max_iterations);
 }
 
-// Inverse of the information of all whitened rows.
-RowMatrix joint_covariance(const Mechanism& mechanism, const std::vector<ClosureRows>& rows,
-                           const std::vector<PoseWhitening>& whitenings) {
-  const Index p = mechanism.parameter_count();
-  Index count = 0;
-  for (const PoseWhitening& pose : whitenings) {
-    count += static_cast<Index>(pose.legs.size());
+Vector weights_of_poses(const WhitenedClosures& system, const RobustLoss& loss, double spread) {
+  Vector weights(static_cast<Index>(system.poses.size()));
+  for (std::size_t k = 0; k < system.poses.size(); ++k) {
+    const WhitenedPose& pose = system.poses[k];
+    const double norm = system.residual.segment(pose.first, pose.count()).norm();
+    weights[static_cast<Index>(k)] = loss.weight(norm, pose_spread(pose.count(), spread));
   }
-  Eigen::MatrixXd whitened = Eigen::MatrixXd::Zero(count, mechanism.leg_count() * p);
-  Index first = 0;
-  for (std::size_t i = 0; i < whitenings.size(); ++i) {
-    const auto legs = static_cast<Index>(whitenings[i].legs.size());
-    for (Index k = 0; k < legs; ++k) {
-      const Index leg = whitenings[i].legs[static_cast<std::size_t>(k)];
-      const auto& row =
-          rows[static_cast<std::size_t>(leg)].by_parameters.row(static_cast<Index>(i));
-      whitened.block(first, leg * p, legs, p) = whitenings[i].whitening.col(k) * row;
-    }
-    first += legs;
-  }
-  return inverse_information(whitened);
+  return weights;
 }
 
 }  // namespace
 
 JointEstimate estimate_joint(const Mechanism& mechanism, const MeasurementSet& measurements,
                              const RowMatrix& start, const IdentificationOptions& options) {
+  const std::vector<Index> legs = all_legs(mechanism.leg_count());
+  const auto system_at = [&](const RowMatrix& parameters) {
+    return whiten_closures(mechanism.model(), parameters, measurements, legs, PoseUse::all,
+                           options.noise);
+  };
   JointEstimate estimate;
   estimate.parameters = start;
-  std::vector<ClosureRows> rows;
-  std::vector<PoseWhitening> whitenings;
-  for (int pass = 0; pass <= kMaxReweightings; ++pass) {
-    rows = linearise_all(mechanism.with_parameters(estimate.parameters), measurements);
-    whitenings = whiten(mechanism, measurements, rows, options.noise);
-    if (pass > 0 && !estimate.outcome.converged) {
-      break;
-    }
-    const RowMatrix before = estimate.parameters;
-    const int iterations = estimate.outcome.iterations;
-    estimate.outcome = fit(mechanism, measurements, whitenings, options, estimate.parameters);
-    estimate.outcome.iterations += iterations;
-    const RowMatrix size = estimate.parameters.cwiseAbs().cwiseMax(1);
-    if ((estimate.parameters - before).cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-9) {
-      break;
-    }
-  }
-  estimate.covariance = joint_covariance(mechanism, rows, whitenings);
+  estimate.system = system_at(start);
+  double spread = options.loss.spread(estimate.system.residual);
+  Eigen::Map<Vector> parameters(estimate.parameters.data(), estimate.parameters.size());
+  estimate.outcome = fit_until_still(parameters, [&] {
+    const SolverOutcome outcome =
+        fit(mechanism, measurements, estimate.system, options, spread, estimate.parameters);
+    estimate.system = system_at(estimate.parameters);
+    spread = options.loss.spread(estimate.system.residual);
+    return outcome;
+  });
+  estimate.loss_weights = weights_of_poses(estimate.system, options.loss, spread);
   return estimate;
+}
+
+RowMatrix joint_covariance(const JointEstimate& estimate) {
+  Eigen::MatrixXd weighted = estimate.system.jacobian;
+  for (std::size_t k = 0; k < estimate.system.poses.size(); ++k) {
+    const WhitenedPose& pose = estimate.system.poses[k];
+    weighted.middleRows(pose.first, pose.count()) *=
+        std::sqrt(estimate.loss_weights[static_cast<Index>(k)]);
+  }
+  return inverse_information(weighted);
 }
 
 }  // namespace symkin

@@ -4,7 +4,6 @@
 #include <ceres/loss_function.h>
 
 #include <Eigen/QR>
-#include <algorithm>
 #include <cmath>
 
 #include "symkin/identification/costs.hpp"
@@ -14,8 +13,6 @@ namespace symkin {
 namespace {
 
 using Costs = std::vector<std::unique_ptr<ceres::CostFunction>>;
-
-constexpr int kMaxReweightings = 20;
 
 // g - psi on the sensor's turn, and C = dg/dparam (Eqs. 8, 15).
 struct ReadingErrors {
@@ -47,19 +44,25 @@ Vector closure_deviations(const LegData& data, const Vector& parameters,
   return closure_variances(rows, data.model.info().pose_space, noise).cwiseSqrt();
 }
 
-// One weighted least-squares fit with fixed factors, from and into `estimate`.
-void fit(Costs costs, const Vector& factors, const RobustLoss& loss, double spread,
-         int max_iterations, LegEstimate& estimate) {
+// Typical standard deviation of g - psi.
+double reading_deviation(const LegData& data, const Vector& parameters,
+                         const MeasurementNoise& noise) {
+  ClosureRows rows;
+  data.model.linearise_pose(parameters, data.poses, data.readings, rows);
+  const Vector variances = closure_variances(rows, data.model.info().pose_space, noise);
+  return std::sqrt((variances.array() / rows.by_reading.array().square()).mean());
+}
+
+// One weighted least-squares fit with fixed factors, from and into `parameters`.
+SolverOutcome fit(Costs costs, const Vector& factors, const RobustLoss& loss, double spread,
+                  int max_iterations, Vector& parameters) {
   const auto loss_function = loss.make(spread);
   ceres::Problem problem(shared_loss());
   for (std::size_t i = 0; i < costs.size(); ++i) {
     problem.AddResidualBlock(new ScaledCost(std::move(costs[i]), factors[static_cast<Index>(i)]),
-                             loss_function.get(), estimate.parameters.data());
+                             loss_function.get(), parameters.data());
   }
-  const SolverOutcome outcome = solve_dense(problem, max_iterations);
-  estimate.converged = outcome.converged;
-  estimate.iterations += outcome.iterations;
-  estimate.failure = outcome.failure;
+  return solve_dense(problem, max_iterations);
 }
 
 // The first pose without a reading.
@@ -75,34 +78,17 @@ Vector loss_weights(const RobustLoss& loss, const Vector& residuals, double spre
 
 }  // namespace
 
-Vector standardised_closures(const LegData& data, const Vector& parameters,
-                             const MeasurementNoise& noise) {
-  Vector closures;
-  const Vector deviations = closure_deviations(data, parameters, noise, closures);
-  return closures.cwiseQuotient(deviations);
-}
-
-double robust_spread(const Vector& standardised) {
-  constexpr double kNormalMedian = 0.6744897501960817;  // of |standard normal|
-  std::vector<double> magnitudes(standardised.data(), standardised.data() + standardised.size());
-  for (double& value : magnitudes) {
-    value = std::abs(value);
-  }
-  const auto middle = magnitudes.begin() + standardised.size() / 2;
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return std::max(1.0, *middle / kNormalMedian);
-}
-
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options) {
   LegEstimate estimate;
   estimate.parameters = start;
   estimate.loss_weights = Vector::Ones(data.readings.size());
-  for (; estimate.iterations < options.max_iterations; ++estimate.iterations) {
+  SolverOutcome& outcome = estimate.outcome;
+  for (; outcome.iterations < options.max_iterations; ++outcome.iterations) {
     const ReadingErrors now = reading_errors(data, estimate.parameters);
     if (!now.errors.allFinite()) {
-      estimate.failure = "iteration " + std::to_string(estimate.iterations + 1) + " put " +
-                         unreached_pose(now.errors) + " of the leg out of its reach";
+      outcome.failure = "iteration " + std::to_string(outcome.iterations + 1) + " put " +
+                        unreached_pose(now.errors) + " of the leg out of its reach";
       return estimate;
     }
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
@@ -111,11 +97,11 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     estimate.parameters -= step;
     const Vector size = estimate.parameters.cwiseAbs().cwiseMax(1);
     if (step.cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-11) {
-      estimate.converged = true;
+      outcome.converged = true;
       return estimate;
     }
   }
-  estimate.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
+  outcome.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
   return estimate;
 }
 
@@ -123,30 +109,34 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
                              const IdentificationOptions& options) {
   LegEstimate estimate;
   estimate.parameters = start;
-  // One factor for all poses, so that the loss counts in standard deviations and the cost stays
-  // the paper's.
-  ClosureRows rows;
-  data.model.linearise_pose(start, data.poses, data.readings, rows);
-  const Vector variances = closure_variances(rows, data.model.info().pose_space, options.noise);
-  const double deviation = std::sqrt((variances.array() / rows.by_reading.array().square()).mean());
-  const Vector factors = Vector::Constant(data.readings.size(), 1 / deviation);
-  // The first fit starts far off, where the spread leaves the loss without effect; the others
-  // know the residuals.
-  const bool robust = options.loss.kind != RobustLoss::Kind::none;
-  Vector errors = reading_errors(data, start).errors / deviation;
+  estimate.loss_weights = Vector::Ones(data.readings.size());
+  Vector errors = reading_errors(data, start).errors;
   if (!errors.allFinite()) {  // Ceres would print an error
-    estimate.failure = unreached_pose(errors) + " is out of the leg's reach at the start";
-    estimate.loss_weights = Vector::Ones(data.readings.size());
+    estimate.outcome.failure = unreached_pose(errors) + " is out of the leg's reach at the start";
     return estimate;
   }
-  double spread = 1;
-  for (int pass = 0; pass < (robust ? 3 : 1); ++pass) {
-    spread = robust ? robust_spread(errors) : 1;
-    fit(data.model.reading_costs(data.working_mode, data.poses, data.readings), factors,
-        options.loss, spread, options.max_iterations, estimate);
-    errors = reading_errors(data, estimate.parameters).errors / deviation;
+  // One factor for all poses, so that the loss counts in standard deviations and the cost stays
+  // the paper's.
+  double deviation = reading_deviation(data, start, options.noise);
+  double spread = options.loss.spread(errors / deviation);
+  estimate.outcome = fit_until_still(estimate.parameters, [&] {
+    SolverOutcome outcome =
+        fit(data.model.reading_costs(data.working_mode, data.poses, data.readings),
+            Vector::Constant(data.readings.size(), 1 / deviation), options.loss, spread,
+            options.max_iterations, estimate.parameters);
+    errors = reading_errors(data, estimate.parameters).errors;
+    if (!errors.allFinite()) {
+      outcome = {false, outcome.iterations,
+                 unreached_pose(errors) + " is out of the leg's reach at the estimate"};
+      return outcome;
+    }
+    deviation = reading_deviation(data, estimate.parameters, options.noise);
+    spread = options.loss.spread(errors / deviation);
+    return outcome;
+  });
+  if (errors.allFinite()) {
+    estimate.loss_weights = loss_weights(options.loss, errors / deviation, spread);
   }
-  estimate.loss_weights = loss_weights(options.loss, errors, spread);
   return estimate;
 }
 
@@ -156,19 +146,15 @@ LegEstimate estimate_implicit(const LegData& data, const Vector& start,
   estimate.parameters = start;
   Vector closures;
   Vector deviations = closure_deviations(data, start, options.noise, closures);
-  double spread = robust_spread(closures.cwiseQuotient(deviations));
-  for (int pass = 0; pass < kMaxReweightings; ++pass) {
-    const Vector before = estimate.parameters;
-    fit(data.model.closure_costs(data.poses, data.readings), deviations.cwiseInverse(),
-        options.loss, spread, options.max_iterations, estimate);
+  double spread = options.loss.spread(closures.cwiseQuotient(deviations));
+  estimate.outcome = fit_until_still(estimate.parameters, [&] {
+    const SolverOutcome outcome =
+        fit(data.model.closure_costs(data.poses, data.readings), deviations.cwiseInverse(),
+            options.loss, spread, options.max_iterations, estimate.parameters);
     deviations = closure_deviations(data, estimate.parameters, options.noise, closures);
-    spread = robust_spread(closures.cwiseQuotient(deviations));
-    const Vector size = estimate.parameters.cwiseAbs().cwiseMax(1);
-    const Vector change = (estimate.parameters - before).cwiseQuotient(size);
-    if (!estimate.converged || change.lpNorm<Eigen::Infinity>() < 1e-9) {
-      break;
-    }
-  }
+    spread = options.loss.spread(closures.cwiseQuotient(deviations));
+    return outcome;
+  });
   estimate.loss_weights = loss_weights(options.loss, closures.cwiseQuotient(deviations), spread);
   return estimate;
 }

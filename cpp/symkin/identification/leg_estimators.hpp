@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-
 #include "symkin/identification/identification.hpp"
+#include "symkin/identification/solver.hpp"
 
 namespace symkin {
 
@@ -18,9 +17,7 @@ struct LegData {
 // Where an estimator ended, and how it weighed the poses.
 struct LegEstimate {
   Vector parameters;
-  bool converged = false;
-  std::string failure;
-  int iterations = 0;
+  SolverOutcome outcome;
   Vector loss_weights;  // of the robust loss, 1 a pose without one
 };
 
@@ -33,14 +30,5 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
 // Whitened closures, their variances taken anew at the estimate until both agree.
 LegEstimate estimate_implicit(const LegData& data, const Vector& start,
                               const IdentificationOptions& options);
-
-// h / sqrt(v) at parameters.
-Vector standardised_closures(const LegData& data, const Vector& parameters,
-                             const MeasurementNoise& noise);
-
-// How much larger than standard normal the bulk of the residuals is, at least 1: the median
-// absolute value over that of a standard normal. Keeps a loss from rejecting everything where the
-// declared noise is too small.
-double robust_spread(const Vector& standardised);
 
 }  // namespace symkin

@@ -3,7 +3,10 @@
 
 #include <ceres/loss_function.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "symkin/error.hpp"
 
@@ -30,6 +33,20 @@ std::unique_ptr<ceres::LossFunction> RobustLoss::make(double spread) const {
       return std::make_unique<ceres::TukeyLoss>(width(4.685));
   }
   return nullptr;
+}
+
+double RobustLoss::spread(const Vector& standardised) const {
+  constexpr double kNormalMedian = 0.6744897501960817;  // of |standard normal|
+  if (kind == Kind::none) {
+    return 1;
+  }
+  std::vector<double> magnitudes(standardised.data(), standardised.data() + standardised.size());
+  for (double& value : magnitudes) {
+    value = std::abs(value);
+  }
+  const auto middle = magnitudes.begin() + standardised.size() / 2;
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  return std::max(1.0, *middle / kNormalMedian);
 }
 
 double RobustLoss::weight(double residual, double spread) const {

@@ -36,6 +36,8 @@ def show_fits(identification: Identification) -> None:
     )
     for doubt in identification.doubts:
         say(f"Doubt: {doubt}")
+    for note in identification.diagnosis.notes:
+        say(f"Note: {note}")
 
 
 def unconverged_legs(identification: Identification) -> str:

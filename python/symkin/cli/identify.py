@@ -56,6 +56,9 @@ def identify(
             metavar="DIR", help="Folder for calibrated.toml, results.json and report.html."
         ),
     ] = None,
+    max_iterations: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Steps after which a solver gives up.")
+    ] = 100,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -75,13 +78,18 @@ def identify(
         with OutputFiles("identify", inputs, overwrite) as outputs:
             target = outputs.folder(out, *IDENTIFICATION_FILES) if out else None
             stage("identifying the legs")
-            identification = symkin.identify(nominal, measured, estimator, poses=poses, loss=loss)
+            options: dict[str, Any] = {
+                "poses": poses,
+                "loss": loss,
+                "max_iterations": max_iterations,
+            }
+            identification = symkin.identify(nominal, measured, estimator, **options)
             validation = None
             if cross_validate is not None:
                 stage("cross-validating")
                 seed = nominal.protocol.seed if seed is None else seed
                 validation = symkin.cross_validate(
-                    nominal, measured, cross_validate, seed, estimator, poses=poses, loss=loss
+                    nominal, measured, cross_validate, seed, estimator, **options
                 )
             result = MeasuredIdentification.of(nominal, measured, identification, validation)
             document = measured_document(result, poses=poses, loss=loss)

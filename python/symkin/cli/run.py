@@ -142,6 +142,8 @@ def _show(result: ProtocolResult, document: dict[str, Any]) -> None:
     )
     for doubt in result.identification.doubts:
         say(f"Doubt: {doubt}")
+    for note in result.identification.diagnosis.notes:
+        say(f"Note: {note}")
 
 
 def _show_comparison(mechanism: Mechanism, comparison: Sequence[EstimatorFigures]) -> None:

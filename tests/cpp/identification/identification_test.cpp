@@ -7,6 +7,7 @@
 #include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
+#include "symkin/selection/not_identifiable.hpp"
 #include "symkin/simulation.hpp"
 
 namespace symkin {
@@ -109,15 +110,121 @@ TEST(Identification, ChiSquareTellsNoiseLargerThanDeclared) {
   options.noise = {1e-5, 1e-5, 0};
   const Identification wrong = identify(nominal, made.measured, options);
   for (std::size_t leg = 0; leg < 3; ++leg) {
-    const auto freedom = static_cast<double>(right.legs[leg].degrees_of_freedom);
-    EXPECT_NEAR(right.legs[leg].chi_square / freedom, 1, 0.8);
-    EXPECT_NEAR(wrong.legs[leg].chi_square / right.legs[leg].chi_square, 100, 1);
+    const auto freedom = static_cast<double>(right.goodness[leg].degrees_of_freedom);
+    EXPECT_NEAR(right.goodness[leg].chi_square / freedom, 1, 0.8);
+    EXPECT_NEAR(wrong.goodness[leg].chi_square / right.goodness[leg].chi_square, 100, 1);
+    EXPECT_FALSE(right.goodness[leg].unexplained());
+    EXPECT_TRUE(wrong.goodness[leg].unexplained());
   }
   // The estimate's own uncertainty follows the residuals, not the wrong declaration.
   const Vector ratio =
       wrong.covariance.diagonal().cwiseQuotient(right.covariance.diagonal()).cwiseSqrt();
   EXPECT_GT(ratio.minCoeff(), 0.6);
   EXPECT_LT(ratio.maxCoeff(), 1.6);
+}
+
+TEST(Identification, JointComparesAllClosuresWithTheirCommonCovariance) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const PoseSet poses = random_poses(nominal, testing::paper_workspace(), 60);
+  IdentificationOptions options;
+  options.estimator = Estimator::joint;
+  double sum = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const Robot made = robot(nominal, poses, options.noise, seed);
+    const Identification result = identify(nominal, made.measured, options);
+    ASSERT_EQ(result.goodness.size(), 1U);
+    EXPECT_EQ(result.goodness[0].degrees_of_freedom, 3 * 60 - 24);
+    sum += result.goodness[0].chi_square;
+  }
+  // Mean of 40 values with standard deviation sqrt(2 * 156): four standard errors are 11.
+  EXPECT_NEAR(sum / 40, 156, 11);
+}
+
+TEST(Identification, TheUnweightedEstimatorsAreJudgedByWhatNoEstimateCouldExplain) {
+  // Their own sum of squares would be larger, since they do not minimise it.
+  const Mechanism nominal = testing::paper_3rrr();
+  const Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 60),
+                           MeasurementNoise{1e-4, 1e-4, 0}, 5);
+  IdentificationOptions options;
+  const Identification whitened = identify(nominal, made.measured, options);
+  options.estimator = Estimator::paper;
+  const Identification paper = identify(nominal, made.measured, options);
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    EXPECT_NEAR(paper.goodness[leg].chi_square, whitened.goodness[leg].chi_square,
+                0.01 * whitened.goodness[leg].chi_square);
+    EXPECT_GT(paper.legs[leg].standardised.squaredNorm(), whitened.goodness[leg].chi_square);
+  }
+}
+
+TEST(Identification, AnEstimateWithALossStaysWhereItIsWhenItIsStartedThere) {
+  const Mechanism nominal = testing::paper_3rrr();
+  Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 60),
+                     MeasurementNoise{1e-4, 1e-4, 0}, 3);
+  for (const Index row : {4, 17, 31}) {
+    made.measured.poses(row, 0) += 0.002;
+  }
+  for (const Estimator estimator : {Estimator::inverse, Estimator::implicit, Estimator::joint}) {
+    IdentificationOptions options;
+    options.estimator = estimator;
+    options.loss.kind = RobustLoss::Kind::cauchy;
+    const Identification first = identify(nominal, made.measured, options);
+    ASSERT_TRUE(first.converged) << static_cast<int>(estimator);
+    const Identification again =
+        identify(nominal.with_parameters(first.parameters), made.measured, options);
+    const RowMatrix moved = again.parameters - first.parameters;
+    const Vector deviations = first.covariance.diagonal().cwiseSqrt();
+    EXPECT_LT(Eigen::Map<const Vector>(moved.data(), moved.size())
+                  .cwiseQuotient(deviations)
+                  .lpNorm<Eigen::Infinity>(),
+              1e-3)
+        << static_cast<int>(estimator);
+  }
+}
+
+TEST(Identification, JointRejectsPosesByItsOwnResiduals) {
+  const Mechanism nominal = testing::paper_3rrr();
+  Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 60),
+                     MeasurementNoise{1e-4, 1e-4, 0}, 3);
+  made.measured.readings(17, 1) += 0.005;  // of leg 2 alone
+  IdentificationOptions options;
+  options.estimator = Estimator::joint;
+  options.loss.kind = RobustLoss::Kind::cauchy;
+  const Identification result = identify(nominal, made.measured, options);
+  for (const LegIdentification& leg : result.legs) {
+    EXPECT_EQ(std::count(leg.rejected.begin(), leg.rejected.end(), 17), 1);
+  }
+  EXPECT_FALSE(result.goodness[0].unexplained());
+}
+
+TEST(Identification, ConvergesInTheStepsOfGaussNewton) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 60),
+                           MeasurementNoise{1e-4, 1e-4, 0}, 3);
+  for (const LegIdentification& leg : identify(nominal, made.measured).legs) {
+    EXPECT_LE(leg.iterations, 8);
+  }
+}
+
+TEST(Identification, NamesWhatAConstantReadingHides) {
+  const Mechanism nominal = testing::paper_3rrr();
+  for (const double constant : {0.0, 0.3}) {
+    Robot made = robot(nominal, random_poses(nominal, testing::paper_workspace(), 60),
+                       MeasurementNoise{1e-4, 1e-4, 0}, 3);
+    made.measured.readings.col(1).setConstant(constant);
+    for (const Estimator estimator : kEstimators) {
+      IdentificationOptions options;
+      options.estimator = estimator;
+      try {
+        identify(nominal, made.measured, options);
+        FAIL() << "expected a refusal";
+      } catch (const NotIdentifiable& error) {
+        EXPECT_NE(std::string(error.what()).find("leg 2"), std::string::npos);
+        // The gain against the offset, and what a crank that stands still hides besides.
+        EXPECT_EQ(error.null_directions.cols(), 3);
+        EXPECT_GT(error.null_directions.row(6).norm(), 0.1);
+      }
+    }
+  }
 }
 
 TEST(Identification, ARobustLossRejectsGrossErrors) {
