@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.comparison import EstimatorFigures
+from symkin.cross_validation import CrossValidation
 from symkin.evaluation import Evaluation
-from symkin.identification import CrossValidation, Identification
+from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
