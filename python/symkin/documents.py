@@ -226,6 +226,8 @@ def _accuracy_document(accuracy: ExpectedAccuracy) -> Document:
     return {
         "position_rms_m": accuracy.position,
         "orientation_rms_rad": accuracy.orientation,
+        "evaluated": accuracy.evaluated,
+        "failed": accuracy.failed,
     }
 
 
