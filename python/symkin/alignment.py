@@ -14,7 +14,7 @@ __all__ = ["Transform", "align", "moved", "rotations_from_vectors", "vectors_fro
 Array = NDArray[np.float64]
 
 _STEPS = 50
-_CONVERGED = 1e-12  # of the step, in m and rad
+_CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
 _DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
 _FEW = 500  # poses that decide which start is the best
 
@@ -148,7 +148,9 @@ class _Problem(NamedTuple):
         """Gauss-Newton, with halved steps where a whole one leads upwards."""
         cost = self.cost(base, tool)
         for _ in range(_STEPS):
-            step = self._step(base, tool)
+            step, decrease = self._step(base, tool)
+            if decrease <= _CONVERGED * cost or np.abs(step).max() < _CONVERGED:
+                break
             size = 1.0
             while size > 1e-6:
                 new = _stepped(base, tool, size * step)
@@ -159,12 +161,10 @@ class _Problem(NamedTuple):
             else:
                 break
             (base, tool), cost = new, new_cost
-            if np.abs(step).max() < _CONVERGED:
-                break
         return base, tool
 
-    def _step(self, base: Transform, tool: Transform) -> Array:
-        """Tangents (12) of base (on its left) and tool (on its right) to the next estimate."""
+    def _step(self, base: Transform, tool: Transform) -> tuple[Array, float]:
+        """Tangents (12) of base (on its left) and tool (on its right), and what the cost loses."""
         found = base @ self.poses @ tool
         columns = np.zeros((len(found.translation), 6, 12))
         columns[:, :3, :3] = np.eye(3)
@@ -178,9 +178,11 @@ class _Problem(NamedTuple):
         gradient = matrix.T @ self.residuals(base, tool).ravel()
         values, vectors = np.linalg.eigh(matrix.T @ matrix)
         shown = values > _DEGENERATE * values[-1]
+        along = vectors[:, shown].T @ gradient
         step = np.zeros(12)
-        step[free] = -vectors[:, shown] @ (vectors[:, shown].T @ gradient / values[shown])
-        return step / np.tile(np.repeat([1.0, self.length], 3), 2)
+        step[free] = -vectors[:, shown] @ (along / values[shown])
+        step /= np.tile(np.repeat([1.0, self.length], 3), 2)
+        return step, float(np.sum(along**2 / values[shown]))
 
 
 def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
@@ -199,7 +201,8 @@ def _nearest_rotation(matrix: Array) -> Array:
 
 def _crossed(vectors: Array) -> Array:
     """Matrices of the vector product, shape (N, 3, 3)."""
-    return np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
+    crossed: Array = np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
+    return crossed
 
 
 def rotations_from_vectors(vectors: Array) -> Array:

@@ -200,8 +200,9 @@ def expected_accuracy(
 def error_weight(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
 
-    To first order, and averaged over the poses, less those out of reach or singular. A rotation counts as the way of a point at the
-    mechanism's characteristic length from the centre, so that the error is one length (m).
+    To first order, and averaged over the poses, less those out of reach or singular. A rotation
+    counts as the way of a point at the mechanism's characteristic length from the centre, so that
+    the error is one length (m).
     """
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
     weights = _core.accuracy_weights(mechanism.core, rows)

@@ -12,6 +12,7 @@ __all__ = ["travel_length", "visiting_order"]
 
 _ITERATIONS = 1000  # of the solver: within a percent or two of the shortest known tours
 _STEPS = 10**7  # into which the longest way is divided: the solver counts in integers
+_NOWHERE = 1e-200  # m, what a way is divided by if no two stations differ
 
 
 def travel_length(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
@@ -53,9 +54,7 @@ def _short_way(distances: NDArray[np.float64], seed: int) -> NDArray[np.intp]:
     """Order of the stations 1, 2, ... (from 0) on a short way that begins at station 0."""
     import pyvrp
 
-    longest = distances.max()
-    scaled = distances / longest if longest > 0 else distances
-    integers = np.rint(_STEPS * scaled).astype(np.int64)
+    integers = np.rint(distances * (_STEPS / max(distances.max(), _NOWHERE))).astype(np.int64)
     integers[:, 0] = 0  # the way back costs nothing: the way is open
     stations = len(integers)
     data = pyvrp.ProblemData(

@@ -50,7 +50,9 @@ def test_a_workspace_of_any_size_is_visited(hexapod, size):
     poses = np.random.default_rng(1).uniform(middle - size, middle + size, (12, 6))
     poses = symkin.mechanism.poses_from_bounds("spatial", poses)
     small = hexapod.replace(
-        workspace=symkin.WorkspaceSettings(tuple(middle - size), tuple(middle + size), home=tuple(middle))
+        workspace=symkin.WorkspaceSettings(
+            tuple(middle - size), tuple(middle + size), home=tuple(middle)
+        )
     )
     order = visiting_order(small, poses, seed=1)
     assert sorted(order) == list(range(12))

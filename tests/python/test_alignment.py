@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Constant frames are found, and nothing else is taken for them."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+from scipy.spatial.transform import Rotation
+
+from symkin.alignment import (
+    Transform,
+    align,
+    moved,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
+
+LENGTH = 0.2
+SPACES = ("planar", "point", "spatial")
+# Largest position (m) and rotation (rad) of the poses: ordinary, hardly turning, hardly moving.
+RANGES = ((0.3, 0.3), (0.3, 0.01), (0.005, 0.4))
+FREE = {"planar": ([0, 1, 5], [0, 1, 5]), "point": ([0, 1], []), "spatial": (range(6), range(6))}
+
+
+def restricted(tangents, free):
+    kept = np.zeros_like(tangents)
+    kept[:, list(free)] = tangents[:, list(free)]
+    return Transform(rotations_from_vectors(kept[:, 3:]), kept[:, :3])
+
+
+def example(space, ranges=RANGES[0], seed=1, count=60, noise=0.0):
+    """Poses, and the same seen in another base frame and at another tool, with noise."""
+    random = np.random.default_rng(seed)
+    scale = np.repeat(ranges, 3)
+    pose_free, tool_free = FREE[space]
+    poses = restricted(random.uniform(-scale, scale, (count, 6)), pose_free)
+    base_free = [0, 1, 5] if space == "point" else pose_free
+    base = restricted(random.uniform(-1.7, 1.7, (1, 6)), base_free)
+    tool = restricted(random.uniform(-1.7, 1.7, (1, 6)) * np.repeat([0.1, 1], 3), tool_free)
+    wanted = base @ poses @ tool
+    errors = restricted(noise * random.normal(size=(count, 6)), pose_free)
+    turned, translated = errors.rotation @ wanted.rotation, errors.translation + wanted.translation
+    return poses, Transform(turned, translated)
+
+
+def cost(errors):
+    return float(np.sum((errors * np.repeat([1.0, LENGTH], 3)) ** 2))
+
+
+@pytest.mark.parametrize("ranges", RANGES)
+@pytest.mark.parametrize("space", SPACES)
+def test_any_frames_are_found(space, ranges):
+    for seed in range(5):
+        poses, wanted = example(space, ranges, seed)
+        base, tool = align(poses, wanted, LENGTH, space)
+        np.testing.assert_allclose(moved(base, poses, tool, wanted), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_no_other_frames_are_nearer(space):
+    poses, wanted = example(space, noise=0.05)
+    base, tool = align(poses, wanted, LENGTH, space)
+    least = cost(moved(base, poses, tool, wanted))
+
+    def nearby(step):
+        steps = np.zeros((2, 6))
+        steps[0, list(FREE[space][0])] = step[: len(FREE[space][0])]
+        steps[1, list(FREE[space][1])] = step[len(FREE[space][0]) :]
+        by = Transform(rotations_from_vectors(steps[:, 3:]), steps[:, :3])
+        return cost(
+            moved(
+                Transform(by[0][0], by[1][0]) @ base,
+                poses,
+                tool @ Transform(by[0][1], by[1][1]),
+                wanted,
+            )
+        )
+
+    start = np.zeros(sum(map(len, FREE[space])))
+    found = scipy.optimize.minimize(nearby, start, options={"gtol": 1e-9})
+    assert least <= found.fun * (1 + 1e-9)
+    assert np.abs(found.x).max() < 1e-5
+    assert least > 0
+
+
+def test_poses_that_do_not_turn_are_aligned_all_the_same():
+    poses, wanted = example("spatial", (0.3, 0.0), noise=1e-3)
+    base, tool = align(poses, wanted, LENGTH, "spatial")
+    errors = moved(base, poses, tool, wanted)
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(1e-3, rel=0.1)
+
+
+@pytest.mark.parametrize(("space", "count"), [("planar", 2), ("point", 1), ("spatial", 2)])
+def test_poses_that_would_always_fit_are_not_aligned(space, count):
+    assert align(*example(space, count=count), LENGTH, space) is None
+    assert align(*example(space, count=count + 1), LENGTH, space) is not None
+
+
+def test_rotation_vectors_and_matrices_are_each_others_inverse():
+    random = np.random.default_rng(1)
+    axes = random.normal(size=(50, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    for angle in (0, 1e-12, 1e-5, 1, 3, np.pi - 1e-5, np.pi - 1e-9, np.pi):
+        vectors = angle * axes
+        matrices = Rotation.from_rotvec(vectors).as_matrix()
+        np.testing.assert_allclose(rotations_from_vectors(vectors), matrices, atol=1e-14)
+        found = vectors_from_rotations(matrices)
+        np.testing.assert_allclose(rotations_from_vectors(found), matrices, atol=1e-8)
+        np.testing.assert_allclose(np.linalg.norm(found, axis=1), angle, atol=1e-7)
