@@ -39,7 +39,7 @@ from symkin.errors import (
     SymkinError,
     SymmetryError,
 )
-from symkin.evaluation import Evaluation, evaluate
+from symkin.evaluation import AlignedErrors, Evaluation, evaluate
 from symkin.groups import NamedGroup
 from symkin.identification import Identification, LegFit, identify
 from symkin.measurements import Measurements
@@ -103,6 +103,7 @@ if TYPE_CHECKING:
     from symkin.files.results import read_results, write_results
 
 __all__ = [
+    "AlignedErrors",
     "Certificate",
     "ChainInfo",
     "CheckResult",

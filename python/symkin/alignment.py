@@ -106,7 +106,7 @@ class _Problem(NamedTuple):
 
     def residuals(self, base: Transform, tool: Transform) -> Array:
         scale = np.repeat([1.0, self.length], 3)
-        return moved(base, self.poses, tool, self.wanted) * scale
+        return np.asarray(moved(base, self.poses, tool, self.wanted) * scale)
 
     def cost(self, base: Transform, tool: Transform) -> float:
         return float(np.sum(self.residuals(base, tool) ** 2))
@@ -231,4 +231,4 @@ def vectors_from_rotations(rotations: Array) -> Array:
         axes = columns[np.arange(len(columns)), longest]
         axes /= np.linalg.norm(axes, axis=1, keepdims=True)
         vectors[half_turn] = angles[half_turn, None] * axes
-    return vectors
+    return np.asarray(vectors)

@@ -21,7 +21,7 @@ from symkin.errors import SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 
-__all__ = ["AlignedErrors", "Evaluation", "evaluate"]
+__all__ = ["AlignedErrors", "Evaluation", "evaluate", "pose_differences"]
 
 Array = NDArray[np.float64]
 
@@ -194,17 +194,26 @@ def evaluate(
         If no pose can be evaluated, or the robot is of another kind than the model.
     """
     if measurements is not None and actual is None and poses is None:
-        complete = np.isfinite(measurements.readings).all(axis=1)
-        rows = np.ascontiguousarray(measurements.poses[complete])
-        errors = _core.measurement_errors(model.core, rows, measurements.readings[complete])
+        complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+        rows = measurements.poses[complete]
+        differences = pose_differences(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:
         require_same_shape(actual, model)
         rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-        errors = _core.command_errors(actual.core, model.core, rows)
+        differences = _core.command_errors(actual.core, model.core, rows).differences
     else:
         raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
-    if errors.evaluated == 0:
+    if not np.isfinite(differences).any():
         raise SymkinError(
-            f'mechanism "{model.name}" can take none of the {errors.failed} poses to evaluate'
+            f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    return Evaluation.of(errors.differences, rows, model.characteristic_length)
+    return Evaluation.of(differences, rows, model.characteristic_length)
+
+
+def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
+    """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
+    return _core.measurement_errors(
+        model.core,
+        np.ascontiguousarray(measurements.poses),
+        np.ascontiguousarray(measurements.readings),
+    ).differences
