@@ -105,7 +105,8 @@ class _Problem(NamedTuple):
         )
 
     def residuals(self, base: Transform, tool: Transform) -> Array:
-        scale = np.repeat([1.0, self.length], 3)
+        # A point has no orientation, so that the base may turn without a rotation error.
+        scale = np.repeat([1.0, self.length if self.tool_free else 0.0], 3)
         return np.asarray(moved(base, self.poses, tool, self.wanted) * scale)
 
     def cost(self, base: Transform, tool: Transform) -> float:
@@ -169,7 +170,7 @@ class _Problem(NamedTuple):
         columns = np.zeros((len(found.translation), 6, 12))
         columns[:, :3, :3] = np.eye(3)
         columns[:, :3, 3:6] = -_crossed(found.translation - base.translation) / self.length
-        columns[:, 3:, 3:6] = np.eye(3)
+        columns[:, 3:, 3:6] = np.eye(3) if self.tool_free else 0.0
         columns[:, :3, 6:9] = base.rotation @ self.poses.rotation
         columns[:, 3:, 9:] = found.rotation
         # The derivative of a rotation vector is left out: it does not change the gradient.
