@@ -5,6 +5,7 @@
 
 #include "support/mechanisms.hpp"
 #include "symkin/accuracy.hpp"
+#include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
 #include "symkin/simulation.hpp"
