@@ -67,7 +67,8 @@ def identification_summary(
     figures, texts = [closure], [done, achieved]
     if before is not None and after is not None:
         figures = [*_measured_figures(nominal, before, after), closure]
-        texts += [_missed(nominal, before, after, validation), *_failures(before, after)]
+        missed = _missed(nominal, before, after, validation)
+        texts = [done, missed, *_failures(before, after), achieved]
     return Summary(
         title=f"{nominal.name}: identification from measurements",
         subtitle=_subtitle(nominal),
@@ -82,25 +83,26 @@ def identification_summary(
 def _missed(
     nominal: Mechanism, before: Evaluation, after: Evaluation, validation: CrossValidation | None
 ) -> str:
-    aligned = ""
-    if before.aligned is not None and after.aligned is not None:
-        aligned = (
-            " After the best constant motions of base frame and tool frame, which need no "
-            f"calibration of the legs, {_errors(nominal, before.aligned)} and "
-            f"{_errors(nominal, after.aligned)} remain: the difference is what the identified "
-            "parameters gain."
+    def missed(old: Evaluation | AlignedErrors, new: Evaluation | AlignedErrors) -> str:
+        return (
+            f"by {_errors(nominal, old)} (root mean square) with the nominal parameters, and by "
+            f"{_errors(nominal, new)} with the identified ones"
         )
-    unseen = ""
+
+    text = f"The forward kinematics misses the measured poses {missed(before, after)}."
+    if before.aligned is not None and after.aligned is not None:
+        text = (
+            "After the best constant motions of base frame and tool frame, which need no "
+            "calibration of the legs, the forward kinematics misses the measured poses "
+            f"{missed(before.aligned, after.aligned)}. As it is, it misses them "
+            f"{missed(before, after)}."
+        )
     if validation is not None and validation.evaluation is not None:
-        unseen = (
-            f" At poses that the identification did not see it is off by "
+        text += (
+            " Poses that the identification did not see are missed by "
             f"{_errors(nominal, validation.evaluation)}."
         )
-    return (
-        f"The forward kinematics misses the measured poses by {_errors(nominal, before)} (root "
-        f"mean square) with the nominal parameters, and by {_errors(nominal, after)} with the "
-        f"identified ones.{aligned}{unseen}"
-    )
+    return text
 
 
 def _done(result: ProtocolResult) -> str:
