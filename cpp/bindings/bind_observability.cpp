@@ -50,7 +50,9 @@ void bind_observability(py::module_& module) {
 
   py::class_<AccuracyWeights>(module, "AccuracyWeights")
       .def_readonly("position", &AccuracyWeights::position)
-      .def_readonly("orientation", &AccuracyWeights::orientation);
+      .def_readonly("orientation", &AccuracyWeights::orientation)
+      .def_readonly("evaluated", &AccuracyWeights::evaluated)
+      .def_readonly("failed", &AccuracyWeights::failed);
   module.def("accuracy_weights", &symkin::accuracy_weights, py::arg("mechanism"), py::arg("poses"),
              ReleaseGil());
   module.def(

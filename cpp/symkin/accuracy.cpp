@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/accuracy.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
@@ -20,29 +20,36 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   for (Index leg = 0; leg < legs; ++leg) {
     rows.push_back(linearise(mechanism, leg, poses, readings.col(leg)));
   }
-  AccuracyWeights weights{RowMatrix::Zero(legs * p, legs * p), RowMatrix::Zero(legs * p, legs * p)};
+  AccuracyWeights weights;
+  weights.position = RowMatrix::Zero(legs * p, legs * p);
+  weights.orientation = weights.position;
   Eigen::MatrixXd by_pose(legs, dof);
   Eigen::MatrixXd effect(dof, legs * p);
   for (Index i = 0; i < poses.rows(); ++i) {
     for (Index leg = 0; leg < legs; ++leg) {
       by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
     }
-    const Eigen::MatrixXd gram = by_pose.transpose() * by_pose;
-    const Eigen::MatrixXd inverse = gram.partialPivLu().solve(by_pose.transpose());
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(by_pose);
+    if (!by_pose.allFinite() || qr.rank() < dof) {
+      ++weights.failed;
+      continue;
+    }
+    const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd::Identity(legs, legs));
     for (Index leg = 0; leg < legs; ++leg) {
       effect.middleCols(leg * p, p) =
           inverse.col(leg) * rows[static_cast<std::size_t>(leg)].by_parameters.row(i);
     }
-    if (!effect.allFinite()) {
-      throw InvalidInput("pose " + std::to_string(i) +
-                         " is out of reach or singular: no accuracy can be expected there");
-    }
     weights.position.noalias() += effect.topRows(position).transpose() * effect.topRows(position);
     weights.orientation.noalias() +=
         effect.bottomRows(dof - position).transpose() * effect.bottomRows(dof - position);
+    ++weights.evaluated;
   }
-  weights.position /= static_cast<double>(poses.rows());
-  weights.orientation /= static_cast<double>(poses.rows());
+  if (weights.evaluated == 0) {
+    throw InvalidInput("mechanism \"" + mechanism.name() + "\" can take none of the " +
+                       std::to_string(poses.rows()) + " poses over which accuracy is expected");
+  }
+  weights.position /= static_cast<double>(weights.evaluated);
+  weights.orientation /= static_cast<double>(weights.evaluated);
   return weights;
 }
 

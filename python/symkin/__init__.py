@@ -28,6 +28,7 @@ except ModuleNotFoundError as error:
 from symkin.chains import ChainInfo, chain_info, chains
 from symkin.checking import CheckResult, check_mechanism
 from symkin.conditions import Condition, Conditions, check_conditions
+from symkin.cross_validation import CrossValidation, cross_validate
 from symkin.errors import (
     MeasurementError,
     MechanismError,
@@ -38,15 +39,9 @@ from symkin.errors import (
     SymkinError,
     SymmetryError,
 )
-from symkin.evaluation import Evaluation, evaluate
+from symkin.evaluation import AlignedErrors, Evaluation, evaluate
 from symkin.groups import NamedGroup
-from symkin.identification import (
-    CrossValidation,
-    Identification,
-    LegFit,
-    cross_validate,
-    identify,
-)
+from symkin.identification import Identification, LegFit, identify
 from symkin.measurements import Measurements
 from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
 from symkin.observability import (
@@ -108,6 +103,7 @@ if TYPE_CHECKING:
     from symkin.files.results import read_results, write_results
 
 __all__ = [
+    "AlignedErrors",
     "Certificate",
     "ChainInfo",
     "CheckResult",

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from symkin.comparison import EstimatorFigures, expected
-from symkin.evaluation import Evaluation
+from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -22,6 +22,7 @@ from symkin.pipeline import ProtocolResult
 from symkin.planning import Plan, PlanBasis, PoseCountCurve, travel_length
 
 __all__ = [
+    "difference_names",
     "evaluation_document",
     "identification_document",
     "measured_document",
@@ -81,8 +82,11 @@ def measured_document(result: MeasuredIdentification, **settings: Any) -> Docume
         "cross_validation": validation
         and {
             "folds": validation.folds,
+            "blocks": validation.blocks,
+            "converged": validation.converged,
             "residual_rms_m": validation.residual_rms,
             "residual_max_m": validation.residual_max,
+            "evaluation": evaluation_document(validation.evaluation),
         },
     }
 
@@ -226,6 +230,26 @@ def evaluation_document(evaluation: Evaluation | None) -> Document | None:
         "orientation_max_rad": evaluation.orientation_max,
         "evaluated": evaluation.evaluated,
         "failed": evaluation.failed,
+        "mean_difference": dict(zip(difference_names(evaluation), evaluation.means, strict=True)),
+        "aligned": evaluation.aligned and _aligned_document(evaluation.aligned),
+    }
+
+
+def difference_names(evaluation: Evaluation) -> tuple[str, ...]:
+    """Coordinates of an evaluation's differences with their units."""
+    position, angles = ("x_m", "y_m"), ("rx_rad", "ry_rad", "rz_rad")
+    by_size = {2: position, 3: (*position, "phi_rad"), 6: (*position, "z_m", *angles)}
+    return by_size[evaluation.differences.shape[1]]
+
+
+def _aligned_document(aligned: AlignedErrors) -> Document:
+    return {
+        "position_rms_m": aligned.position_rms,
+        "position_max_m": aligned.position_max,
+        "orientation_rms_rad": aligned.orientation_rms,
+        "orientation_max_rad": aligned.orientation_max,
+        "base": aligned.base,
+        "tool": aligned.tool,
     }
 
 
@@ -259,6 +283,8 @@ def _accuracy_document(accuracy: ExpectedAccuracy) -> Document:
     return {
         "position_rms_m": accuracy.position,
         "orientation_rms_rad": accuracy.orientation,
+        "evaluated": accuracy.evaluated,
+        "failed": accuracy.failed,
     }
 
 

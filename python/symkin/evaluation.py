@@ -4,16 +4,60 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.alignment import (
+    Transform,
+    align,
+    moved,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
 from symkin.errors import SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 
-__all__ = ["Evaluation", "evaluate"]
+__all__ = ["AlignedErrors", "Evaluation", "evaluate", "pose_differences"]
+
+Array = NDArray[np.float64]
+
+# Components of a tangent in space (position, then rotation vector) by degrees of freedom.
+_COMPONENTS = {2: [0, 1], 3: [0, 1, 5], 6: [0, 1, 2, 3, 4, 5]}
+_SPACES = {2: "point", 3: "planar", 6: "spatial"}
+
+
+@dataclass(frozen=True)
+class AlignedErrors:
+    """End-effector errors that no other base frame and tool frame would take away.
+
+    Two constant motions, of the base and of the tool, are fitted to the poses taken (least squares,
+    a rotation counting as the way of a point at the characteristic length from the centre); a point
+    platform has the base alone.
+
+    Attributes
+    ----------
+    position_rms, position_max : float
+        m, of the distance.
+    orientation_rms, orientation_max : float
+        rad, of the angle; zero for a point platform.
+    base, tool : ndarray, shape (6,) spatially, else (3,)
+        The motions: ``B taken T`` is nearest to what was wanted. Translation (m), then rotation
+        vector (spatially) or angle (rad). Poses that hardly turn do not tell one from the other.
+    differences : ndarray, shape (N, dof)
+        What is left of those of the evaluation.
+    """
+
+    position_rms: float
+    position_max: float
+    orientation_rms: float
+    orientation_max: float
+    base: Array
+    tool: Array
+    differences: Array
 
 
 @dataclass(frozen=True)
@@ -30,6 +74,10 @@ class Evaluation:
         Poses in the figures, and poses left out because the mechanism cannot take them.
     differences : ndarray, shape (N, dof)
         Pose taken less pose wanted: position, then angle or rotation vector; NaN where it failed.
+    poses : ndarray, shape (N, coordinates)
+        The poses wanted: measured, or commanded.
+    characteristic_length : float
+        Length that makes rotations comparable with translations, m.
     """
 
     position_rms: float
@@ -38,7 +86,78 @@ class Evaluation:
     orientation_max: float
     evaluated: int
     failed: int
-    differences: NDArray[np.float64]
+    differences: Array
+    poses: Array
+    characteristic_length: float
+
+    @classmethod
+    def of(cls, differences: Array, poses: Array, characteristic_length: float) -> Evaluation:
+        """Return the figures of single differences."""
+        failed = int(np.isnan(differences).any(axis=1).sum())
+        return cls(
+            *_figures(differences),
+            evaluated=len(differences) - failed,
+            failed=failed,
+            differences=differences,
+            poses=poses,
+            characteristic_length=characteristic_length,
+        )
+
+    @property
+    def means(self) -> Array:
+        """Mean of each coordinate's difference, shape (dof,), m and rad."""
+        return np.asarray(np.nanmean(self.differences, axis=0))
+
+    @cached_property
+    def aligned(self) -> AlignedErrors | None:
+        """Errors after the best alignment of base and tool frame; None for too few poses."""
+        rows = np.flatnonzero(np.isfinite(self.differences).all(axis=1))
+        components = _COMPONENTS[self.differences.shape[1]]
+        wanted = _transforms(self.poses[rows])
+        steps = np.zeros((len(rows), 6))
+        steps[:, components] = self.differences[rows]
+        turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
+        taken = Transform(turned, wanted.translation + steps[:, :3])
+        space = _SPACES[len(components)]
+        frames = align(taken, wanted, self.characteristic_length, space)
+        if frames is None:
+            return None
+        differences = np.full_like(self.differences, np.nan)
+        differences[rows] = moved(frames[0], taken, frames[1], wanted)[:, components]
+        shown = _COMPONENTS[6 if space == "spatial" else 3]
+        base, tool = (_tangent(frame)[shown] for frame in frames)
+        return AlignedErrors(*_figures(differences), base, tool, differences)
+
+
+def _figures(differences: Array) -> tuple[float, float, float, float]:
+    """Root mean square and maximum of the distance (m), and of the angle (rad)."""
+    good = differences[np.isfinite(differences).all(axis=1)]
+    size = 3 if differences.shape[1] == 6 else 2
+    figures: list[float] = []
+    for part in (good[:, :size], good[:, size:]):
+        squares = np.sum(part**2, axis=1)
+        figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
+    return figures[0], figures[1], figures[2], figures[3]
+
+
+def _transforms(poses: Array) -> Transform:
+    """Poses as motions in space."""
+    count, coordinates = poses.shape
+    tangents = np.zeros((count, 6))
+    if coordinates == 7:
+        vectors, scalars = poses[:, 3:6], poses[:, 6:]
+        sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
+        angles = 2 * np.arctan2(sizes, scalars)
+        tangents[:, :3] = poses[:, :3]
+        tangents[:, 3:] = vectors * angles / np.where(sizes > 0, sizes, 1.0)
+    else:
+        tangents[:, _COMPONENTS[coordinates]] = poses
+    return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
+
+
+def _tangent(transform: Transform) -> Array:
+    rotation = vectors_from_rotations(transform.rotation[None])[0]
+    return np.concatenate([transform.translation, rotation])
 
 
 def evaluate(
@@ -75,26 +194,26 @@ def evaluate(
         If no pose can be evaluated, or the robot is of another kind than the model.
     """
     if measurements is not None and actual is None and poses is None:
-        complete = np.isfinite(measurements.readings).all(axis=1)
-        errors = _core.measurement_errors(
-            model.core, measurements.poses[complete], measurements.readings[complete]
-        )
+        complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+        rows = measurements.poses[complete]
+        differences = pose_differences(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:
         require_same_shape(actual, model)
         rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-        errors = _core.command_errors(actual.core, model.core, rows)
+        differences = _core.command_errors(actual.core, model.core, rows).differences
     else:
         raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
-    if errors.evaluated == 0:
+    if not np.isfinite(differences).any():
         raise SymkinError(
-            f'mechanism "{model.name}" can take none of the {errors.failed} poses to evaluate'
+            f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    return Evaluation(
-        position_rms=errors.position_rms,
-        position_max=errors.position_max,
-        orientation_rms=errors.orientation_rms,
-        orientation_max=errors.orientation_max,
-        evaluated=errors.evaluated,
-        failed=errors.failed,
-        differences=errors.differences,
-    )
+    return Evaluation.of(differences, rows, model.characteristic_length)
+
+
+def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
+    """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
+    return _core.measurement_errors(
+        model.core,
+        np.ascontiguousarray(measurements.poses),
+        np.ascontiguousarray(measurements.readings),
+    ).differences

@@ -70,10 +70,14 @@ class ExpectedAccuracy:
         m.
     orientation : float
         rad; zero for a point platform.
+    evaluated, failed : int
+        Poses in the figures, and poses left out because they are out of reach or singular.
     """
 
     position: float
     orientation: float
+    evaluated: int
+    failed: int
 
 
 def observability_rows(
@@ -182,20 +186,26 @@ def expected_accuracy(
     Returns
     -------
     ExpectedAccuracy
+
+    Raises
+    ------
+    SymkinError
+        If the mechanism can take none of the poses, or the covariance has another shape.
     """
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
     weights = _core.accuracy_weights(mechanism.core, rows)
     position, orientation = _core.expected_accuracy(
         weights, np.ascontiguousarray(covariance, dtype=np.float64)
     )
-    return ExpectedAccuracy(position, orientation)
+    return ExpectedAccuracy(position, orientation, weights.evaluated, weights.failed)
 
 
 def error_weight(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
 
-    To first order, and averaged over the poses. A rotation counts as the way of a point at the
-    mechanism's characteristic length from the centre, so that the error is one length (m).
+    To first order, and averaged over the poses, less those out of reach or singular. A rotation
+    counts as the way of a point at the mechanism's characteristic length from the centre, so that
+    the error is one length (m).
     """
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
     weights = _core.accuracy_weights(mechanism.core, rows)

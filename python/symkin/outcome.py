@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symkin.cross_validation import CrossValidation
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
-from symkin.identification import CrossValidation, Identification
+from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 

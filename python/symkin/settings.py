@@ -30,8 +30,10 @@ class WorkspaceSettings:
     ----------
     lower, upper : tuple of float
         Corners of the box.
-    reach_margin : float
-        Least distance of every leg from its limits of reach, m.
+    reach_margin : float or None
+        Least distance of every leg from its limits of reach, m; None means three standard
+        deviations of what the tolerances do to a leg's closure at home, but at most half of what
+        home itself keeps.
     conditioning_limit : float
         Largest condition number of the inverse pose Jacobian, after scaling by
         `characteristic_length`.
@@ -43,7 +45,7 @@ class WorkspaceSettings:
 
     lower: tuple[float, ...]
     upper: tuple[float, ...]
-    reach_margin: float = 0.0
+    reach_margin: float | None = None
     conditioning_limit: float = 20.0
     characteristic_length: float | None = None
     home: tuple[float, ...] | None = None

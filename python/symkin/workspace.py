@@ -11,17 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
+from symkin.observability import tolerances_of
 
 __all__ = [
     "WorkspaceSample",
+    "closure_deviation",
     "coordinate_names",
     "inside_box",
     "inside_workspace",
+    "least_reach_margin",
     "sample_workspace",
     "workspace_coordinates",
     "workspace_options",
 ]
 
+_MARGIN_SIGMAS = 3.0  # as `make_plan` keeps by default
 _COORDINATES = {
     "planar": ("x", "y", "phi"),
     "point": ("x", "y"),
@@ -130,6 +134,35 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray((above & below).all(axis=1))
 
 
+def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
+    """Standard deviation of the closures of legs as the workshop makes them, m.
+
+    The largest of all legs and poses; zero where no leg can reach.
+    """
+    tolerances = tolerances_of(mechanism.tolerances)
+    readings = mechanism.inverse_kinematics(poses)
+    largest = 0.0
+    for leg in range(len(mechanism.legs)):
+        rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg]).by_parameters
+        deviations = np.linalg.norm(rows * tolerances.deviations(mechanism.core, leg), axis=1)
+        largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
+    return largest
+
+
+def least_reach_margin(mechanism: Mechanism) -> float:
+    """Distance (m) that every leg keeps from its limits of reach in the workspace.
+
+    Where the workspace does not say, a robot within its tolerances should follow; but never so far
+    that home would be out of reach.
+    """
+    settings = mechanism.workspace
+    if settings is not None and settings.reach_margin is not None:
+        return settings.reach_margin
+    home = np.atleast_2d(mechanism.home)
+    kept_at_home = float(_core.reach_margin(mechanism.core, home).min())
+    return min(_MARGIN_SIGMAS * closure_deviation(mechanism, home), max(0.0, kept_at_home / 2))
+
+
 def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
     """Workspace settings and joint limits as the core takes them."""
     settings = mechanism.workspace
@@ -141,7 +174,7 @@ def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
     options = _core.WorkspaceOptions()
     options.lower = np.array(settings.lower, dtype=float)
     options.upper = np.array(settings.upper, dtype=float)
-    options.reach_margin = settings.reach_margin
+    options.reach_margin = least_reach_margin(mechanism)
     options.conditioning_limit = settings.conditioning_limit
     options.characteristic_length = mechanism.characteristic_length
     options.home = mechanism.home

@@ -5,6 +5,7 @@
 
 #include "support/mechanisms.hpp"
 #include "symkin/accuracy.hpp"
+#include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
 #include "symkin/simulation.hpp"
@@ -46,6 +47,32 @@ TEST(Accuracy, FirstOrderPredictionEqualsTheErrorOfSmallDisturbances) {
     EXPECT_NEAR(expected.position / errors.position_rms, 1, 1e-3) << nominal.name();
     EXPECT_NEAR(expected.orientation / errors.orientation_rms, 1, 1e-3) << nominal.name();
   }
+}
+
+TEST(Accuracy, PosesOutOfReachOrSingularAreLeftOutAndCounted) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix good = sample_workspace(mechanism, testing::paper_workspace(), 5, 2).poses;
+  // Between two good poses one beyond the reach of all legs.
+  RowMatrix poses(3, 3);
+  poses << good.row(0), RowMatrix::Constant(1, 3, 40), good.row(1);
+  const AccuracyWeights some = accuracy_weights(mechanism, poses);
+  EXPECT_EQ(some.evaluated, 2);
+  EXPECT_EQ(some.failed, 1);
+  const AccuracyWeights all = accuracy_weights(mechanism, good.topRows(2));
+  EXPECT_TRUE(some.position.isApprox(all.position));
+  EXPECT_TRUE(some.orientation.isApprox(all.orientation));
+  EXPECT_THROW(accuracy_weights(mechanism, poses.middleRows(1, 1)), InvalidInput);
+}
+
+TEST(Accuracy, ParallelLegsAreSingular) {
+  // Three equal legs side by side cannot hold the platform's angle, nor its way across.
+  const Mechanism one = testing::paper_3rrr();
+  RowMatrix alike = one.parameters();
+  alike.row(1) = alike.row(0);
+  alike.row(2) = alike.row(0);
+  const Mechanism mechanism = one.with_parameters(alike);
+  const RowMatrix home = RowMatrix::Zero(1, 3);
+  EXPECT_THROW(accuracy_weights(mechanism, home), InvalidInput);
 }
 
 TEST(Evaluation, MeasuredPosesAreComparedWithTheModelsForwardKinematics) {

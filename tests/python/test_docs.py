@@ -10,7 +10,7 @@ import pytest
 import typer
 
 import symkin
-from symkin.cli import app
+from symkin.cli import app, main
 from symkin.files.orientation import quaternions_from_rotation_vectors
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -92,6 +92,23 @@ def test_the_five_bar_of_the_user_guide_is_a_mechanism(tmp_path):
     mechanism = symkin.load_mechanism(five_bar)
     assert mechanism.working_modes == (-1, 1)
     assert np.isfinite(mechanism.inverse_kinematics(mechanism.home)).all()
+
+
+def whole_mechanism_files() -> list[str]:
+    pages = sorted(DOCS.rglob("*.md"))
+    found = [block for page in pages for block in blocks(str(page), "toml")]
+    return [block for block in found if re.search("^schema", block, re.MULTILINE)]
+
+
+@pytest.mark.parametrize("text", whole_mechanism_files())
+def test_a_mechanism_file_of_the_documentation_is_checked_and_run(text, tmp_path):
+    file = tmp_path / "robot.toml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["check", str(file)]) == 0
+    if "[workspace]" in text:  # without one there is nothing to draw poses from
+        small = ["--pose-count", "12", "--candidates", "3000", "--seed"]
+        for seed in ("1", "2"):
+            assert main(["run", str(file), "--out", str(tmp_path / seed), *small, seed]) == 0
 
 
 @pytest.mark.parametrize("command", commands())

@@ -60,8 +60,6 @@ def test_a_real_hexapod_is_identified(hexapod, hexapod_table):
     assert found.residual_rms == pytest.approx(0.409e-3, abs=0.005e-3)
     # 187 without weights; the whitening by the declared noise moves it a little.
     assert max(leg.condition for leg in found.legs) == pytest.approx(187, rel=0.1)
-    validated = symkin.cross_validate(hexapod, measurements, folds=5)
-    assert validated.residual_rms < 0.5e-3
     after = symkin.evaluate(found.mechanism, measurements=measurements)
     assert after.position_rms == pytest.approx(0.953e-3, rel=0.02)
     assert after.failed == 0
@@ -111,10 +109,3 @@ def test_a_robot_of_another_kind_than_its_model_is_refused(paper, planned):
             symkin.MechanismError, match=r"3 legs \[R\]RR, planar; expected the same"
         ):
             symkin.simulate(paper, plan, 1, actual=robot)
-
-
-def test_cross_validation_refuses_an_impossible_number_of_folds(paper, planned):
-    plan, _ = planned
-    measurements = symkin.simulate(paper, plan, 1).measurements
-    with pytest.raises(symkin.SymkinError, match="1 folds"):
-        symkin.cross_validate(paper, measurements, folds=1)

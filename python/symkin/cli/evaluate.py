@@ -55,7 +55,8 @@ def evaluate(
 
     Against a simulated robot: the poses that it takes, less those commanded through the model, over
     the poses of a plan or else over the robot's workspace. Against measurements: the model's poses
-    at the measured readings, less the measured poses.
+    at the measured readings, less the measured poses. "Aligned" is what remains after the best
+    constant motions of base and tool, which say nothing of the mechanism.
     """
     _require_one_robot(actual, measurements, poses, candidates, columns)
     with progress() as stage:
@@ -130,4 +131,4 @@ def _show(model: Mechanism, result: Evaluation) -> None:
         say(f"left out, since they cannot be taken: {result.failed} poses")
     say()
     for label, error in error_rows(model, result):
-        say(f"{label:27}{error:>12}")
+        say(f"{label:33}{error:>12}")

@@ -23,7 +23,7 @@ from symkin.cli.options import (
     SeedOption,
 )
 from symkin.cli.output_files import OutputFiles
-from symkin.cli.units import error_rows, milli
+from symkin.cli.units import error_rows, left_out_rows, milli, root_mean_squares
 from symkin.identification import Loss
 
 if TYPE_CHECKING:
@@ -50,6 +50,13 @@ def identify(
             metavar="K", min=2, help="Predict each of K parts of the poses from the others, too."
         ),
     ] = None,
+    cross_validate_blocks: Annotated[
+        bool,
+        typer.Option(
+            "--cross-validate-blocks",
+            help="The parts are blocks of consecutive poses, instead of poses drawn at random.",
+        ),
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -69,6 +76,8 @@ def identify(
     from symkin.outcome import MeasuredIdentification
     from symkin.outputs import IDENTIFICATION_FILES, write_identification
 
+    if cross_validate_blocks and cross_validate is None:
+        raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
@@ -89,7 +98,13 @@ def identify(
                 stage("cross-validating")
                 seed = nominal.protocol.seed if seed is None else seed
                 validation = symkin.cross_validate(
-                    nominal, measured, cross_validate, seed, estimator, **options
+                    nominal,
+                    measured,
+                    cross_validate,
+                    seed,
+                    estimator,
+                    blocks=cross_validate_blocks,
+                    **options,
                 )
             result = MeasuredIdentification.of(nominal, measured, identification, validation)
             document = measured_document(result, poses=poses, loss=loss)
@@ -126,12 +141,19 @@ def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
         ],
         ["closure residual maximum", "", milli(identification.residual_max, "m")],
     ]
-    validation = result.cross_validation
-    if validation is not None:
-        label = f"{validation.folds}-fold cross-validation"
-        rows.append([f"{label} rms", "", milli(validation.residual_rms, "m")])
-        rows.append([f"{label} maximum", "", milli(validation.residual_max, "m")])
     if result.before is not None and result.after is not None:
         rows += error_rows(nominal, result.before, result.after)
+        rows += left_out_rows(result.before.failed, result.after.failed)
+    validation = result.cross_validation
+    if validation is not None:
+        label = validation.name
+        rows.append([f"{label} rms", "", milli(validation.residual_rms, "m")])
+        rows.append([f"{label} maximum", "", milli(validation.residual_max, "m")])
+        rows += [
+            [f"{label} {kind} error rms", "", milli(value, unit)]
+            for kind, value, unit in root_mean_squares(nominal, validation.evaluation)
+        ]
     show_table(["", "before", "after"], rows)
+    if validation is not None and not validation.converged:
+        say("Not every identification of the cross-validation converged.")
     show_fits(identification)

@@ -30,7 +30,7 @@ from symkin.cli.options import (
     SeedOption,
 )
 from symkin.cli.output_files import OutputFiles
-from symkin.cli.units import error_rows, milli
+from symkin.cli.units import error_rows, left_out_rows, milli
 
 if TYPE_CHECKING:
     from symkin.comparison import EstimatorFigures
@@ -125,19 +125,18 @@ def _show(result: ProtocolResult, document: dict[str, Any]) -> None:
     replaced = sum(result.simulation.replaced)
     say(f"replaced by spares, since the robot cannot take them: {replaced} poses")
     settings, expected = document["settings"], document["evaluation"]["expected"]
-    figures = (
-        milli(expected["position_rms_m"], "m"),
-        "",
-        milli(expected["orientation_rms_rad"], "rad"),
-        "",
-    )
+    figures = {
+        "position error rms": milli(expected["position_rms_m"], "m"),
+        "orientation error rms": milli(expected["orientation_rms_rad"], "rad"),
+    }
     show_table(
         [f"{settings['estimator']}, {settings['poses']} poses", "before", "after", "expected"],
         [
-            [*row, figure]
-            for row, figure in zip(
-                error_rows(nominal, result.before, result.after), figures, strict=False
-            )
+            *(
+                [*row, figures.get(row[0], "")]
+                for row in error_rows(nominal, result.before, result.after)
+            ),
+            *left_out_rows(result.before.failed, result.after.failed, expected["failed"]),
         ],
     )
     for doubt in result.identification.doubts:

@@ -105,7 +105,7 @@ class MappingFile(Section):
 class WorkspaceSection(Section):
     """The settings of a workspace; the bounds are added per pose space."""
 
-    reach_margin: Annotated[float, Quantity("m", "not negative")] = 0.0
+    reach_margin: Annotated[float | None, Quantity("m", "not negative")] = None
     conditioning_limit: Annotated[float, Quantity("1", "positive")] = 20.0
     characteristic_length: Annotated[float | None, Quantity("m", "positive")] = None
 

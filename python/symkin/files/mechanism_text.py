@@ -97,7 +97,8 @@ def _workspace_values(mechanism: Mechanism) -> Values:
     values: Values = {name: [float(lower), float(upper)] for name, lower, upper in bounds}
     if workspace.home is not None:
         values["home"] = [float(value) for value in workspace.home]
-    values["reach_margin"] = workspace.reach_margin
+    if workspace.reach_margin is not None:
+        values["reach_margin"] = workspace.reach_margin
     values["conditioning_limit"] = workspace.conditioning_limit
     if workspace.characteristic_length is not None:
         values["characteristic_length"] = workspace.characteristic_length

@@ -13,10 +13,15 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
-from symkin.observability import tolerances_of
 from symkin.planning.designs import Task
 from symkin.symmetry import map_poses
-from symkin.workspace import coordinate_names, inside_box, workspace_coordinates
+from symkin.workspace import (
+    closure_deviation,
+    coordinate_names,
+    inside_box,
+    least_reach_margin,
+    workspace_coordinates,
+)
 
 __all__ = ["Clearance", "Region", "allowed_candidates", "check_regions", "clearance"]
 
@@ -73,28 +78,15 @@ def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -
     """
     workspace = mechanism.workspace
     own = Clearance(
-        workspace.reach_margin if workspace else 0.0,
+        least_reach_margin(mechanism) if workspace else 0.0,
         workspace.conditioning_limit if workspace else math.inf,
     )
-    error = sigmas * _closure_deviation(mechanism, poses)
+    error = sigmas * closure_deviation(mechanism, poses[:: -(-len(poses) // _SAMPLE)])
     if error == 0:
         return own
     home = float(mechanism.singularity_measures(mechanism.home)[2][0])
     limit = max(math.sqrt(mechanism.characteristic_length / error), 2 * home)
     return Clearance(max(own.reach_margin, error), min(own.conditioning_limit, limit))
-
-
-def _closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
-    """Standard deviation of the closures of legs as the workshop makes them, m."""
-    some = poses[:: -(-len(poses) // _SAMPLE)]
-    tolerances = tolerances_of(mechanism.tolerances)
-    readings = mechanism.inverse_kinematics(some)
-    largest = 0.0
-    for leg in range(len(mechanism.legs)):
-        rows = _core.linearise(mechanism.core, leg, some, readings[:, leg]).by_parameters
-        deviations = np.linalg.norm(rows * tolerances.deviations(mechanism.core, leg), axis=1)
-        largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
-    return largest
 
 
 def allowed_candidates(
@@ -128,7 +120,7 @@ def allowed_candidates(
         )
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
-    if settings is not None and kept.reach_margin > settings.reach_margin:
+    if settings is not None and kept.reach_margin > least_reach_margin(mechanism):
         margins = _core.reach_margin(mechanism.core, poses).min(axis=1)
         allowed &= margins >= kept.reach_margin
     if settings is not None and kept.conditioning_limit < settings.conditioning_limit:

@@ -12,6 +12,7 @@ __all__ = ["travel_length", "visiting_order"]
 
 _ITERATIONS = 1000  # of the solver: within a percent or two of the shortest known tours
 _STEPS = 10**7  # into which the longest way is divided: the solver counts in integers
+_NOWHERE = 1e-200  # m, what a way is divided by if no two stations differ
 
 
 def travel_length(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
@@ -53,7 +54,7 @@ def _short_way(distances: NDArray[np.float64], seed: int) -> NDArray[np.intp]:
     """Order of the stations 1, 2, ... (from 0) on a short way that begins at station 0."""
     import pyvrp
 
-    integers = np.rint(distances * (_STEPS / max(distances.max(), 1e-12))).astype(np.int64)
+    integers = np.rint(distances * (_STEPS / max(distances.max(), _NOWHERE))).astype(np.int64)
     integers[:, 0] = 0  # the way back costs nothing: the way is open
     stations = len(integers)
     data = pyvrp.ProblemData(
@@ -80,5 +81,10 @@ def _distances(mechanism: Mechanism, poses: NDArray[np.float64]) -> NDArray[np.f
 def _angles(mechanism: Mechanism, orientations: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angle between any two orientations, rad."""
     if mechanism.pose_space == "spatial":
-        return np.asarray(2 * np.arccos(np.clip(np.abs(orientations @ orientations.T), 0, 1)))
+        # From the chord: the arc cosine of a product has 1e-8 rad of rounding near zero.
+        sums, differences = (
+            np.linalg.norm(orientations[:, None] + sign * orientations[None], axis=2)
+            for sign in (1, -1)
+        )
+        return np.asarray(4 * np.arcsin(np.minimum(np.minimum(sums, differences) / 2, 1)))
     return np.asarray(np.abs(orientations[:, None] - orientations[None]).sum(axis=2))

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symkin.comparison import EstimatorFigures, expected
+from symkin.cross_validation import CrossValidation
 from symkin.evaluation import Evaluation
-from symkin.identification import CrossValidation, Identification
+from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import expected_accuracy

@@ -181,6 +181,38 @@ def test_identify_prints_residuals_parameters_and_cross_validation(
     assert 0 < parameter["standard_deviation"] < 0.01
 
 
+def test_identify_predicts_the_end_effector_at_unseen_poses_in_blocks(
+    symkin: Callable, protocol: Path
+) -> None:
+    command = ("identify", "3RRR", protocol / "measurements.csv", "--cross-validate", 3)
+    blocks = symkin(*command, "--cross-validate-blocks")
+    assert blocks.code == 0
+    assert "3-block cross-validation position error rms" in blocks.out
+    random, blocks = (
+        symkin(*command, *option, "--json").json["cross_validation"]
+        for option in ((), ("--cross-validate-blocks",))
+    )
+    assert (random["blocks"], blocks["blocks"]) == (False, True)
+    errors = [each["evaluation"]["position_rms_m"] for each in (random, blocks)]
+    assert 0 < errors[0] != errors[1]
+
+
+def test_blocks_without_cross_validation_are_refused(refused: Callable, protocol: Path) -> None:
+    measured = protocol / "measurements.csv"
+    refused("identify", "3RRR", measured, "--cross-validate-blocks", words="--cross-validate")
+
+
+def test_evaluate_says_first_what_no_frame_explains(symkin: Callable, protocol: Path) -> None:
+    command = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
+    labels = [line[:33].strip() for line in symkin(*command).out.splitlines()[2:]]
+    assert labels[0] == "aligned position error rms"
+    assert labels.index("position error rms") < labels.index("mean phi error")
+    figures = symkin(*command, "--json").json["evaluation"]
+    assert 0 < figures["aligned"]["position_rms_m"] < figures["position_rms_m"]
+    assert len(figures["aligned"]["base"]) == len(figures["aligned"]["tool"]) == 3
+    assert list(figures["mean_difference"]) == ["x_m", "y_m", "phi_rad"]
+
+
 def test_measurements_are_read_through_a_column_mapping(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:

@@ -235,7 +235,7 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
         workspace=WorkspaceSettings(
             lower=lower,
             upper=tuple(value + draw(positive) for value in lower),
-            reach_margin=draw(positive),
+            reach_margin=draw(st.none() | positive),
             conditioning_limit=draw(positive),
             characteristic_length=draw(st.one_of(st.none(), positive)),
             home=draw(st.one_of(st.none(), st.just(lower))),

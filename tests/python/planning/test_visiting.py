@@ -43,6 +43,29 @@ def test_visiting_shortens_the_way_and_changes_nothing_else(name):
     assert on_the_way.spare[np.count_nonzero(~on_the_way.spare) :].all()
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-6, 1e-9, 0.0])
+def test_a_workspace_of_any_size_is_visited(hexapod, size):
+    size = np.full(6, size)
+    middle = np.array([0.0, 0.0, 0.75, 0.1, 0.2, 0.3])
+    poses = np.random.default_rng(1).uniform(middle - size, middle + size, (12, 6))
+    poses = symkin.mechanism.poses_from_bounds("spatial", poses)
+    small = hexapod.replace(
+        workspace=symkin.WorkspaceSettings(
+            tuple(middle - size), tuple(middle + size), home=tuple(middle)
+        )
+    )
+    order = visiting_order(small, poses, seed=1)
+    assert sorted(order) == list(range(12))
+    assert travel_length(small, poses[order]) <= travel_length(small, poses)
+    assert travel_length(small, np.array([small.home])) == 0
+
+
+def test_opposite_quaternions_are_no_way_apart(hexapod):
+    home = hexapod.home
+    turned = np.concatenate([home[:3], -home[3:]])
+    assert travel_length(hexapod, turned[None]) == 0
+
+
 def test_a_turn_is_part_of_the_way(paper):
     turned = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
     assert travel_length(paper, turned) == pytest.approx(paper.characteristic_length)

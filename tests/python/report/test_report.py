@@ -70,6 +70,10 @@ def test_errors_before_after_and_expected_are_the_results(run):
     assert cells[3] == milli(expected.position, "m")
     cells = page.row("End-effector error", "orientation, maximum")
     assert cells[:2] == [milli(e.orientation_max, "rad") for e in (before, after)]
+    cells = page.row("End-effector error", "aligned position, root mean square")
+    assert cells[:2] == [milli(e.aligned.position_rms, "m") for e in (before, after)]
+    cells = page.row("End-effector error", "mean y")
+    assert cells[:2] == [milli(e.means[1], "m") for e in (before, after)]
     assert page.row("End-effector error", "evaluated")[:2] == ["400", "400"]
     assert page.row("End-effector error", "failed")[:2] == [str(before.failed), str(after.failed)]
 
@@ -179,6 +183,8 @@ def test_the_report_of_measurements_has_residuals_and_cross_validation(measured,
     ]
     unseen = "5-fold cross-validation (poses that the fit did not see)"
     assert measured_page.row(caption, unseen)[0] == milli(validation.residual_rms, "m")
+    cells = measured_page.row("End-effector error", "unseen position, root mean square")
+    assert cells[1] == milli(validation.evaluation.position_rms, "m")
     fit = identification.legs[1]
     cells = measured_page.row("How the legs fit", "leg 2")
     assert cells[3].startswith(f"{len(fit.rejected)} (rows ")
@@ -186,6 +192,23 @@ def test_the_report_of_measurements_has_residuals_and_cross_validation(measured,
     rows = measured_page.tables["Identified parameters"]
     assert rows[0][-1] == "Standard deviation"
     assert rows[2][3] == fixed(identification.mechanism.parameters[0, 0], 5)
+
+
+def test_the_first_figure_of_measurements_is_what_no_frame_explains(
+    hexapod, measured, measured_page
+):
+    measurements, identification, _ = measured
+    before, after = (
+        symkin.evaluate(mechanism, measurements=measurements)
+        for mechanism in (hexapod, identification.mechanism)
+    )
+    top = measured_page.source[: measured_page.source.index("<main>")]
+    places = [
+        top.index(milli(each.position_rms, "m"))
+        for each in (before.aligned, after.aligned, before, after)
+    ]
+    assert places == sorted(places)
+    assert "frames aligned" in top[: places[0]]
 
 
 def test_measurements_of_single_legs_are_reported_without_end_effector_errors(

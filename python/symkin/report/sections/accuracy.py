@@ -9,18 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.comparison import EstimatorFigures
-from symkin.evaluation import Evaluation
-from symkin.identification import CrossValidation, Identification
+from symkin.cross_validation import CrossValidation
+from symkin.evaluation import AlignedErrors, Evaluation
+from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.report.content import Group, Image, Section, Table, image
 from symkin.report.figures import error_histogram_figure, error_map_figure
 from symkin.report.wording import NONE, count, milli, ratio
+from symkin.workspace import coordinate_names
 
 __all__ = ["comparison_table", "measured_accuracy_section", "simulated_accuracy_section"]
 
 Array = NDArray[np.float64]
+
+_ALIGNED = (
+    "A constant error of the base frame or of the tool frame can be taken out by measuring the "
+    "frames, without any calibration of the legs. So the table says first what remains after the "
+    "best alignment of both, fitted to these poses."
+)
 
 
 def simulated_accuracy_section(
@@ -37,7 +45,7 @@ def simulated_accuracy_section(
         "inverse kinematics; the error is how far the robot ends up from it. "
         "\N{LEFT DOUBLE QUOTATION MARK}Expected\N{RIGHT DOUBLE QUOTATION MARK} is predicted to "
         "first order from the covariance of the identified parameters, without looking at the true "
-        "ones; for one robot the error achieved scatters about it."
+        "ones; for one robot the error achieved scatters about it. " + _ALIGNED
     )
     tables = [_table(mechanism, before, after, expected)]
     if comparison:
@@ -64,7 +72,7 @@ def measured_accuracy_section(
         "or the calibrated (after) forward kinematics gives for the measured readings. It contains "
         "the noise of the measurements. \N{LEFT DOUBLE QUOTATION MARK}Expected"
         "\N{RIGHT DOUBLE QUOTATION MARK} is what the uncertainty of the identified parameters adds "
-        "at these poses by itself, to first order."
+        "at these poses by itself, to first order. " + _ALIGNED
     )
     before, after = evaluations
     closures = _closure_table(*residuals)
@@ -76,34 +84,70 @@ def measured_accuracy_section(
         return Section("accuracy", "Errors", [text], [closures])
     # Those that `evaluate` uses: it leaves out a row without all readings.
     poses = measurements.poses[np.isfinite(measurements.readings).all(axis=1)]
-    tables = [_table(mechanism, before, after, expected), closures]
+    tables = [_table(mechanism, before, after, expected, residuals[2]), closures]
     figures = _figures(mechanism, poses, before, after, expected=None)
     return Section("accuracy", "End-effector error", [paragraph], [*tables, *figures])
 
 
 def _table(
-    mechanism: Mechanism, before: Evaluation, after: Evaluation, expected: ExpectedAccuracy
+    mechanism: Mechanism,
+    before: Evaluation,
+    after: Evaluation,
+    expected: ExpectedAccuracy,
+    validation: CrossValidation | None = None,
 ) -> Table:
-    kinds = [("position", "m", expected.position), ("orientation", "rad", expected.orientation)]
-    if mechanism.pose_space == "point":
-        kinds = kinds[:1]
-    rows = []
-    for kind, unit, foreseen in kinds:
-        for figure, name in (("rms", "root mean square"), ("max", "maximum")):
-            old, new = (getattr(e, f"{kind}_{figure}") for e in (before, after))
-            shown = milli(foreseen, unit) if figure == "rms" else NONE
-            rows.append(
-                (f"{kind}, {name}", milli(old, unit), milli(new, unit), ratio(old, new), shown)
-            )
-    poses = [
-        (label, count(getattr(before, key)), count(getattr(after, key)), "", "")
-        for label, key in (("evaluated", "evaluated"), ("failed", "failed"))
-    ]
-    return Table(
-        "End-effector error",
-        ("", "Before", "After", "Change", "Expected after"),
-        [Group(rows, "Error"), Group(poses, "Poses")],
+    groups = []
+    if before.aligned is not None and after.aligned is not None:
+        rows = _error_rows(mechanism, before.aligned, after.aligned, prefix="aligned ")
+        groups.append(Group(rows, "After the best alignment of the frames"))
+    groups.append(Group(_error_rows(mechanism, before, after, expected), "As it is"))
+    if validation is not None and validation.evaluation is not None:
+        unseen = validation.evaluation
+        rows = _error_rows(mechanism, before, unseen, prefix="unseen ")
+        groups.append(Group(rows, f"As it is, {validation.name}"))
+    units = ["m", "m", "m", "rad", "rad", "rad"]
+    coordinates = zip(
+        coordinate_names(mechanism),
+        units if mechanism.pose_space == "spatial" else units[1:4],
+        before.means,
+        after.means,
+        strict=False,
     )
+    means = [
+        (f"mean {name}", milli(old, unit), milli(new, unit), "", "")
+        for name, unit, old, new in coordinates
+    ]
+    groups.append(Group(means, "Mean difference, as it is"))
+    poses = [
+        (label, *(count(getattr(each, key)) for each in (before, after)), "", of_expected)
+        for label, key, of_expected in (
+            ("evaluated", "evaluated", count(expected.evaluated)),
+            ("failed", "failed", count(expected.failed)),
+        )
+    ]
+    groups.append(Group(poses, "Poses"))
+    columns = ("", "Before", "After", "Change", "Expected after")
+    return Table("End-effector error", columns, groups)
+
+
+def _error_rows(
+    mechanism: Mechanism,
+    before: Evaluation | AlignedErrors,
+    after: Evaluation | AlignedErrors,
+    expected: ExpectedAccuracy | None = None,
+    prefix: str = "",
+) -> list[Sequence[str]]:
+    kinds = [("position", "m"), ("orientation", "rad")]
+    rows: list[Sequence[str]] = []
+    for kind, unit in kinds[:1] if mechanism.pose_space == "point" else kinds:
+        for figure, name in (("rms", "root mean square"), ("max", "maximum")):
+            old, new = (getattr(each, f"{kind}_{figure}") for each in (before, after))
+            foreseen = NONE if expected is not None else ""
+            if expected is not None and figure == "rms":
+                foreseen = milli(getattr(expected, kind), unit)
+            cells = (milli(old, unit), milli(new, unit), ratio(old, new), foreseen)
+            rows.append((f"{prefix}{kind}, {name}", *cells))
+    return rows
 
 
 def _closure_table(
@@ -120,7 +164,7 @@ def _closure_table(
     if validation is not None:
         rows.append(
             (
-                f"{validation.folds}-fold cross-validation (poses that the fit did not see)",
+                f"{validation.name} (poses that the fit did not see)",
                 milli(validation.residual_rms, "m"),
                 milli(validation.residual_max, "m"),
             )

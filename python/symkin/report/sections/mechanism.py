@@ -17,8 +17,10 @@ from symkin.report.figures import DrawnSymmetry, mechanism_figure
 from symkin.report.wording import (
     plural,
     pose_coordinates,
+    quantity,
     setting,
 )
+from symkin.workspace import least_reach_margin
 
 __all__ = ["mechanism_section"]
 
@@ -117,7 +119,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
                 for (name, unit), value in zip(names, home, strict=True)
             ),
         ),
-        ("margin to the limits of reach, at least", setting(settings.reach_margin, "m")),
+        ("margin to the limits of reach, at least", quantity(least_reach_margin(mechanism), "m")),
         ("condition number, at most", setting(settings.conditioning_limit)),
     ]
     if mechanism.pose_space != "point":

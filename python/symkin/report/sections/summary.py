@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from symkin.evaluation import Evaluation
-from symkin.identification import CrossValidation, Identification
+from symkin.cross_validation import CrossValidation
+from symkin.evaluation import AlignedErrors, Evaluation
+from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
@@ -60,13 +61,14 @@ def identification_summary(
         remark += f"; {unseen} in cross-validation"
         achieved += (
             f" At poses that the identification did not see they miss by {unseen} "
-            f"({validation.folds}-fold cross-validation)."
+            f"({validation.name})."
         )
-    figures = [_figure("Closure of the legs", "m", closures, remark)]
-    texts = [done, achieved]
+    closure = _figure("Closure of the legs", "m", closures, remark)
+    figures, texts = [closure], [done, achieved]
     if before is not None and after is not None:
-        figures += _figures(nominal, before, after)
-        texts += [_missed(nominal, before, after), *_failures(before, after)]
+        figures = [*_measured_figures(nominal, before, after), closure]
+        missed = _missed(nominal, before, after, validation)
+        texts = [done, missed, *_failures(before, after), achieved]
     return Summary(
         title=f"{nominal.name}: identification from measurements",
         subtitle=_subtitle(nominal),
@@ -78,12 +80,29 @@ def identification_summary(
     )
 
 
-def _missed(nominal: Mechanism, before: Evaluation, after: Evaluation) -> str:
-    return (
-        f"The forward kinematics misses the measured poses by {_errors(nominal, before)} (root "
-        f"mean square) with the nominal parameters, and by {_errors(nominal, after)} with the "
-        "identified ones."
-    )
+def _missed(
+    nominal: Mechanism, before: Evaluation, after: Evaluation, validation: CrossValidation | None
+) -> str:
+    def missed(old: Evaluation | AlignedErrors, new: Evaluation | AlignedErrors) -> str:
+        return (
+            f"by {_errors(nominal, old)} (root mean square) with the nominal parameters, and by "
+            f"{_errors(nominal, new)} with the identified ones"
+        )
+
+    text = f"The forward kinematics misses the measured poses {missed(before, after)}."
+    if before.aligned is not None and after.aligned is not None:
+        text = (
+            "After the best constant motions of base frame and tool frame, which need no "
+            "calibration of the legs, the forward kinematics misses the measured poses "
+            f"{missed(before.aligned, after.aligned)}. As it is, it misses them "
+            f"{missed(before, after)}."
+        )
+    if validation is not None and validation.evaluation is not None:
+        text += (
+            " Poses that the identification did not see are missed by "
+            f"{_errors(nominal, validation.evaluation)}."
+        )
+    return text
 
 
 def _done(result: ProtocolResult) -> str:
@@ -114,24 +133,47 @@ def _achieved(result: ProtocolResult, expected: ExpectedAccuracy) -> str:
         f"misses them by {_errors(nominal, after)}. Expected, from the uncertainty of the "
         f"parameters, were {foreseen}."
     )
-    return " ".join([text, *_failures(before, after)])
+    return " ".join([text, *_failures(before, after, expected)])
 
 
-def _failures(before: Evaluation, after: Evaluation) -> list[str]:
-    """Say how many poses the errors leave out, if any."""
-    if not before.failed and not after.failed:
-        return []
+def _measured_figures(
+    mechanism: Mechanism, before: Evaluation, after: Evaluation
+) -> list[Headline]:
+    """Errors of aligned frames, and beside them those as they are."""
+    raw = _figures(mechanism, before, after)
+    if before.aligned is None or after.aligned is None:
+        return raw
     return [
-        f"Left out are poses that could not be calculated: {count(before.failed)} of "
-        f"{count(before.evaluated + before.failed)} before and {count(after.failed)} of "
-        f"{count(after.evaluated + after.failed)} after."
+        (f"{label}, frames aligned", value, f"{remark}; {as_it_is} without alignment")
+        for (label, value, remark), (_, as_it_is, _) in zip(
+            _figures(mechanism, before.aligned, after.aligned), raw, strict=True
+        )
+    ]
+
+
+def _failures(
+    before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
+) -> list[str]:
+    """Say how many poses the errors leave out, if any."""
+    figures: dict[str, Evaluation | ExpectedAccuracy] = {"before": before, "after": after}
+    if expected is not None:
+        figures["of those expected"] = expected
+    if not any(each.failed for each in figures.values()):
+        return []
+    counts = [
+        f"{count(each.failed)} of {count(each.evaluated + each.failed)} {name}"
+        for name, each in figures.items()
+    ]
+    return [
+        "Left out are poses that could not be calculated: "
+        f"{', '.join(counts[:-1])} and {counts[-1]}."
     ]
 
 
 def _figures(
     mechanism: Mechanism,
-    before: Evaluation,
-    after: Evaluation,
+    before: Evaluation | AlignedErrors,
+    after: Evaluation | AlignedErrors,
     expected: ExpectedAccuracy | None = None,
 ) -> list[Headline]:
     """Errors before and after, with what was to be expected where that can be compared."""
@@ -156,7 +198,7 @@ def _figure(label: str, unit: str, values: tuple[float, float], remark: str) -> 
     )
 
 
-def _errors(mechanism: Mechanism, evaluation: Evaluation) -> str:
+def _errors(mechanism: Mechanism, evaluation: Evaluation | AlignedErrors) -> str:
     position = milli(evaluation.position_rms, "m")
     if mechanism.pose_space == "point":
         return position

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""What an end-effector error is made of."""
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.mechanism import poses_from_bounds
+
+FRAMES = {
+    "3RRR": ([0.05, -0.03, 0.2], [0.01, 0.02, -0.1]),
+    "5bar": ([0.05, -0.03, 0.2], [0, 0, 0]),
+    "hexapod_jugglebot": ([0.01, 0.02, -0.05, 0.1, -0.05, 0.2], [0.01, 0, 0.02, 0.05, 0.1, -0.1]),
+}
+
+
+def in_other_frames(space, poses, base, tool):
+    """Poses in a base frame and with a tool that are the mechanism's no longer."""
+    if space == "spatial":
+        from scipy.spatial.transform import Rotation
+
+        turn, twist = Rotation.from_rotvec(base[3:]), Rotation.from_rotvec(tool[3:])
+        own = Rotation.from_quat(poses[:, 3:])
+        position = base[:3] + turn.apply(poses[:, :3] + own.apply(tool[:3]))
+        return np.hstack([position, (turn * own * twist).as_quat()])
+    angles = poses[:, 2] if space == "planar" else np.zeros(len(poses))
+
+    def turned(angle, point):
+        cos, sin = np.cos(angle), np.sin(angle)
+        return np.stack([cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]])
+
+    position = turned(base[2], poses[:, :2].T + turned(angles, tool[:2])).T + base[:2]
+    if space == "point":
+        return position
+    return np.column_stack([position, angles + base[2] + tool[2]])
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_other_frames_are_all_of_the_error_of_an_exact_model(name):
+    mechanism = symkin.load_mechanism(name)
+    base, tool = map(np.array, FRAMES[name])
+    poses = symkin.sample_workspace(mechanism, 60, seed=2).poses
+    measured = symkin.Measurements.of(
+        in_other_frames(mechanism.pose_space, poses, base, tool),
+        mechanism.inverse_kinematics(poses),
+    )
+    errors = symkin.evaluate(mechanism, measurements=measured)
+    good = np.isfinite(errors.differences).all(axis=1)
+    assert good.sum() > 30
+    assert errors.position_rms > 0.01
+    np.testing.assert_allclose(errors.aligned.differences[good], 0, atol=1e-8)
+    assert errors.aligned.position_max < 1e-8
+    np.testing.assert_allclose(errors.aligned.base, base, atol=1e-7)
+    np.testing.assert_allclose(errors.aligned.tool, tool, atol=1e-7)
+
+
+def test_the_nominal_hexapod_is_off_by_its_frames_and_by_its_legs(hexapod, hexapod_table):
+    measured = symkin.read_measurements(hexapod_table, hexapod)
+    before = symkin.evaluate(hexapod, measurements=measured)
+    assert before.position_rms == pytest.approx(55.9e-3, rel=0.01)
+    np.testing.assert_allclose(before.means[:3], [-6.33e-3, -7.39e-3, -54.9e-3], rtol=0.01)
+    assert before.aligned.position_rms == pytest.approx(3.00e-3, rel=0.01)
+    assert before.aligned.orientation_rms == pytest.approx(5.2e-3, rel=0.01)
+    found = symkin.identify(hexapod, measured).mechanism
+    after = symkin.evaluate(found, measurements=measured)
+    assert after.aligned.position_rms == pytest.approx(0.949e-3, rel=0.01)
+    assert np.abs(after.means[:3]).max() < 0.05e-3
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_alignment_leaves_the_errors_of_single_legs(name):
+    """A robot with errors is not explained by frames, but never fits worse for them."""
+    mechanism = symkin.load_mechanism(name)
+    robot = symkin.disturb(mechanism, seed=3)
+    poses = symkin.sample_workspace(mechanism, 400, seed=2).poses
+    errors = symkin.evaluate(mechanism, actual=robot, poses=poses)
+    length = errors.characteristic_length
+
+    def size(each):
+        return each.position_rms**2 + (length * each.orientation_rms) ** 2
+
+    assert 0.01 * size(errors) < size(errors.aligned) < size(errors)
+
+
+def test_poses_that_fail_are_left_out_of_all_figures(paper):
+    poses = symkin.sample_workspace(paper, 40, seed=2).poses
+    robot = symkin.disturb(paper, seed=3)
+    whole = symkin.evaluate(paper, actual=robot, poses=poses)
+    far = np.insert(poses, 7, [40.0, 0, 0], axis=0)
+    errors = symkin.evaluate(paper, actual=robot, poses=far)
+    assert (errors.evaluated, errors.failed) == (40, 1)
+    assert np.isnan(errors.aligned.differences[7]).all()
+    assert errors.position_rms == pytest.approx(whole.position_rms)
+    assert errors.aligned.position_rms == pytest.approx(whole.aligned.position_rms)
+    np.testing.assert_allclose(errors.means, whole.means)
+
+
+def test_few_poses_are_not_aligned(paper):
+    poses = symkin.sample_workspace(paper, 2, seed=2).poses
+    errors = symkin.evaluate(paper, actual=symkin.disturb(paper, seed=3), poses=poses)
+    assert errors.aligned is None
+
+
+def test_half_a_turn_is_read_from_a_quaternion_of_either_sign():
+    half = poses_from_bounds("spatial", np.array([[0.1, 0, 0, np.pi, 0, 0], [0, 0.1, 0, 0, 3, 0]]))
+    poses = np.vstack([half, -half * [-1, -1, -1, 1, 1, 1, 1]])
+    errors = symkin.Evaluation.of(np.zeros((4, 6)), poses, 1.0)
+    assert errors.aligned.position_max < 1e-12
+    assert errors.aligned.orientation_max < 1e-7
