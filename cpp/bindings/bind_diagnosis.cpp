@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/identification/diagnosis.hpp"
+#include "symkin/identification/statistics.hpp"
 
 void bind_diagnosis(py::module_& module) {
   using symkin::Diagnosis;
@@ -30,6 +31,8 @@ void bind_diagnosis(py::module_& module) {
       .def_readonly("pose_p", &Diagnosis::pose_p)
       .def_readonly("chi_square", &Diagnosis::chi_square)
       .def_readonly("degrees_of_freedom", &Diagnosis::degrees_of_freedom);
+  module.def("chi_square_tail", &symkin::chi_square_tail, py::arg("value"),
+             py::arg("degrees_of_freedom"));
   module.def("diagnose", &symkin::diagnose, py::arg("estimate"), py::arg("measurements"),
              py::arg("noise"), py::arg("rejected"), py::arg("turning_sensor"), py::arg("alarm"),
              ReleaseGil());

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,25 +18,25 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import named_legs
 from symkin.identification import core_measurements
-from symkin.mistakes import likely_mistakes, signs_of_mistakes
-from symkin.observability import noise_of, tolerances_of
+from symkin.mistakes import coarse_readings, likely_causes, signs_of_mistakes
+from symkin.observability import noise_of
+from symkin.plausibility import implausible_parameters, weak_parameters
 
 if TYPE_CHECKING:
-    from symkin.identification import Identification
+    from symkin.identification import GoodnessOfFit, Identification
 
 __all__ = ["FALSE_ALARMS", "Diagnosis", "Outlier", "ResidualTest", "diagnose"]
 
 FALSE_ALARMS = 5e-4  # of one kind of test of the residuals, for a sound robot
-
-_IMPLAUSIBLE = 1e-3  # parameters of a sound robot that are called too far from the drawing
 
 # Beyond this the parameters of a leg are told apart only by digits that no measurement has.
 _CONDITION_LIMIT = 1e5
 # With fewer poses to spare, a noise three times larger than declared would often pass.
 _FEW_SPARE_POSES = 3
 _NAMED_ROWS = 5
-# Times the tolerance: a parameter of such a standard deviation is in effect not measured.
-_UNKNOWN = 10
+# Standard deviations: with residuals of this size something else is wrong than a term.
+_GROSS = 30
+_NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 
 
 @dataclass(frozen=True)
@@ -150,17 +149,18 @@ def diagnose(found: Identification) -> Diagnosis:
     )
     tests = _tests(found, result)
     outliers = _outliers(result)
-    doubts = [
-        *_doubts_of_size(found),
-        *_doubts_of_noise(found),
-        *_doubts_of_rows(found, outliers),
-        *_doubts_of_residuals(found, tests),
-        *_doubts_of_parameters(found),
-    ]
-    doubts += signs_of_mistakes(found)
-    if doubts or not found.converged:
-        doubts += likely_mistakes(found)
-    return Diagnosis(tuple(doubts), tuple(_notes(found)), tests, outliers, result.student)
+    doubts = [*_doubts_of_size(found), *_doubts_of_noise(found), *signs_of_mistakes(found)]
+    consequences = [*implausible_parameters(found)]
+    if not _gross(found):
+        rows = _doubts_of_rows(found, outliers)
+        consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
+    causes = []
+    if doubts or consequences or not found.converged:
+        causes = likely_causes(found)
+    # What a mistake does to the estimate is not worth telling beside the mistake.
+    doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
+    doubts += coarse_readings(found) if doubts else []
+    return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
 
 
 def _tests(found: Identification, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
@@ -244,28 +244,45 @@ def _doubts_of_noise(found: Identification) -> Iterator[str]:
         if found.estimator == "joint"
         else "the standard deviations are taken from the residuals instead"
     )
-    for fit in found.goodness:
-        spare = fit.degrees_of_freedom
-        if spare < 1:
-            continue
-        who = named_legs(fit.legs) if len(fit.legs) < len(found.legs) else "all legs"
-        figure = f"chi-square is {fit.per_degree:.3g} per degree of freedom ({spare} of them)"
-        if fit.unexplained:
+    judged = [fit for fit in found.goodness if fit.degrees_of_freedom > 0]
+    large = [fit for fit in judged if fit.unexplained]
+    if large:
+        times = max(fit.per_degree for fit in large) ** 0.5
+        yield (
+            f"{_chi_squares(found, large)}, above {_limits(large, 'limit')} which 1 of 1000 sound "
+            f"robots exceeds: residuals are {times:.2g} times what the declared noise explains; "
+            f"{remedy}"
+        )
+        bulk = max(np.median(np.abs(leg.standardised)) for leg in found.legs) / _NORMAL_MEDIAN
+        if times > 4 and bulk < times / 2:
             yield (
-                f"{who}: {figure}, above {fit.limit / spare:.3g} which 1 of 1000 sound robots "
-                f"exceeds: residuals are {fit.per_degree**0.5:.2g} times what the declared noise "
-                f"explains; {remedy}"
+                f"half of the residuals are only {bulk:.2g} times as large as declared: some poses "
+                "are far off; look at them, or use a robust loss"
             )
-        elif found.options["loss"] == "none" and fit.chi_square < fit.least:
-            why = (
-                "these are numbers that were computed, such as those of a plan, not measured"
-                if fit.per_degree < 1e-6
-                else "the declared noise is too large, or the measurements were smoothed"
-            )
-            yield (
-                f"{who}: {figure}, below {fit.least / spare:.3g} which 1 of 1000 sound robots "
-                f"falls short of: {why}"
-            )
+    small = [fit for fit in judged if fit.chi_square < fit.least]
+    if small and found.options["loss"] == "none":
+        why = (
+            "these are numbers that were computed, such as those of a plan, not measured"
+            if min(fit.per_degree for fit in small) < 1e-6
+            else "the declared noise is too large, or the measurements were smoothed"
+        )
+        yield (
+            f"{_chi_squares(found, small)}, below {_limits(small, 'least')} which 1 of 1000 sound "
+            f"robots falls short of: {why}"
+        )
+
+
+def _chi_squares(found: Identification, fits: Sequence[GoodnessOfFit]) -> str:
+    legs = [leg for fit in fits for leg in fit.legs]
+    who = "all legs" if len(legs) == len(found.legs) else named_legs(legs)
+    values = ", ".join(f"{fit.per_degree:.3g}" for fit in fits)
+    freedom = ", ".join(dict.fromkeys(str(fit.degrees_of_freedom) for fit in fits))
+    return f"{who}: chi-square is {values} per degree of freedom ({freedom} of them)"
+
+
+def _limits(fits: Sequence[GoodnessOfFit], which: str) -> str:
+    limits = (getattr(fit, which) / fit.degrees_of_freedom for fit in fits)
+    return ", ".join(dict.fromkeys(f"{limit:.3g}" for limit in limits))
 
 
 def _doubts_of_rows(found: Identification, outliers: Sequence[Outlier]) -> Iterator[str]:
@@ -283,6 +300,11 @@ def _doubts_of_rows(found: Identification, outliers: Sequence[Outlier]) -> Itera
         else f"rows {named}{f' and {more} more' if more > 0 else ''} do not fit"
     )
     yield f"{which} the others: look at the measurement, or use a robust loss"
+
+
+def _gross(found: Identification) -> bool:
+    """Whether most residuals are so large that no single cause can be read off them."""
+    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
 
 
 def _doubts_of_residuals(found: Identification, tests: Sequence[ResidualTest]) -> Iterator[str]:
@@ -346,59 +368,3 @@ _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Identification], str]] = 
         "split of the noise between pose and readings is wrong, or the model lacks something"
     ),
 }
-
-
-def _doubts_of_parameters(found: Identification) -> Iterator[str]:
-    nominal, calibrated = found.nominal, found.mechanism
-    if calibrated.deviations is None:
-        return
-    scale = _parameter_scale(found)
-    names = nominal.parameter_names
-    moved = calibrated.parameters - nominal.parameters
-    in_deviations = np.abs(moved) / np.hypot(scale, calibrated.deviations)
-    limit = NormalDist().inv_cdf(1 - _IMPLAUSIBLE / 2 / moved.size)
-    far = np.argwhere(in_deviations > limit)
-    if len(far):
-        order = np.argsort(-in_deviations[tuple(far.T)])
-        named = ", ".join(
-            f"leg {leg + 1} {names[parameter]} by {moved[leg, parameter]:+.3g} "
-            f"{nominal.parameter_units[parameter]}".rstrip()
-            + f" ({in_deviations[leg, parameter]:.3g} times what tolerance and noise allow)"
-            for leg, parameter in far[order[:3]]
-        )
-        more = f" and {len(far) - 3} more" if len(far) > 3 else ""
-        yield f"parameters are further from the drawing than is plausible: {named}{more}"
-    unknown = np.argwhere(calibrated.deviations > _UNKNOWN * scale)
-    if len(unknown):
-        yield (
-            f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
-            f"more than {_UNKNOWN} times the tolerance, so the drawing knows better"
-        )
-
-
-def _notes(found: Identification) -> Iterator[str]:
-    """What a user should know of a sound estimate."""
-    calibrated = found.mechanism
-    if calibrated.deviations is None:
-        return
-    weak = np.argwhere(calibrated.deviations > _parameter_scale(found))
-    if len(weak):
-        yield (
-            f"the measurements say less than the tolerances of {_named(found, weak)}: the standard "
-            "deviation is larger than the tolerance; poses follow from combinations of these "
-            "parameters, which are known better"
-        )
-
-
-def _named(found: Identification, places: NDArray[np.intp]) -> str:
-    names = found.nominal.parameter_names
-    by_name: dict[str, list[int]] = {}
-    for leg, parameter in places:
-        by_name.setdefault(names[parameter], []).append(int(leg))
-    return ", ".join(f"{name} of {named_legs(legs)}" for name, legs in by_name.items())
-
-
-def _parameter_scale(found: Identification) -> NDArray[np.float64]:
-    """Tolerance of every parameter, legs x p."""
-    tolerances, nominal = tolerances_of(found.nominal.tolerances), found.nominal
-    return np.array([tolerances.deviations(nominal.core, leg) for leg in range(len(nominal.legs))])

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import chain_info
-from symkin.errors import named_legs
+from symkin.errors import SymkinError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from symkin.identification import Identification
 
-__all__ = ["likely_mistakes", "signs_of_mistakes"]
+__all__ = ["better_readings", "coarse_readings", "likely_causes", "signs_of_mistakes"]
 
 Array = NDArray[np.float64]
 
@@ -31,15 +31,15 @@ _COPIED = 1e-3
 _MUCH_BETTER = 9.0
 # How near a slope must be to a unit's factor, and to 1.
 _NEAR_FACTOR = 0.1
-# Share of the movement of points that a rigid motion must explain to be called one.
-_ALIKE = 0.9
+# Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
+_ZERO_OFF = 20
 _FACTORS = {
-    math.pi / 180: "radians that are degrees",
-    180 / math.pi: "degrees that are radians",
-    2 * math.pi: "radians that are turns",
-    1 / (2 * math.pi): "turns that are radians",
-    1e-3: "metres that are millimetres",
-    1e3: "millimetres that are metres",
+    180 / math.pi: "degrees that were stated as radians",
+    math.pi / 180: "radians that were stated as degrees",
+    2 * math.pi: "radians that were stated as turns",
+    1 / (2 * math.pi): "turns that were stated as radians",
+    1e-3: "metres that were stated as millimetres",
+    1e3: "millimetres that were stated as metres",
 }
 
 
@@ -53,15 +53,9 @@ def signs_of_mistakes(found: Identification) -> list[str]:
     ]
 
 
-def likely_mistakes(found: Identification) -> list[str]:
-    """Name what may be behind the doubts about an estimate."""
-    causes = [
-        *_coarse_readings(found),
-        *_moved_alike(found),
-        *_scaled(found),
-        *_offset_steps(found),
-        *_better_readings(found.nominal, found.measurements),
-    ]
+def likely_causes(found: Identification) -> list[str]:
+    """Name corrections that explain the measurements of a doubtful estimate better."""
+    causes = better_readings(found.nominal, found.measurements, found)
     return [f"likely cause: {cause}" for cause in causes]
 
 
@@ -96,24 +90,27 @@ def _other_modes(found: Identification) -> Iterator[str]:
     flipped = _with_modes(calibrated, [-mode for mode in calibrated.working_modes])
     own = calibrated.inverse_kinematics(measurements.poses)
     other = flipped.inverse_kinematics(measurements.poses)
+    all_wrong: dict[int, list[int]] = {}
     for leg, mode in enumerate(calibrated.working_modes):
         rows = _used(found, leg)
         turn = _turn(calibrated, leg)
         readings = measurements.readings[rows, leg]
         to_own = np.abs(_wrapped(readings - own[rows, leg], turn))
         to_other = np.abs(_wrapped(readings - other[rows, leg], turn))
-        wrong = int(np.sum(to_other < to_own))
-        if wrong > len(rows) // 2:
+        wrong = to_other < to_own
+        if wrong.sum() > len(rows) // 2:
+            all_wrong.setdefault(mode, []).append(leg)
+        elif wrong.any():
+            first = measurements.row_numbers[rows[np.argmax(wrong)]]
             yield (
-                f"leg {leg + 1}: {wrong} of {len(rows)} readings are those of working mode "
-                f"{-mode:+d}, but the mechanism has {mode:+d}: set working_mode = {-mode}"
+                f"leg {leg + 1}: {wrong.sum()} of {len(rows)} readings (the first in row {first}) "
+                f"are those of the other working mode ({-mode:+d})"
             )
-        elif wrong:
-            first = measurements.row_numbers[rows[np.argmax(to_other < to_own)]]
-            yield (
-                f"leg {leg + 1}: {wrong} of {len(rows)} readings (the first in row {first}) are "
-                f"those of the other working mode ({-mode:+d})"
-            )
+    for mode, legs in all_wrong.items():
+        yield (
+            f"{named_legs(legs)}: the readings are those of working mode {-mode:+d}, but the "
+            f"mechanism has {mode:+d}: set working_mode = {-mode}"
+        )
 
 
 def _out_of_reach(found: Identification) -> Iterator[str]:
@@ -135,7 +132,7 @@ def _out_of_reach(found: Identification) -> Iterator[str]:
 
 
 def _lost_turns(found: Identification) -> Iterator[str]:
-    """Readings of which some are a turn away from the others."""
+    """Readings that are turns away from each other, or from where the model has them."""
     measurements = found.measurements
     roots = found.mechanism.inverse_kinematics(measurements.poses)
     for leg in range(len(found.legs)):
@@ -144,10 +141,14 @@ def _lost_turns(found: Identification) -> Iterator[str]:
         readings = measurements.readings[rows, leg]
         if turn is None or len(rows) < 2:
             continue
-        centre = float(np.angle(np.mean(np.exp(2j * np.pi * readings / turn)))) / (2 * np.pi) * turn
-        about_centre = centre + _wrapped(readings - centre, turn)
         by_model = roots[rows, leg] + _wrapped(readings - roots[rows, leg], turn)
-        for continuous in (about_centre, by_model):
+        away = np.round((readings - roots[rows, leg]) / turn)
+        if away[0] and (away == away[0]).all():
+            yield (
+                f"leg {leg + 1}: all readings are {_turns(away[0])} away from the sensor's zero "
+                "that the mechanism has, which the gain and the offset then have to explain"
+            )
+        for continuous in (_continuous(readings, turn), by_model):
             if not np.isfinite(continuous).all():
                 continue
             turns = np.round((readings - continuous) / turn)
@@ -161,6 +162,12 @@ def _lost_turns(found: Identification) -> Iterator[str]:
                     "since the gain would have to explain it"
                 )
                 break
+
+
+def _turns(turns: float) -> str:
+    if abs(turns) == 0.5:
+        return "half a turn"
+    return "a whole turn" if abs(turns) == 1 else f"{abs(turns):g} turns"
 
 
 def _largest_gap(values: Array) -> float:
@@ -192,116 +199,23 @@ def _copies(found: Identification) -> Iterator[str]:
         )
 
 
-def _coarse_readings(found: Identification) -> Iterator[str]:
+def coarse_readings(found: Identification) -> list[str]:
+    """Name sensors whose readings take few values."""
+    coarse = {}
     for leg in range(len(found.legs)):
         values, counts = np.unique(
             found.measurements.readings[_used(found, leg), leg], return_counts=True
         )
         if 1 < len(values) < 0.7 * counts.sum():
-            step = float(np.diff(values).min())
-            yield (
-                f"the readings of leg {leg + 1} take only {len(values)} values in steps of "
-                f"{step:.3g} {found.nominal.reading_unit}: rounded, or the sensor is coarse"
-            )
-
-
-def _points(mechanism: Mechanism, end: str) -> Array | None:
-    """Base or platform points of the legs, legs x 2 or 3; None for a chain without them."""
-    names = mechanism.parameter_names
-    values = dict(zip(names, mechanism.parameters.T, strict=True))
-    if f"{end}_azimuth" in names:
-        radius, polar = values[f"{end}_radius"], values[f"{end}_polar_angle"]
-        azimuth = values[f"{end}_azimuth"]
-        return np.column_stack(
-            [
-                radius * np.sin(polar) * np.cos(azimuth),
-                radius * np.sin(polar) * np.sin(azimuth),
-                radius * np.cos(polar),
-            ]
-        )
-    if f"{end}_radius" in names and f"{end}_angle" in names:
-        radius, angle = values[f"{end}_radius"], values[f"{end}_angle"]
-        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-    return None
-
-
-def _moved_alike(found: Identification) -> Iterator[str]:
-    """Points of all legs that moved like a rigid body: a frame that is not the drawing's."""
-    for end, frame, where in (
-        ("base", "frame of the measured poses", "the drawing's base frame"),
-        ("platform", "measured target", "the drawing's platform frame"),
-    ):
-        nominal, calibrated = _points(found.nominal, end), _points(found.mechanism, end)
-        if nominal is None or calibrated is None:
-            continue
-        rotation, shift, left = _rigid_motion(nominal, calibrated)
-        moved = float(np.sqrt(np.mean((calibrated - nominal) ** 2)))
-        tolerance = found.nominal.tolerances.length
-        if moved < 3 * tolerance or left > (1 - _ALIKE) * moved + tolerance:
-            continue
-        angle = math.degrees(_angle(rotation))
-        vector = ", ".join(f"{1e3 * value:.3g}" for value in shift)
-        yield (
-            f"the {end} points of all legs moved alike: the {frame} is turned by {angle:.3g} "
-            f"degrees and shifted by ({vector}) mm against {where}"
-        )
-
-
-def _rigid_motion(before: Array, after: Array) -> tuple[Array, Array, float]:
-    """Rotation, shift and what they leave (rms) of the movement of points."""
-    centre_before, centre_after = before.mean(axis=0), after.mean(axis=0)
-    u, _, vt = np.linalg.svd((before - centre_before).T @ (after - centre_after))
-    signs = np.ones(before.shape[1])
-    signs[-1] = np.sign(np.linalg.det(vt.T @ u.T)) or 1.0
-    rotation = vt.T @ np.diag(signs) @ u.T
-    shift = centre_after - rotation @ centre_before
-    left = after - (before @ rotation.T + shift)
-    return rotation, shift, float(np.sqrt(np.mean(left**2)))
-
-
-def _angle(rotation: Array) -> float:
-    if len(rotation) == 2:
-        return math.atan2(rotation[1, 0], rotation[0, 0])
-    return math.acos(min(1.0, max(-1.0, (float(np.trace(rotation)) - 1) / 2)))
-
-
-def _scaled(found: Identification) -> Iterator[str]:
-    """All lengths larger or smaller by one factor."""
-    columns = [
-        index
-        for index, name in enumerate(found.nominal.parameter_names)
-        if name.endswith(("_length", "_radius"))
+            coarse[leg] = len(values), float(np.diff(values).min())
+    if not coarse:
+        return []
+    fewest = min(count for count, _ in coarse.values())
+    step = min(step for _, step in coarse.values())
+    return [
+        f"the readings of {named_legs(coarse)} take only {fewest} values in steps of "
+        f"{step:.3g} {found.nominal.reading_unit}: rounded, repeated, or of a coarse sensor"
     ]
-    nominal = found.nominal.parameters[:, columns].ravel()
-    calibrated = found.mechanism.parameters[:, columns].ravel()
-    tolerance = found.nominal.tolerances.length
-    large = np.abs(nominal) > 10 * tolerance
-    if large.sum() < 3:
-        return
-    weights = nominal[large] ** 2
-    factor = float(np.sum(nominal[large] * calibrated[large]) / np.sum(weights))
-    left = float(np.sqrt(np.mean((calibrated[large] - factor * nominal[large]) ** 2)))
-    moved = float(np.sqrt(np.mean((calibrated[large] - nominal[large]) ** 2)))
-    if moved > 3 * tolerance and left < (1 - _ALIKE) * moved + tolerance:
-        yield (
-            f"all lengths are {100 * (factor - 1):+.3g} % off the drawing: the measured positions "
-            "are in another scale or unit"
-        )
-
-
-def _offset_steps(found: Identification) -> Iterator[str]:
-    """Sensor offsets that moved by half turns."""
-    nominal, calibrated = found.nominal, found.mechanism
-    if chain_info(nominal.chain, nominal.platform).reading_unit != "rad":
-        return
-    moved = calibrated.parameters[:, -1] - nominal.parameters[:, -1]
-    halves = np.round(moved / math.pi)
-    near = np.abs(moved - halves * math.pi) < 10 * nominal.tolerances.angle
-    for leg in np.flatnonzero((halves != 0) & near):
-        words = "a whole turn" if abs(halves[leg]) == 2 else "half a turn"
-        if abs(halves[leg]) > 2:
-            words = f"{abs(halves[leg]) / 2:g} turns"
-        yield f"the sensor of leg {leg + 1} was set to zero {words} away from the drawing's zero"
 
 
 @dataclass(frozen=True)
@@ -311,63 +225,173 @@ class _Match:
     column: int
     mode: int
     slope: float
+    shift: float  # of the readings against the drawing's, in the sensor's unit
     left: float  # share of the variance that a straight line leaves
 
 
-def _better_readings(nominal: Mechanism, measurements: Measurements) -> Iterator[str]:
-    """Orders, signs, working modes, units and mirror images that fit the drawing much better."""
+def better_readings(
+    nominal: Mechanism, measurements: Measurements, found: Identification | None = None
+) -> list[str]:
+    """Corrections of the readings or poses that explain the measurements better, in words.
+
+    Orders, signs, zeros, working modes, units and mirror images are those with which the readings
+    follow the drawing's inverse kinematics. They are tried: none is named unless the corrected
+    measurements fit much better than those of `found`, or there is no estimate from them at all.
+    """
     complete = np.isfinite(measurements.readings).all(axis=1)
     if complete.sum() < len(nominal.parameter_names):
-        return
+        return []
     readings = measurements.readings[complete]
-    trials: list[tuple[str, list[_Match]]] = []
-    for name, poses in _conventions(nominal, measurements.poses[complete]):
-        matches = _matches(nominal, poses, readings)
+    trials: list[tuple[str, Array, list[_Match]]] = []
+    for name, poses in _conventions(nominal, measurements.poses):
+        matches = _matches(nominal, poses[complete], readings)
         if matches is not None:
-            trials.append((name, matches))
+            trials.append((name, poses, matches))
     if not trials:
-        return
-    name, best = min(trials, key=lambda trial: _left(trial[1]))
-    stated = next((matches for name, matches in trials if not name), None)
-    if stated is not None and _left(stated) <= _MUCH_BETTER * _left(best):
-        name, best = "", stated
-    if name:
-        yield f"{name} (the readings then follow the drawing's inverse kinematics)"
-    yield from _corrections(nominal, best)
+        return []
+    best = min(trials, key=lambda trial: _left(trial[2]))
+    stated = next((trial for trial in trials if not trial[0]), None)
+    if stated is not None and _left(stated[2]) <= _MUCH_BETTER * _left(best[2]):
+        best = stated
+    name, poses, matches = best
+    words = [f"in the measured poses {name}"] if name else []
+    words += _corrections(nominal, matches)
+    if not words:
+        return []
+    evidence = _evidence(nominal, replace(measurements, poses=poses), matches, found)
+    return [] if evidence is None else [f"{'; '.join(words)}{evidence}"]
+
+
+def _evidence(
+    nominal: Mechanism,
+    measurements: Measurements,
+    matches: list[_Match],
+    found: Identification | None,
+) -> str | None:
+    """What the corrections do for the fit; None if they do not help."""
+    from symkin.identification import identify
+
+    corrected = np.column_stack(
+        [
+            (measurements.readings[:, match.column] - _zero(nominal, leg, match))
+            / _factor(match.slope)
+            for leg, match in enumerate(matches)
+        ]
+    )
+    robot = _with_modes(nominal, [match.mode for match in matches])
+    try:
+        tried = identify(robot, replace(measurements, readings=corrected))
+    except SymkinError:
+        return None
+    if not tried.converged:
+        return None
+    after = _disagreement(tried)
+    if found is None or not found.converged:
+        return f" (so corrected, chi-square is {_chi_square(tried):.3g} per degree of freedom)"
+    before = _disagreement(found)
+    if after > before / _MUCH_BETTER:
+        return None
+    return (
+        f" (so corrected, chi-square and the distance from the drawing together fall from "
+        f"{before:.3g} to {after:.3g}, per degree of freedom)"
+    )
+
+
+def _chi_square(found: Identification) -> float:
+    spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
+    return sum(fit.chi_square for fit in found.goodness) / max(spare, 1)
+
+
+def _disagreement(found: Identification) -> float:
+    """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
+    from symkin.observability import parameter_tolerances
+
+    moved = found.mechanism.parameters - found.nominal.parameters
+    distances = moved / parameter_tolerances(found.nominal)
+    spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
+    squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
+    return squares / (spare + distances.size)
 
 
 def _left(matches: list[_Match]) -> float:
     return math.exp(sum(math.log(match.left + 1e-15) for match in matches) / len(matches))
 
 
-def _corrections(nominal: Mechanism, matches: list[_Match]) -> Iterator[str]:
+def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
+    words = []
     swapped = [leg for leg, match in enumerate(matches) if match.column != leg]
     if swapped:
         columns = ", ".join(str(matches[leg].column + 1) for leg in swapped)
-        yield f"the readings of {named_legs(swapped)} are in the columns of legs {columns}"
-    for leg, match in enumerate(matches):
-        if match.mode != nominal.working_modes[leg]:
-            yield f"leg {leg + 1} stands in working mode {match.mode:+d}"
+        words.append(f"the readings of {named_legs(swapped)} are in the columns of legs {columns}")
+    for mode in (-1, 1):
+        modes = zip(matches, nominal.working_modes, strict=True)
+        legs = [leg for leg, (match, own) in enumerate(modes) if match.mode == mode != own]
+        if legs:
+            words.append(f"{named_legs(legs)} stand in working mode {mode:+d}")
     flipped = [leg for leg, match in enumerate(matches) if match.slope < 0]
     if flipped:
-        yield f"the readings of {named_legs(flipped)} have the opposite sign"
-    by_factor: dict[str, list[int]] = {}
+        words.append(f"the readings of {named_legs(flipped)} have the opposite sign")
+    units: dict[str, list[int]] = {}
     for leg, match in enumerate(matches):
-        for factor, words in _FACTORS.items():
-            if abs(math.log(abs(match.slope) / factor)) < _NEAR_FACTOR:
-                by_factor.setdefault(words, []).append(leg)
-        if _NEAR_FACTOR < abs(math.log(abs(match.slope))) < 1:
-            yield (
+        factor = abs(_factor(match.slope))
+        if factor in _FACTORS:
+            units.setdefault(_FACTORS[factor], []).append(leg)
+        elif abs(math.log(abs(match.slope))) > _NEAR_FACTOR:
+            words.append(
                 f"the readings of leg {leg + 1} grow {abs(match.slope):.3g} times as fast as the "
                 "drawing's: its sensor_gain or its unit is wrong"
             )
-    for words, legs in by_factor.items():
-        yield f"the readings of {named_legs(legs)} look like {words}"
+    words += [
+        f"the readings of {named_legs(legs)} look like {unit}" for unit, legs in units.items()
+    ]
+    for leg, match in enumerate(matches):
+        zero = _zero(nominal, leg, match) / _factor(match.slope)
+        if zero:
+            turn = _turn(nominal, leg)
+            off = f"{zero:+.3g} {nominal.reading_unit}"
+            if turn is not None:
+                off += f", {_turns(round(2 * zero / turn) / 2)},"
+            words.append(
+                f"the sensor of leg {leg + 1} was set to zero {off} off the drawing's zero"
+            )
+    return words
+
+
+def _factor(slope: float) -> float:
+    """The change of sign and unit that a slope speaks of; 1 if it is near that."""
+    for factor in _FACTORS:
+        if abs(math.log(abs(slope) / factor)) < _NEAR_FACTOR:
+            return math.copysign(factor, slope)
+    return math.copysign(1.0, slope)
+
+
+def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
+    """What to take from the readings of a leg whose zero was evidently set elsewhere, else 0.
+
+    A turn of half or more for an angle; for a length, what its tolerance could never explain.
+    """
+    turn = _turn(nominal, leg)
+    factor = _factor(match.slope)
+    if turn is not None:
+        halves = round(2 * match.shift / factor / turn)
+        near = abs(match.shift / factor - halves * turn / 2) < turn / 20
+        return halves * turn / 2 * factor if near else 0.0
+    gain = float(nominal.parameters[leg, -2])
+    far = abs(match.shift / factor * gain) > _ZERO_OFF * nominal.tolerances.length
+    return match.shift if far else 0.0
 
 
 def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
     """Ways in which poses may have been written down."""
     yield "", poses
+    position = 3 if nominal.pose_space == "spatial" else 2
+    for factor, words in (
+        (1e-3, "positions are millimetres, not metres"),
+        (1e3, "positions are a thousandth of what they should be"),
+    ):
+        scaled = poses.copy()
+        scaled[:, :position] *= factor
+        yield words, scaled
     conventions: dict[str, dict[str, tuple[int, ...]]] = {
         "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
         "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
@@ -380,9 +404,10 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]
         },
     }
     for words, factors in conventions[nominal.pose_space].items():
-        yield f"in the measured poses {words}", poses * np.array(factors, dtype=float)
+        yield words, poses * np.array(factors, dtype=float)
     if nominal.pose_space == "planar":
-        yield "the measured angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
+        yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
+        yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
     if nominal.pose_space == "spatial":
         order = [0, 1, 2, 4, 5, 6, 3]
         yield "the quaternions are in the order w, x, y, z", poses[:, order]
@@ -403,13 +428,13 @@ def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] 
                 continue
             wanted = _continuous(expected[reached, leg], _turn(nominal, leg))
             for column in range(count):
-                slope, left = _line(wanted, readings[reached, column])
+                slope, shift, left = _line(wanted, readings[reached, column])
                 stated = column == leg and mode == nominal.working_modes[leg]
                 # What the file says stays unless another reading of it is much better.
                 score = left / (_MUCH_BETTER if stated else 1)
                 if score < table[leg, column]:
                     table[leg, column] = score
-                    best[leg, column] = _Match(column, mode, slope, left)
+                    best[leg, column] = _Match(column, mode, slope, shift, left)
     if count > 6 or not np.isfinite(table).any(axis=1).all():
         order = tuple(range(count))
     else:
@@ -431,18 +456,26 @@ def _continuous(values: Array, turn: float | None) -> Array:
     return centre + _wrapped(values - centre, turn)
 
 
-def _line(wanted: Array, readings: Array) -> tuple[float, float]:
-    """Slope of readings over what was wanted, and the share of variance that the line leaves."""
-    x, y = wanted - np.median(wanted), readings - np.median(readings)
+def _line(wanted: Array, readings: Array) -> tuple[float, float, float]:
+    """Slope of readings over what was wanted, their shift, and the variance share that is left."""
+    x, y = wanted, readings
+    slope = shift = 0.0
     # Readings that are outliers must not hide what the others show.
-    for _ in range(3):
-        slope = float(x @ y / (x @ x)) if x.any() else 1.0
-        errors = np.abs(y - slope * x)
+    for _ in range(4):
+        centred = x - x.mean()
+        spread = float(centred @ centred)
+        if spread == 0:
+            return 1.0, 0.0, 1.0
+        slope = float(centred @ y) / spread
+        shift = float(np.mean(y - slope * x))
+        errors = np.abs(y - slope * x - shift)
         keep = errors <= 5 * np.median(errors) + 1e-12
-        if keep.sum() < 4:
+        if keep.all() or keep.sum() < 4:
             break
-        x, y = x[keep] - x[keep].mean(), y[keep] - y[keep].mean()
-    total = float(y @ y)
-    if total == 0 or not np.isfinite(slope) or slope == 0:
-        return 1.0, 1.0
-    return slope, float(np.sum((y - slope * x) ** 2) / total)
+        x, y = x[keep], y[keep]
+    total = float(np.sum((y - y.mean()) ** 2))
+    if total == 0 or slope == 0 or not np.isfinite(slope):
+        return 1.0, 0.0, 1.0
+    # The shift in the middle of the readings, where the slope's own error does not matter.
+    middle = float(np.mean(y) - _factor(slope) * np.mean(x))
+    return slope, middle, float(np.sum((y - slope * x - shift) ** 2)) / total

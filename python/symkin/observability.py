@@ -25,6 +25,7 @@ __all__ = [
     "mechanism_rows",
     "noise_of",
     "observability_rows",
+    "parameter_tolerances",
     "tolerances_of",
     "with_combinations",
 ]
@@ -247,3 +248,10 @@ def noise_of(noise: NoiseSettings) -> _core.MeasurementNoise:
 def tolerances_of(tolerances: Tolerances) -> _core.Tolerances:
     """Settings as the core takes them."""
     return _core.Tolerances(tolerances.length, tolerances.angle, tolerances.gain)
+
+
+def parameter_tolerances(mechanism: Mechanism) -> NDArray[np.float64]:
+    """Tolerance of every parameter, shape (legs, p)."""
+    tolerances = tolerances_of(mechanism.tolerances)
+    legs = range(len(mechanism.legs))
+    return np.array([tolerances.deviations(mechanism.core, leg) for leg in legs])

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/identification/statistics.hpp"
 
+#include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -11,6 +12,16 @@ namespace symkin {
 double chi_square_limit(Index degrees_of_freedom, double probability) {
   const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
   return boost::math::quantile(boost::math::complement(distribution, probability));
+}
+
+double chi_square_tail(double value, Index degrees_of_freedom) {
+  if (degrees_of_freedom < 1 || std::isnan(value)) {
+    return 1;
+  }
+  const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+  return std::isinf(value)
+             ? 0
+             : boost::math::cdf(boost::math::complement(distribution, std::max(value, 0.0)));
 }
 
 double f_tail(double value, Index numerator, Index denominator) {

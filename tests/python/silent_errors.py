@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: MIT
+"""Mistakes that people make when they measure, as changes of sound measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import symkin
+
+Change = Callable[[symkin.Mechanism, symkin.Measurements], symkin.Measurements]
+
+
+@dataclass(frozen=True)
+class SilentError:
+    """A mistake, and words of which the refusal or a doubt must have one.
+
+    `where` says for which mechanisms it is a mistake at all.
+    """
+
+    name: str
+    change: Change
+    words: tuple[str, ...]
+    where: Callable[[symkin.Mechanism], bool] = lambda mechanism: True
+
+
+def turning(mechanism: symkin.Mechanism) -> bool:
+    """Whether the active joints are angles."""
+    return symkin.chain_info(mechanism.chain, mechanism.platform).reading_unit == "rad"
+
+
+def has_modes(mechanism: symkin.Mechanism) -> bool:
+    return not np.array_equal(
+        mechanism.inverse_kinematics(mechanism.home),
+        other_modes(mechanism, range(len(mechanism.legs))).inverse_kinematics(mechanism.home),
+    )
+
+
+def turns(mechanism: symkin.Mechanism) -> bool:
+    """Whether the platform does."""
+    return mechanism.pose_space != "point"
+
+
+def other_modes(mechanism, legs):
+    """The mechanism with other working modes."""
+    changed = [
+        replace(leg, working_mode=-leg.working_mode) if number in legs else leg
+        for number, leg in enumerate(mechanism.legs)
+    ]
+    return mechanism.replace(legs=changed, symmetry=None)
+
+
+def size_of(mechanism):
+    """Of its workspace, m."""
+    position = {"planar": 2, "point": 2, "spatial": 3}[mechanism.pose_space]
+    return float(np.abs(mechanism.parameters).max() if mechanism.workspace is None else np.max(
+        np.subtract(mechanism.workspace.upper, mechanism.workspace.lower)[:position]
+    ))
+
+
+def with_readings(change):
+    """A change of the readings alone."""
+
+    def changed(mechanism, measured):
+        return replace(measured, readings=change(mechanism, measured.readings.copy()))
+
+    return changed
+
+
+def with_poses(change):
+    """A change of the poses alone."""
+
+    def changed(mechanism, measured):
+        return replace(measured, poses=change(mechanism, measured.poses.copy()))
+
+    return changed
+
+
+def column(leg, change):
+    """A change of one leg's readings."""
+
+    def changed(mechanism, readings):
+        readings[:, leg] = change(mechanism, readings[:, leg])
+        return readings
+
+    return with_readings(changed)
+
+
+def swap(mechanism, readings):
+    return readings[:, [1, 0, *range(2, readings.shape[1])]]
+
+
+def shift(share):
+    def changed(mechanism, poses):
+        poses[:, 0] += share * size_of(mechanism)
+        return poses
+
+    return changed
+
+
+def turn(angle):
+    """The poses in a base frame turned about Z."""
+    c, s = math.cos(angle), math.sin(angle)
+
+    def changed(mechanism, poses):
+        poses[:, :2] = poses[:, :2] @ np.array([[c, s], [-s, c]])
+        if mechanism.pose_space == "planar":
+            poses[:, 2] += angle
+        elif mechanism.pose_space == "spatial":
+            x, y, z, w = poses[:, 3:].T.copy()
+            ch, sh = math.cos(angle / 2), math.sin(angle / 2)
+            poses[:, 3:] = np.column_stack(
+                [ch * x - sh * y, ch * y + sh * x, ch * z + sh * w, ch * w - sh * z]
+            )
+        return poses
+
+    return changed
+
+
+def scale_positions(factor):
+    def changed(mechanism, poses):
+        position = 3 if mechanism.pose_space == "spatial" else 2
+        poses[:, :position] *= factor
+        return poses
+
+    return changed
+
+
+def mirror_y(mechanism, poses):
+    signs = {
+        "planar": (1, -1, -1),
+        "point": (1, -1),
+        "spatial": (1, -1, 1, -1, 1, -1, 1),
+    }[mechanism.pose_space]
+    return poses * np.array(signs, dtype=float)
+
+
+def outliers(share):
+    def changed(mechanism, measured):
+        rng = np.random.default_rng(5)
+        poses = measured.poses.copy()
+        count = max(1, round(share * len(poses)))
+        rows = rng.permutation(len(poses))[:count]
+        poses[rows, 0] += 100 * mechanism.noise.position * rng.choice([-1, 1], count)
+        return replace(measured, poses=poses)
+
+    return changed
+
+
+def first(extra):
+    """As many poses as a leg has parameters, and `extra`."""
+
+    def changed(mechanism, measured):
+        count = len(mechanism.parameter_names) + extra
+        rows = np.linspace(0, len(measured.poses) - 1, count).astype(int)
+        return measured.subset(rows)
+
+    return changed
+
+
+def planned(mechanism, measured):
+    """Nominal readings at commanded poses, as a plan has them."""
+    readings = mechanism.inverse_kinematics(measured.poses)
+    return replace(measured, readings=readings)
+
+
+def flipped(legs):
+    """The robot stands in other working modes than its file says."""
+
+    def changed(mechanism, measured):
+        which = range(len(mechanism.legs)) if legs is None else legs
+        robot = other_modes(mechanism, which)
+        rng = np.random.default_rng(3)
+        made = symkin.disturb(robot, 3)
+        exact = made.inverse_kinematics(measured.poses)
+        poses = measured.poses.copy()
+        poses[:, :2] += mechanism.noise.position * rng.standard_normal((len(poses), 2))
+        kept = np.isfinite(exact).all(axis=1)
+        return replace(
+            symkin.Measurements.of(poses[kept], exact[kept]),
+        )
+
+    return changed
+
+
+def alike(mechanism, measured):
+    rng = np.random.default_rng(4)
+    home = mechanism.home
+    noise = mechanism.noise.position * rng.standard_normal((len(measured.poses), len(home)))
+    if mechanism.pose_space == "spatial":
+        noise[:, 3:] = 0
+    poses = measured.poses[:1] + noise
+    return replace(
+        measured,
+        poses=poses,
+        readings=np.tile(measured.readings[:1], (len(poses), 1)),
+    )
+
+
+def quantised(mechanism, readings):
+    step = np.ptp(readings) / 256 if not turning(mechanism) else 2 * math.pi / 256
+    return np.round(readings / step) * step
+
+
+def copied(mechanism, measured):
+    rows = np.repeat(np.arange(len(measured.poses) // 3), 3)
+    poses = measured.poses[rows]
+    poses[:, 0] += 1e-12 * np.arange(len(rows))
+    return replace(measured.subset(rows), poses=poses)
+
+
+def add_turn_to_some(mechanism, readings):
+    turn = 2 * math.pi
+    readings[::7, 0] += turn
+    return readings
+
+
+SILENT_ERRORS = [
+    SilentError("all legs in the other working mode", flipped(None), ("working mode",), has_modes),
+    SilentError("one leg in the other working mode", flipped([0]), ("working mode",), has_modes),
+    SilentError("a plan given as measurements", planned, ("computed",)),
+    SilentError("two legs swapped", with_readings(swap), ("columns of legs", "swapped")),
+    SilentError("one sign flipped", column(0, lambda m, r: -r), ("opposite sign",)),
+    SilentError("all signs flipped", with_readings(lambda m, r: -r), ("opposite sign",)),
+    SilentError(
+        "half a turn added to one leg",
+        column(1, lambda m, r: r + math.pi),
+        ("half a turn",),
+        turning,
+    ),
+    SilentError(
+        "a turn added to one leg",
+        column(1, lambda m, r: r + 2 * math.pi),
+        ("whole turn",),
+        turning,
+    ),
+    SilentError(
+        "a turn added to some readings", with_readings(add_turn_to_some), ("a turn away",), turning
+    ),
+    SilentError("one gain 20% off", column(0, lambda m, r: 1.2 * r), ("gain", "times as fast")),
+    SilentError("the frame turned by 2 degrees", with_poses(turn(math.radians(2))), ("turned by",)),
+    SilentError(
+        "the frame turned by 30 degrees", with_poses(turn(math.radians(30))), ("turned by",)
+    ),
+    SilentError("the frame shifted by 1%", with_poses(shift(0.01)), ("shifted", "drawing")),
+    SilentError("a length scale 1% off", with_poses(scale_positions(1.01)), ("scale", "drawing")),
+    SilentError(
+        "one leg in degrees",
+        column(0, lambda m, r: np.degrees(r)),
+        ("degrees",),
+        lambda m: m.reading_unit == "rad",
+    ),
+    SilentError(
+        "all readings in degrees",
+        with_readings(lambda m, r: np.degrees(r)),
+        ("degrees",),
+        lambda m: m.reading_unit == "rad",
+    ),
+    SilentError(
+        "one leg in millimetres",
+        column(0, lambda m, r: 1e3 * r),
+        ("millimetres",),
+        lambda m: m.reading_unit == "m",
+    ),
+    SilentError("positions in millimetres", with_poses(scale_positions(1e3)), ("millimetres", "scale")),
+    SilentError("y mirrored", with_poses(mirror_y), ("mirrored", "working mode")),
+    SilentError("one outlier", outliers(0), ("does not fit", "do not fit")),
+    SilentError("20% outliers", outliers(0.2), ("robust loss", "do not fit", "chi-square")),
+    SilentError("one pose too few", first(-1), ("need",)),
+    SilentError("no pose to spare", first(0), ("to spare",)),
+    SilentError("one pose to spare", first(1), ("to spare",)),
+    SilentError("poses alike", alike, ("tell", "nothing", "show", "drawing")),
+    SilentError("a constant leg", column(0, lambda m, r: np.full_like(r, r[0])), ("show",)),
+    SilentError("8-bit readings", with_readings(quantised), ("values in steps", "chi-square")),
+    SilentError("copies of poses", copied, ("copies",)),
+]
