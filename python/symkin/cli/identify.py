@@ -22,8 +22,8 @@ from symkin.cli.options import (
     PoseUseOption,
     SeedOption,
 )
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.units import error_rows, milli
+from symkin.files.output_files import OutputFiles
 from symkin.identification import Loss
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def identify(
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
         inputs = [nominal.source, measurements, columns]
-        with OutputFiles("identify", inputs, overwrite) as outputs:
+        with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *IDENTIFICATION_FILES) if out else None
             stage("identifying the legs")
             identification = symkin.identify(nominal, measured, estimator, poses=poses, loss=loss)

@@ -18,6 +18,7 @@ from symkin.files.mechanism_text import (
     settings_values,
     update_table,
 )
+from symkin.files.output_files import OutputFiles
 from symkin.mechanism import Mechanism
 from symkin.symmetry import generate_legs, verify_declared
 
@@ -47,24 +48,19 @@ def save_mechanism(
     header : str
         Where the parameters come from; written as comments at the top.
     overwrite : bool
-        Whether `path` may be the template or the file that the mechanism was read from.
+        Whether `path` may exist, be it the template or the file that the mechanism was read from.
 
     Raises
     ------
     SymkinError
-        If `path` is one of these files without `overwrite`, if the template has another chain,
-        or if the declared symmetry does not hold.
+        If `path` exists without `overwrite`, if the template has another chain, or if the declared
+        symmetry does not hold.
     """
-    path = Path(path)
     template = Path(template) if template is not None else mechanism.source
-    for origin in (template, mechanism.source):
-        if not overwrite and origin is not None and path.exists() and path.samefile(origin):
-            raise SymkinError(
-                f"{path}: the mechanism was read from this file; allow it to be overwritten or "
-                "choose another"
-            )
-    text = mechanism_text(mechanism, template=template, header=header)
-    path.write_text(text, encoding="utf-8", newline="")
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.file(Path(path))
+        text = mechanism_text(mechanism, template=template, header=header)
+        target.write_text(text, encoding="utf-8", newline="")
 
 
 def mechanism_text(mechanism: Mechanism, *, template: Path | None = None, header: str = "") -> str:

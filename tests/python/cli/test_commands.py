@@ -60,8 +60,6 @@ def test_check_writes_its_report_and_the_document_that_json_prints(
     assert shown.out.splitlines()[-1] == str(tmp_path / "report.html")
     printed = symkin("check", "5bar", "--json").out
     assert (tmp_path / "check.json").read_text(encoding="utf-8") == printed
-    assert symkin("check", "5bar", "--out", tmp_path).code == 0
-    (tmp_path / "check.json").write_text("{}")
     assert symkin("check", "5bar", "--out", tmp_path).code == 2
     assert symkin("check", "5bar", "--out", tmp_path, "--overwrite").code == 0
 
@@ -83,7 +81,7 @@ def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> N
     assert document["plan"]["poses"] == 27
     first, *others = (leg["r_diagonal"] for leg in document["plan"]["legs"])
     assert all(leg == pytest.approx(first, rel=1e-9) for leg in others)
-    shown = symkin(*arguments)
+    shown = symkin(*arguments, "--overwrite")
     assert "|R_ii|" in shown.out
     assert str(out) in shown.out
 
@@ -152,8 +150,8 @@ def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -
 def test_run_writes_all_its_files(protocol: Path) -> None:
     names = {path.name for path in protocol.iterdir()}
     files = ["plan.csv", "measurements.csv", "actual.toml", "calibrated.toml", "results.json"]
-    assert names.issuperset([*files, "report.html", ".symkin.json"])
-    assert not [name for name in names if name.startswith(".symkin-")]
+    assert names.issuperset([*files, "report.html"])
+    assert not [name for name in names if name.startswith(".")]
     results = library.read_results(protocol / "results.json")
     before, after = results["evaluation"]["before"], results["evaluation"]["after"]
     assert after["position_rms_m"] < before["position_rms_m"] / 5
