@@ -29,6 +29,7 @@ from symkin.chains import ChainInfo, chain_info, chains
 from symkin.checking import CheckResult, check_mechanism
 from symkin.conditions import Condition, Conditions, check_conditions
 from symkin.errors import (
+    FailedFitError,
     MeasurementError,
     MechanismError,
     MechanismFileError,
@@ -121,6 +122,7 @@ __all__ = [
     "ElementCheck",
     "Evaluation",
     "ExpectedAccuracy",
+    "FailedFitError",
     "Identification",
     "JointLimits",
     "Leg",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.calibrated import calibrated_mechanism
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -159,6 +160,8 @@ def identify(
     ------
     NotIdentifiableError
         For fewer poses than parameters.
+    FailedFitError
+        For an estimate that no mechanism can be, such as a negative length.
     SymkinError
         For measurements that do not fit the mechanism's shape.
     """
@@ -177,12 +180,13 @@ def identify(
         max_iterations,
     )
     legs = tuple(_leg_fit(leg) for leg in result.legs)
-    deviations = np.sqrt(np.diag(result.covariance)).reshape(result.parameters.shape)
-    calibrated = mechanism.replace(symmetry=None).with_parameters(result.parameters, deviations)
+    calibrated, covariance = calibrated_mechanism(
+        mechanism, result.parameters, result.covariance, measurements.poses
+    )
     return Identification(
         mechanism=calibrated,
         estimator=estimator,
-        covariance=result.covariance,
+        covariance=covariance,
         legs=legs,
         converged=result.converged,
         residual_rms=result.residual_rms,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symkin import _core
+from symkin.calibrated import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
@@ -51,7 +52,9 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
         Without a declared symmetry, which it has no longer.
     """
     made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
-    return mechanism.replace(symmetry=None).with_parameters(made.parameters)
+    return mechanism.replace(symmetry=None).with_parameters(
+        canonical(mechanism, made.parameters)[0]
+    )
 
 
 def simulate(
@@ -92,6 +95,7 @@ def simulate(
     measurements = Measurements.of(
         taken.poses, taken.readings, np.array(taken.leg_sets, dtype=np.intp) + 1
     )
+    actual = with_usable_home(actual, measurements.poses)
     return Simulation(measurements, actual, tuple(result.replaced))
 
 
