@@ -9,12 +9,14 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Identification', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Identification', 'ImpossibleLeg', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'closure', 'command_errors', 'detect_symmetry', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
 class Error(symkin.errors.SymkinError):
     pass
 class SymmetryMismatch(symkin.errors.SymmetryError):
     pass
 class NotIdentifiable(symkin.errors.NotIdentifiableError):
+    pass
+class ImpossibleLeg(symkin.errors.MechanismError):
     pass
 class ParameterRole:
     """

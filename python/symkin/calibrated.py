@@ -4,22 +4,24 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import FailedFitError
+from symkin.errors import FailedFitError, MechanismError, SymkinError
 from symkin.frames import anchor, with_moved_workspace
 from symkin.mechanism import Mechanism
 from symkin.settings import JointLimits
-from symkin.workspace import workspace_coordinates
+from symkin.workspace import inside_workspace, workspace_coordinates
 
-__all__ = ["calibrated_mechanism", "canonical", "with_usable_home"]
+__all__ = ["calibrated_mechanism", "canonical", "fit_that_may_fail", "with_usable_home"]
 
 Array = NDArray[np.float64]
 
 _TURN = 2 * np.pi
-_NO_GAIN = 1e-9  # of the nominal one
 
 
 def calibrated_mechanism(
@@ -47,12 +49,31 @@ def calibrated_mechanism(
     FailedFitError
         If no mechanism has such parameters.
     """
-    _require_possible(nominal, parameters)
     values, signs = canonical(nominal, parameters)
     covariance = covariance * np.outer(signs, signs)
     deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
-    made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+    with fit_that_may_fail():
+        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
     return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
+
+
+@contextmanager
+def fit_that_may_fail() -> Iterator[None]:
+    """Say of a mechanism that is not possible that it is an estimate, and what may be wrong.
+
+    Raises
+    ------
+    FailedFitError
+        Naming leg, parameter and value.
+    """
+    try:
+        yield
+    except MechanismError as error:
+        raise FailedFitError(
+            f"the estimate is no mechanism: {error}. Look for readings in another unit, of another "
+            "leg, or with another sign, zero or working mode than the mechanism has, and for poses "
+            "in another unit or frame"
+        ) from error
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
@@ -104,41 +125,20 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
 def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
     """Return the mechanism with a home pose that it can take, as its file must have.
 
-    A home pose that a leg cannot reach or the joint limits exclude is replaced by the nearest of
-    some poses for which neither is so. Limits that exclude all poses which the legs reach are those
-    of another sensor zero, and go; without any such pose, the workspace goes.
+    Home stays if it meets the workspace's demands. Otherwise it becomes the nearest of some poses
+    that does; failing that, one that the legs reach within their limits. Limits that exclude every
+    pose which the legs reach are those of another sensor zero, and go; without any such pose, the
+    workspace goes.
     """
-    if mechanism.workspace is None or _takes(mechanism, mechanism.home[None])[0]:
+    if mechanism.workspace is None:
         return mechanism
     unlimited = mechanism.replace(joint_limits=JointLimits())
-    for candidate, places in (
-        (mechanism, poses),
-        (unlimited, mechanism.home[None]),
-        (unlimited, poses),
-    ):
-        good = places[_takes(candidate, places)]
-        if len(good):
-            settings = dataclasses.replace(mechanism.workspace, home=_nearest(mechanism, good))
-            return candidate.replace(workspace=settings)
+    for fits, robot in ((_fits, mechanism), (_takes_home, mechanism), (_takes_home, unlimited)):
+        candidates = itertools.chain([robot], _with_home_at(robot, poses))
+        found = next(filter(fits, candidates), None)
+        if found is not None:
+            return found
     return unlimited.replace(workspace=None)
-
-
-def _require_possible(nominal: Mechanism, parameters: Array) -> None:
-    names, units = nominal.parameter_names, nominal.parameter_units
-    for leg, row in enumerate(parameters):
-        for name, unit, value, start in zip(
-            names, units, row, nominal.parameters[leg], strict=True
-        ):
-            impossible = not np.isfinite(value)
-            impossible |= name.endswith("_length") and value <= 0
-            impossible |= name == "sensor_gain" and abs(value) < _NO_GAIN * abs(start)
-            if impossible:
-                raise FailedFitError(
-                    f"leg {leg + 1} ({name} ended at {value:.3g} {unit}".rstrip()
-                    + ", which no leg can have; look for readings in another unit, of another leg "
-                    "or with another sign or zero than the mechanism's file says, and for poses in "
-                    "another unit or frame)"
-                )
 
 
 def _nearest_turn(angles: Array, near: Array) -> Array:
@@ -158,17 +158,29 @@ def _take_nearer_polar_angle(
     signs[nearer, columns[0]] *= -1
 
 
-def _takes(mechanism: Mechanism, poses: Array) -> NDArray[np.bool_]:
-    """Whether every leg reaches a pose within its limits."""
-    readings = mechanism.inverse_kinematics(poses)
+def _takes_home(mechanism: Mechanism) -> bool:
+    """Whether every leg reaches home within its limits."""
+    readings = mechanism.inverse_kinematics(mechanism.home)
     limits = mechanism.joint_limits
-    return np.asarray(((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1))
+    return bool(((readings >= limits.lower) & (readings <= limits.upper)).all())
 
 
-def _nearest(mechanism: Mechanism, poses: Array) -> tuple[float, ...]:
-    """The pose that is nearest to home, as a workspace's home is written."""
+def _fits(mechanism: Mechanism) -> bool:
+    """Whether home meets the demands of its own workspace."""
+    try:
+        return bool(inside_workspace(mechanism, mechanism.home)[0])
+    except SymkinError:
+        return False
+
+
+def _with_home_at(mechanism: Mechanism, poses: Array) -> Iterator[Mechanism]:
+    """The mechanism with home at each pose, those that are near home first."""
+    settings = mechanism.workspace
+    assert settings is not None
     coordinates = workspace_coordinates(mechanism, poses)
     apart = coordinates - workspace_coordinates(mechanism, mechanism.home)
     positions = 3 if mechanism.pose_space == "spatial" else 2
     apart[:, positions:] *= mechanism.characteristic_length
-    return tuple(coordinates[np.linalg.norm(apart, axis=1).argmin()].tolist())
+    for row in np.linalg.norm(apart, axis=1).argsort(kind="stable"):
+        home = tuple(coordinates[row].tolist())
+        yield mechanism.replace(workspace=dataclasses.replace(settings, home=home))

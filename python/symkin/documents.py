@@ -193,7 +193,15 @@ def evaluation_document(evaluation: Evaluation | None) -> Document | None:
         "orientation_max_rad": evaluation.orientation_max,
         "evaluated": evaluation.evaluated,
         "failed": evaluation.failed,
+        "closures": _closure_document(evaluation),
     }
+
+
+def _closure_document(evaluation: Evaluation) -> Document | None:
+    if evaluation.closure_rms is None:
+        return None
+    rms, legs = evaluation.closure_rms
+    return {"rms_m": rms, "legs_rms_m": legs}
 
 
 def _leg_document(

@@ -30,6 +30,9 @@ class Evaluation:
         Poses in the figures, and poses left out because the mechanism cannot take them.
     differences : ndarray, shape (N, dof)
         Pose taken less pose wanted: position, then angle or rotation vector; NaN where it failed.
+    closures : ndarray, shape (N, legs), or None
+        How far each leg is from closing at all measurements, m; NaN where it was not read. None for
+        a robot that was not measured.
     """
 
     position_rms: float
@@ -39,6 +42,17 @@ class Evaluation:
     evaluated: int
     failed: int
     differences: NDArray[np.float64]
+    closures: NDArray[np.float64] | None = None
+
+    @property
+    def closure_rms(self) -> tuple[float, NDArray[np.float64]] | None:
+        """Root mean square of all closures, and of each leg's, m; NaN for a leg never read."""
+        if self.closures is None:
+            return None
+        counts = np.isfinite(self.closures).sum(axis=0)
+        squares = np.nansum(self.closures**2, axis=0)
+        legs = np.sqrt(np.divide(squares, counts, np.full(len(counts), np.nan), where=counts > 0))
+        return float(np.sqrt(squares.sum() / counts.sum())), legs
 
 
 def evaluate(
@@ -97,4 +111,15 @@ def evaluate(
         evaluated=errors.evaluated,
         failed=errors.failed,
         differences=errors.differences,
+        closures=None if measurements is None else _closures(model, measurements),
     )
+
+
+def _closures(model: Mechanism, measurements: Measurements) -> NDArray[np.float64]:
+    closures = np.full(measurements.readings.shape, np.nan)
+    for leg in range(len(model.legs)):
+        read = np.isfinite(measurements.readings[:, leg])
+        closures[read, leg] = model.closure(
+            leg, measurements.poses[read], measurements.readings[read, leg]
+        )
+    return closures

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.calibrated import calibrated_mechanism
+from symkin.calibrated import calibrated_mechanism, fit_that_may_fail
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -167,18 +167,19 @@ def identify(
     """
     noise = noise or mechanism.noise
     _require_poses(mechanism, measurements, poses)
-    result = _core.identify(
-        mechanism.core,
-        _core.MeasurementSet(
-            measurements.poses, measurements.readings, (measurements.leg_sets - 1).tolist()
-        ),
-        getattr(_core.Estimator, estimator),
-        getattr(_core.PoseUse, poses),
-        noise_of(noise),
-        getattr(_core.LossKind, loss),
-        loss_scale or 0.0,
-        max_iterations,
-    )
+    with fit_that_may_fail():
+        result = _core.identify(
+            mechanism.core,
+            _core.MeasurementSet(
+                measurements.poses, measurements.readings, (measurements.leg_sets - 1).tolist()
+            ),
+            getattr(_core.Estimator, estimator),
+            getattr(_core.PoseUse, poses),
+            noise_of(noise),
+            getattr(_core.LossKind, loss),
+            loss_scale or 0.0,
+            max_iterations,
+        )
     legs = tuple(_leg_fit(leg) for leg in result.legs)
     calibrated, covariance = calibrated_mechanism(
         mechanism, result.parameters, result.covariance, measurements.poses

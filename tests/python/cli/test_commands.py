@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import filecmp
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -243,6 +244,38 @@ def test_a_result_that_did_not_converge_is_told_with_exit_code_1(
     assert shown.code == 1
     assert shown.err == "Not converged: leg 2 (too few iterations)\n"
     assert shown.json["identification"]["converged"] is False
+
+
+def test_an_estimate_that_no_leg_can_have_is_told_with_exit_code_1(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("3RRP")
+    sample = library.sample_workspace(robot, 40, 1)
+    seen = library.Measurements.of(sample.poses, sample.readings)
+    library.write_measurements(seen, tmp_path / "measured.csv", robot)
+    values, names = robot.parameters, robot.parameter_names
+    values[1, names.index("proximal_length")] *= 0.1
+    values[1, names.index("sensor_offset")] += math.pi
+    nominal = robot.replace(symmetry=None).with_parameters(values)
+    library.save_mechanism(nominal, tmp_path / "nominal.toml")
+    out = tmp_path / "out"
+    shown = symkin("identify", tmp_path / "nominal.toml", tmp_path / "measured.csv", "--out", out)
+    assert (shown.code, shown.out) == (1, "")
+    assert shown.err.startswith("Not converged: the estimate is no mechanism: leg 2 ")
+    assert shown.err.count("\n") == 1
+    assert not out.exists()
+
+
+def test_evaluate_shows_the_closures_of_measurements(symkin: Callable, protocol: Path) -> None:
+    arguments = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
+    closures = symkin(*arguments, "--json").json["evaluation"]["closures"]
+    assert len(closures["legs_rms_m"]) == 3
+    lines = symkin(*arguments).out.splitlines()
+    shown = [line.split()[-2:] for line in lines if line.startswith("closure rms")]
+    expected = [closures["rms_m"], *closures["legs_rms_m"]]
+    assert shown == [[f"{1000 * value:.3g}", "mm"] for value in expected]
+    against = ("evaluate", "3RRR", "--actual", protocol / "actual.toml", "--candidates", 200)
+    assert symkin(*against, "--json").json["evaluation"]["closures"] is None
 
 
 def test_measurements_of_one_leg_a_row_are_identified_without_a_report(
