@@ -17,7 +17,13 @@ from symkin.mechanism import Mechanism
 from symkin.settings import JointLimits
 from symkin.workspace import inside_workspace, workspace_coordinates
 
-__all__ = ["calibrated_mechanism", "canonical", "fit_that_may_fail", "with_usable_home"]
+__all__ = [
+    "calibrated_mechanism",
+    "canonical",
+    "changed_settings",
+    "fit_that_may_fail",
+    "with_usable_home",
+]
 
 Array = NDArray[np.float64]
 
@@ -156,6 +162,22 @@ def _take_nearer_polar_angle(
     nearer = apart[1] < apart[0]
     values[np.ix_(nearer, columns)] = other[nearer]
     signs[nearer, columns[0]] *= -1
+
+
+def changed_settings(nominal: Mechanism, calibrated: Mechanism) -> list[str]:
+    """Say in sentences what was changed besides the parameters, and why."""
+    before, after = nominal.workspace, calibrated.workspace
+    changes = []
+    if before is not None and after is None:
+        changes.append("The workspace is left out, since the legs found reach no measured pose.")
+    elif before is not None and after is not None and after != before:
+        if (after.lower, after.upper) == (before.lower, before.upper):
+            changes.append("Home is a measured pose, since the legs found do not suit the old one.")
+        else:
+            changes.append("Home and workspace are moved, as the frames are not the nominal ones.")
+    if calibrated.joint_limits != nominal.joint_limits:
+        changes.append("The joint limits are left out, since the zeros found do not suit them.")
+    return changes
 
 
 def _takes_home(mechanism: Mechanism) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from symkin.calibrated import changed_settings
 from symkin.check_document import check_document
 from symkin.checking import CheckResult
 from symkin.comparison import EstimatorFigures
@@ -221,4 +222,5 @@ def _write_calibrated(
         f"Closure residual {closure_residual(nominal, measurements):.3g} m before, "
         f"{identification.residual_rms:.3g} m after (rms); standard deviations are one sigma."
     )
-    save_mechanism(identification.mechanism, path, header=header)
+    changes = changed_settings(nominal, identification.mechanism)
+    save_mechanism(identification.mechanism, path, header="\n".join([header, *changes]))

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import symkin
 from symkin import _core
-from symkin.calibrated import canonical
+from symkin.calibrated import canonical, changed_settings
 from symkin.checking import check_mechanism
 from symkin.errors import FailedFitError, SymkinError
 from symkin.frames import with_moved_workspace
@@ -157,6 +157,9 @@ def test_what_is_identified_in_other_frames_is_written_so_that_everything_reads_
     calibrated = _read_back(found.mechanism, tmp_path / "calibrated.toml")
     assert np.array_equal(calibrated.parameters, found.mechanism.parameters)
     assert calibrated.joint_limits == nominal.joint_limits
+    assert [change.split(",")[0] for change in changed_settings(nominal, calibrated)] == [
+        "Home and workspace are moved"
+    ]
     assert check_mechanism(calibrated).sample is not None
     assert symkin.evaluate(calibrated, measurements=seen).position_rms < 1e-6
     assert symkin.identify(calibrated, seen).converged
@@ -236,6 +239,7 @@ def test_a_home_that_the_legs_found_cannot_take_becomes_a_measured_pose(
     assert found.joint_limits == limits
     assert found.workspace.home in [tuple(pose) for pose in sample.poses.tolist()]
     _read_back(found, tmp_path / "calibrated.toml")
+    assert changed_settings(nominal, found)[0].startswith("Home is a measured pose")
 
 
 @pytest.mark.parametrize("name", symkin.shipped_mechanisms())

@@ -56,7 +56,8 @@ def evaluate(
 
     Against a simulated robot: the poses that it takes, less those commanded through the model, over
     the poses of a plan or else over the robot's workspace. Against measurements: the model's poses
-    at the measured readings, less the measured poses; and how far the legs are from closing at both.
+    at the measured readings, less the measured poses; and the closures: how far each leg is from
+    reaching the measured poses at the measured readings.
     """
     _require_one_robot(actual, measurements, poses, candidates, columns)
     with progress() as stage:

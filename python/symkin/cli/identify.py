@@ -104,6 +104,8 @@ def identify(
 
 
 def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
+    from symkin.calibrated import changed_settings
+
     nominal, identification = result.nominal, result.identification
     before = document["identification"]["residual_before_rms_m"]
     say(
@@ -127,3 +129,5 @@ def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
         rows += error_rows(nominal, result.before, result.after)
     show_table(["", "before", "after"], rows)
     show_fits(identification)
+    for change in changed_settings(nominal, identification.mechanism):
+        say(change)
