@@ -234,9 +234,10 @@ def test_a_home_that_the_legs_found_cannot_take_becomes_a_measured_pose(
     settings = dataclasses.replace(paper.workspace, home=home)
     nominal = paper.replace(workspace=settings, joint_limits=limits)
     found = symkin.identify(
-        nominal, symkin.Measurements.of(sample.poses, sample.readings - 0.02)
+        nominal, symkin.Measurements.of(sample.poses, sample.readings + 0.02)
     ).mechanism
     assert found.joint_limits == limits
+    assert found.workspace.home != home
     assert found.workspace.home in [tuple(pose) for pose in sample.poses.tolist()]
     _read_back(found, tmp_path / "calibrated.toml")
     assert changed_settings(nominal, found)[0].startswith("Home is a measured pose")
