@@ -87,6 +87,7 @@ def simulate(
         If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
     """
     seed = mechanism.protocol.seed if seed is None else seed
+    made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg - 1, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
@@ -95,7 +96,8 @@ def simulate(
     measurements = Measurements.of(
         taken.poses, taken.readings, np.array(taken.leg_sets, dtype=np.intp) + 1
     )
-    actual = with_usable_home(actual, measurements.poses)
+    if made:
+        actual = with_usable_home(actual, measurements.poses)
     return Simulation(measurements, actual, tuple(result.replaced))
 
 
