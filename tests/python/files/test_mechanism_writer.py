@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -205,6 +206,29 @@ def test_a_template_of_another_chain_is_refused(
 ) -> None:
     with pytest.raises(SymkinError, match=r"has chain U\[P\]S .* to write chain \[R\]RR"):
         save_mechanism(paper, tmp_path / "new.toml", template=hexapod.source)
+
+
+def test_a_point_with_a_negative_radius_is_written_as_the_same_point(tmp_path: Path) -> None:
+    mechanism = symkin.load_mechanism("3RPR").replace(symmetry=None)
+    values = mechanism.parameters
+    values[:, [0, 2]] *= -1
+    values[:, [1, 3]] += np.pi
+    mechanism = mechanism.with_parameters(values)
+    save_mechanism(mechanism, tmp_path / "positive.toml")
+    written = load_mechanism(tmp_path / "positive.toml")
+    assert (written.parameters[:, [0, 2]] > 0).all()
+    poses = symkin.sample_workspace(mechanism, 20, 1).poses
+    assert written.inverse_kinematics(poses) == pytest.approx(mechanism.inverse_kinematics(poses))
+
+
+def test_a_mechanism_whose_file_could_not_be_read_is_not_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    assert paper.workspace is not None
+    far = paper.replace(workspace=dataclasses.replace(paper.workspace, home=(50.0, 0.0, 0.0)))
+    with pytest.raises(SymkinError, match=r"could not be read: .*far\.toml.*beyond the reach"):
+        save_mechanism(far, tmp_path / "far.toml")
+    assert list(tmp_path.iterdir()) == []
 
 
 finite = st.floats(-10, 10).map(lambda value: value + 0.0)
