@@ -27,7 +27,7 @@ PACKAGE_SOURCES := CMakeLists.txt CMakePresets.json pyproject.toml README.md LIC
 CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
 
 run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
-	@.venv/bin/symkin run 3RRR --out out/3RRR
+	@.venv/bin/symkin run 3RRR --out out/3RRR --overwrite
 
 test: $(STAMPS)/package $(STAMPS)/test ## Build and run the C++ and the Python tests
 	@cmake --build --preset dev --parallel $(JOBS)

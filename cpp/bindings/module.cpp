@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/error.hpp"
+#include "symkin/impossible_leg.hpp"
 #include "symkin/selection/not_identifiable.hpp"
 
 PYBIND11_MODULE(_core, module) {
@@ -12,6 +13,8 @@ PYBIND11_MODULE(_core, module) {
                                                           errors.attr("SymmetryError").ptr());
   static py::exception<symkin::NotIdentifiable> hidden(module, "NotIdentifiable",
                                                        errors.attr("NotIdentifiableError").ptr());
+  static py::exception<symkin::ImpossibleLeg> impossible(module, "ImpossibleLeg",
+                                                         errors.attr("MechanismError").ptr());
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) {
@@ -24,6 +27,8 @@ PYBIND11_MODULE(_core, module) {
       py::object raised = static_cast<const py::object&>(hidden)(error.what());
       raised.attr("null_directions") = error.null_directions;
       PyErr_SetObject(hidden.ptr(), raised.ptr());
+    } catch (const symkin::ImpossibleLeg& error) {
+      py::set_error(impossible, error.what());
     } catch (const symkin::Error& error) {
       py::set_error(base, error.what());
     }

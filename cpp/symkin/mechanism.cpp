@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "symkin/error.hpp"
+#include "symkin/impossible_leg.hpp"
 
 namespace symkin {
 namespace {
@@ -26,13 +27,13 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
     const std::string what =
         where + ": " + std::string(parameter.name) + " = " + std::to_string(value);
     if (!std::isfinite(value)) {
-      throw InvalidInput(what + "; expected a finite number");
+      throw ImpossibleLeg(what + "; expected a finite number");
     }
     if (must_be_positive(parameter) && value <= 0) {
-      throw InvalidInput(what + "; expected a positive length");
+      throw ImpossibleLeg(what + "; expected a positive length");
     }
     if (parameter.role == ParameterRole::gain && value == 0) {
-      throw InvalidInput(what + "; a sensor with zero gain shows nothing");
+      throw ImpossibleLeg(what + "; a sensor with zero gain shows nothing");
     }
   }
   if (leg.working_mode != 1 && leg.working_mode != -1) {

@@ -30,6 +30,7 @@ from symkin.checking import CheckResult, check_mechanism
 from symkin.conditions import Condition, Conditions, check_conditions
 from symkin.cross_validation import CrossValidation, cross_validate
 from symkin.errors import (
+    FailedFitError,
     MeasurementError,
     MechanismError,
     MechanismFileError,
@@ -117,6 +118,7 @@ __all__ = [
     "ElementCheck",
     "Evaluation",
     "ExpectedAccuracy",
+    "FailedFitError",
     "Identification",
     "JointLimits",
     "Leg",

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'GoodnessOfFit', 'Identification', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'GoodnessOfFit', 'Identification', 'ImpossibleLeg', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -344,6 +344,8 @@ class Identification:
     @property
     def residual_rms(self) -> float:
         ...
+class ImpossibleLeg(symkin.errors.MechanismError):
+    pass
 class LegDeviation:
     @property
     def deviation(self) -> float:

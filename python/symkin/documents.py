@@ -231,6 +231,7 @@ def evaluation_document(evaluation: Evaluation | None) -> Document | None:
         "evaluated": evaluation.evaluated,
         "failed": evaluation.failed,
         "mean_difference": dict(zip(difference_names(evaluation), evaluation.means, strict=True)),
+        "closures": _closure_document(evaluation),
         "aligned": evaluation.aligned and _aligned_document(evaluation.aligned),
     }
 
@@ -251,6 +252,13 @@ def _aligned_document(aligned: AlignedErrors) -> Document:
         "base": aligned.base,
         "tool": aligned.tool,
     }
+
+
+def _closure_document(evaluation: Evaluation) -> Document | None:
+    if evaluation.closure_rms is None:
+        return None
+    rms, legs = evaluation.closure_rms
+    return {"rms_m": rms, "legs_rms_m": legs}
 
 
 def _leg_document(

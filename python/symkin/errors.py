@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 __all__ = [
+    "FailedFitError",
     "MeasurementError",
     "MechanismError",
     "MechanismFileError",
@@ -38,6 +39,10 @@ class SymmetryError(SymkinError):
 
 class NotIdentifiableError(SymkinError):
     """The measurements do not determine the parameters."""
+
+
+class FailedFitError(SymkinError):
+    """An identification ended at parameters that no mechanism has."""
 
 
 class MeasurementError(SymkinError):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -78,6 +78,9 @@ class Evaluation:
         The poses wanted: measured, or commanded.
     characteristic_length : float
         Length that makes rotations comparable with translations, m.
+    closures : ndarray, shape (N, legs), or None
+        How far each leg is from closing at all measurements, m; NaN where it was not read. None for
+        a robot that was not measured.
     """
 
     position_rms: float
@@ -89,6 +92,7 @@ class Evaluation:
     differences: Array
     poses: Array
     characteristic_length: float
+    closures: Array | None = None
 
     @classmethod
     def of(cls, differences: Array, poses: Array, characteristic_length: float) -> Evaluation:
@@ -102,6 +106,16 @@ class Evaluation:
             poses=poses,
             characteristic_length=characteristic_length,
         )
+
+    @property
+    def closure_rms(self) -> tuple[float, Array] | None:
+        """Root mean square of all closures, and of each leg's, m; NaN for a leg never read."""
+        if self.closures is None:
+            return None
+        counts = np.isfinite(self.closures).sum(axis=0)
+        squares = np.nansum(self.closures**2, axis=0)
+        legs = np.sqrt(np.divide(squares, counts, np.full(len(counts), np.nan), where=counts > 0))
+        return float(np.sqrt(squares.sum() / counts.sum())), legs
 
     @property
     def means(self) -> Array:
@@ -207,7 +221,10 @@ def evaluate(
         raise SymkinError(
             f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    return Evaluation.of(differences, rows, model.characteristic_length)
+    result = Evaluation.of(differences, rows, model.characteristic_length)
+    if measurements is None:
+        return result
+    return replace(result, closures=_closures(model, measurements))
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
@@ -217,3 +234,13 @@ def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
         np.ascontiguousarray(measurements.poses),
         np.ascontiguousarray(measurements.readings),
     ).differences
+
+
+def _closures(model: Mechanism, measurements: Measurements) -> Array:
+    closures = np.full(measurements.readings.shape, np.nan)
+    for leg in range(len(model.legs)):
+        read = np.isfinite(measurements.readings[:, leg])
+        closures[read, leg] = model.closure(
+            leg, measurements.poses[read], measurements.readings[read, leg]
+        )
+    return closures

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import NotIdentifiableError, named_legs
+from symkin.calibrated import calibrated_mechanism
+from symkin.errors import FailedFitError, NotIdentifiableError, named_legs
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, tolerances_of, with_combinations
@@ -224,6 +225,8 @@ def identify(
     NotIdentifiableError
         For fewer poses than parameters, or for poses and readings that leave a combination of
         parameters without effect; names the combination.
+    FailedFitError
+        For an estimate that no mechanism can be, such as a negative length.
     SymkinError
         For measurements that do not fit the mechanism's shape.
     """
@@ -242,7 +245,13 @@ def identify(
         )
     except NotIdentifiableError as error:
         raise _named(error, mechanism) from None
-    deviations = np.sqrt(np.diag(result.covariance)).reshape(result.parameters.shape)
+    try:
+        calibrated, covariance = calibrated_mechanism(
+            mechanism, result.parameters, result.covariance, measurements.poses
+        )
+    except FailedFitError as error:
+        raise _explained(error, mechanism, measurements) from error
+    deviations = np.sqrt(np.diag(covariance)).reshape(result.parameters.shape)
     if result.converged and not np.isfinite(deviations).all():
         leg, parameter = np.argwhere(~np.isfinite(deviations))[0]
         raise NotIdentifiableError(
@@ -250,11 +259,10 @@ def identify(
             "deviation: the measurements do not determine it"
         )
     goodness = tuple(_goodness(each) for each in result.goodness)
-    calibrated = mechanism.replace(symmetry=None).with_parameters(result.parameters, deviations)
     return Identification(
         mechanism=calibrated,
         estimator=estimator,
-        covariance=result.covariance,
+        covariance=covariance,
         legs=tuple(_leg_fit(number, leg, goodness) for number, leg in enumerate(result.legs)),
         goodness=goodness,
         converged=result.converged,
@@ -296,6 +304,16 @@ def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiable
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
     scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
     return with_combinations(error, mechanism.parameter_names, scale)
+
+
+def _explained(
+    error: FailedFitError, mechanism: Mechanism, measurements: Measurements
+) -> FailedFitError:
+    """The error with what may be wrong with the measurements."""
+    from symkin.mistakes import better_readings
+
+    causes = better_readings(mechanism, measurements)
+    return FailedFitError(f"{error}. Likely cause: {causes[0]}") if causes else error
 
 
 def _goodness(fit: _core.GoodnessOfFit) -> GoodnessOfFit:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The files of a run and of an identification."""
+"""The files of a check, of a run and of an identification."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from symkin.calibrated import changed_settings
 from symkin.check_document import check_document
 from symkin.checking import CheckResult
 from symkin.comparison import EstimatorFigures
 from symkin.documents import measured_document, run_document
+from symkin.files.output_files import OutputFiles
 from symkin.identification import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -21,23 +23,59 @@ from symkin.pipeline import ProtocolResult
 __all__ = [
     "CHECK_FILES",
     "IDENTIFICATION_FILES",
+    "PLAN_FILES",
+    "POSE_COUNT_FILES",
     "RUN_FILES",
+    "WORKSPACE_FILES",
     "write_actual",
     "write_check",
     "write_identification",
     "write_run",
 ]
 
-# What always comes out; a report comes with figures, and may be missing.
-CHECK_FILES = ("check.json", "report.html")
-IDENTIFICATION_FILES = ("calibrated.toml", "results.json")
-RUN_FILES = ("plan.csv", "measurements.csv", "actual.toml", *IDENTIFICATION_FILES)
+# All that may come out, so that a command can tell before it begins what would be replaced.
+CHECK_FILES = ("check.json", "report.html", "mechanism.png", "observability.png")
+IDENTIFICATION_FILES = (
+    "calibrated.toml",
+    "results.json",
+    "report.html",
+    "mechanism.png",
+    "poses.png",
+    "observability.png",
+    "residuals.png",
+    "error_histogram.png",
+    "error_map.png",
+)
+RUN_FILES = (
+    "plan.csv",
+    "measurements.csv",
+    "actual.toml",
+    *IDENTIFICATION_FILES,
+    "workspace.png",
+    "parameter_errors.png",
+)
+PLAN_FILES = (
+    "plan.html",
+    "plan.json",
+    "workspace.png",
+    "observability.png",
+    "mechanism.png",
+)
+POSE_COUNT_FILES = ("pose-count.html", "pose-count.json", "pose_count.png")
+WORKSPACE_FILES = (
+    "workspace.html",
+    "workspace.json",
+    "constant_orientations.png",
+    "active_joints.png",
+)
 
 
 def write_check(
     result: CheckResult,
     folder: str | os.PathLike[str],
     document: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Write the files of a check: ``check.json``, ``report.html`` and the report's figures.
 
@@ -46,9 +84,11 @@ def write_check(
     result : CheckResult
         Of `check_mechanism`.
     folder : str or path
-        Made if it does not exist; files in it are replaced.
+        Made if it does not exist.
     document : mapping, optional
         What ``check.json`` holds, by default `check_document`.
+    overwrite : bool
+        Whether files that exist may be replaced.
 
     Returns
     -------
@@ -58,11 +98,12 @@ def write_check(
     from symkin.files.results import write_results
     from symkin.report.check_report import write_check_report
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     document = check_document(result) if document is None else document
-    write_results(document, folder / "check.json")
-    return write_check_report(result, folder)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.folder(Path(folder), *CHECK_FILES)
+        write_results(document, target / "check.json")
+        report = write_check_report(result, target)
+    return Path(folder) / report.name
 
 
 def write_run(
@@ -70,6 +111,8 @@ def write_run(
     folder: str | os.PathLike[str],
     document: Mapping[str, Any] | None = None,
     comparison: Sequence[EstimatorFigures] = (),
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Write the files of a run.
 
@@ -81,11 +124,13 @@ def write_run(
     result : ProtocolResult
         Of `run_protocol`.
     folder : str or path
-        Made if it does not exist; files in it are replaced.
+        Made if it does not exist.
     document : mapping, optional
         What ``results.json`` holds, by default `run_document`.
     comparison : sequence of EstimatorFigures
         Of `compare_estimators`, for the report.
+    overwrite : bool
+        Whether files that exist may be replaced.
 
     Returns
     -------
@@ -97,32 +142,40 @@ def write_run(
     from symkin.files.results import write_results
     from symkin.report import write_report
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     nominal, simulation = result.nominal, result.simulation
-    write_plan(result.plan, folder / "plan.csv", nominal)
-    write_measurements(simulation.measurements, folder / "measurements.csv", nominal)
-    write_actual(simulation.actual, nominal, folder / "actual.toml")
-    _write_calibrated(
-        nominal, simulation.measurements, result.identification, folder / "calibrated.toml"
-    )
+    measurements = simulation.measurements
     document = run_document(result, comparison) if document is None else document
-    write_results(document, folder / "results.json")
-    return write_report(result, folder, comparison)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.folder(Path(folder), *RUN_FILES)
+        write_plan(result.plan, target / "plan.csv", nominal)
+        write_measurements(measurements, target / "measurements.csv", nominal)
+        write_actual(simulation.actual, nominal, target / "actual.toml")
+        _write_calibrated(nominal, measurements, result.identification, target / "calibrated.toml")
+        write_results(document, target / "results.json")
+        report = write_report(result, target, comparison)
+    return Path(folder) / report.name
 
 
-def write_actual(actual: Mechanism, nominal: Mechanism, path: str | os.PathLike[str]) -> None:
+def write_actual(
+    actual: Mechanism,
+    nominal: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    overwrite: bool = False,
+) -> None:
     """Write the mechanism file of a simulated robot."""
     from symkin.files.mechanism_writer import save_mechanism
 
     header = f"Simulated by symkin: {nominal.name} as it may be made within its tolerances."
-    save_mechanism(actual, path, header=header)
+    save_mechanism(actual, path, header=header, overwrite=overwrite)
 
 
 def write_identification(
     result: MeasuredIdentification,
     folder: str | os.PathLike[str],
     document: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Path | None:
     """Write the files of an identification from measurements.
 
@@ -133,24 +186,28 @@ def write_identification(
     from symkin.files.results import write_results
     from symkin.report import write_identification_report
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    _write_calibrated(
-        result.nominal, result.measurements, result.identification, folder / "calibrated.toml"
-    )
-    document = measured_document(result) if document is None else document
-    write_results(document, folder / "results.json")
-    if result.before is None or result.after is None:
-        return None
-    return write_identification_report(
+    nominal, measurements, identification = (
         result.nominal,
         result.measurements,
         result.identification,
-        result.before,
-        result.after,
-        folder,
-        cross_validation=result.cross_validation,
     )
+    document = measured_document(result) if document is None else document
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.folder(Path(folder), *IDENTIFICATION_FILES)
+        _write_calibrated(nominal, measurements, identification, target / "calibrated.toml")
+        write_results(document, target / "results.json")
+        if result.before is None or result.after is None:
+            return None
+        report = write_identification_report(
+            nominal,
+            measurements,
+            identification,
+            result.before,
+            result.after,
+            target,
+            cross_validation=result.cross_validation,
+        )
+    return Path(folder) / report.name
 
 
 def _write_calibrated(
@@ -165,4 +222,5 @@ def _write_calibrated(
         f"Closure residual {closure_residual(nominal, measurements):.3g} m before, "
         f"{identification.residual_rms:.3g} m after (rms); standard deviations are one sigma."
     )
-    save_mechanism(identification.mechanism, path, header=header)
+    changes = changed_settings(nominal, identification.mechanism)
+    save_mechanism(identification.mechanism, path, header="\n".join([header, *changes]))

@@ -148,15 +148,16 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     if pose_space == "spatial":
         cross = _cross(poses[:, :3])
         rotation = _rotations(poses[:, 3:])
-        zero, one = np.zeros((count, 3, 3)), np.tile(np.eye(3), (count, 1, 1))
+        none, same = np.zeros((count, 3, 3)), np.tile(np.eye(3), (count, 1, 1))
         spatial: dict[str, Array] = {
-            "base": np.block([[one, -cross], [zero, one]]),
-            "platform": np.block([[rotation, zero], [zero, rotation]]),
+            "base": np.block([[same, -cross], [none, same]]),
+            "platform": np.block([[rotation, none], [none, rotation]]),
             "scale": np.concatenate([poses[:, :3, None], np.zeros((count, 3, 1))], axis=1),
         }
         return spatial[kind]
     x, y = poses[:, 0], poses[:, 1]
-    one, zero = np.ones(count), np.zeros(count)
+    one: Array = np.ones(count)
+    zero: Array = np.zeros(count)
     base = [[one, zero, -y], [zero, one, x], [zero, zero, one]]
     scale = [[x], [y], [zero]]
     if pose_space == "point":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symkin import _core
+from symkin.calibrated import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
@@ -51,7 +52,9 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
         Without a declared symmetry, which it has no longer.
     """
     made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
-    return mechanism.replace(symmetry=None).with_parameters(made.parameters)
+    return mechanism.replace(symmetry=None).with_parameters(
+        canonical(mechanism, made.parameters)[0]
+    )
 
 
 def simulate(
@@ -84,6 +87,7 @@ def simulate(
         If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
     """
     seed = mechanism.protocol.seed if seed is None else seed
+    made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg - 1, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
@@ -92,6 +96,8 @@ def simulate(
     measurements = Measurements.of(
         taken.poses, taken.readings, np.array(taken.leg_sets, dtype=np.intp) + 1
     )
+    if made:
+        actual = with_usable_home(actual, measurements.poses)
     return Simulation(measurements, actual, tuple(result.replaced))
 
 

@@ -128,6 +128,11 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     coordinates = workspace_coordinates(mechanism, poses)
     if mechanism.workspace is None:
         return np.ones(len(coordinates), dtype=np.bool_)
+    if mechanism.pose_space == "planar":
+        # A box may reach beyond half a turn.
+        centre = (mechanism.workspace.lower[2] + mechanism.workspace.upper[2]) / 2
+        turns = np.round((coordinates[:, 2] - centre) / (2 * np.pi))
+        coordinates[:, 2] -= 2 * np.pi * turns
     slack = 1e-9  # of an image that rounding has put on the other side
     above = coordinates >= np.array(mechanism.workspace.lower) - slack
     below = coordinates <= np.array(mechanism.workspace.upper) + slack

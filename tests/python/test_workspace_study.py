@@ -226,7 +226,7 @@ def test_the_command_prints_and_writes_the_study(tmp_path, capsys):
     page = (tmp_path / "workspace.html").read_text(encoding="utf-8")
     assert page.count("data:image/png") == 2
     assert "hold" in page
-    assert main([*arguments, "--json"]) == 0
+    assert main([*arguments, "--json", "--overwrite"]) == 0
     assert json.loads(capsys.readouterr().out) == document
 
 

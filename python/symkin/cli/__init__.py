@@ -45,9 +45,9 @@ def overview(
     robot), identify, evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the
     name of a mechanism that comes with symkin, such as 3RRR.
 
-    A file that symkin did not write, or that was changed since, is not overwritten unless
-    --overwrite allows it, and a file that the command reads never is. For this, symkin notes what
-    it writes in .symkin.json beside it.
+    A file that exists is not replaced unless --overwrite allows it, and a file that the command
+    reads never is; both are checked before anything is computed. Outputs appear whole or not at
+    all.
 
     Exit code: 0; 1 for a result that did not converge; 2 for an input that cannot be used.
     """

@@ -13,8 +13,8 @@ import symkin
 from symkin.cli.console import print_json, progress, say, show_legs, show_table
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.units import numbers, parameter_labels
+from symkin.files.output_files import OutputFiles
 
 if TYPE_CHECKING:
     from symkin.checking import CheckResult
@@ -54,7 +54,7 @@ def check(
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
-        with OutputFiles("check", [loaded.source], overwrite) as outputs:
+        with OutputFiles([loaded.source], overwrite) as outputs:
             target = None if out is None else outputs.folder(out, *CHECK_FILES)
             stage("sampling the workspace")
             result = check_mechanism(loaded, seed)

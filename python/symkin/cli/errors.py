@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from symkin.errors import SymkinError
+from symkin.errors import FailedFitError, SymkinError
 
 __all__ = ["UsageError", "exit_code_of", "not_converged"]
 
@@ -30,6 +30,8 @@ def exit_code_of(program: Callable[[], Any]) -> int:
     except BrokenPipeError:  # such as `symkin check 3RRR | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _BROKEN_PIPE
+    except FailedFitError as error:
+        return _tell_not_converged(str(error))
     except SymkinError as error:
         return _refuse(str(error))
     except OSError as error:
@@ -43,8 +45,12 @@ def exit_code_of(program: Callable[[], Any]) -> int:
 
 def not_converged(which: str) -> NoReturn:
     """End the command whose result is there, but did not converge."""
+    raise typer.Exit(_tell_not_converged(which))
+
+
+def _tell_not_converged(which: str) -> int:
     typer.echo(f"Not converged: {which}", err=True)
-    raise typer.Exit(_NOT_CONVERGED)
+    return _NOT_CONVERGED
 
 
 def _refuse(message: str) -> int:

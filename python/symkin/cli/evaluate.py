@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,7 @@ import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import CandidatesOption, ColumnsOption, JsonOption, SeedOption
-from symkin.cli.units import error_rows
+from symkin.cli.units import error_rows, milli
 from symkin.errors import SymkinError
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def evaluate(
     the poses of a plan or else over the robot's workspace. Against measurements: the model's poses
     at the measured readings, less the measured poses. "Aligned" is what remains after the best
     constant motions of base and tool, which say nothing of the mechanism.
+    The closures are how far each leg is from reaching the measured poses at the measured readings.
     """
     _require_one_robot(actual, measurements, poses, candidates, columns)
     with progress() as stage:
@@ -130,5 +132,17 @@ def _show(model: Mechanism, result: Evaluation) -> None:
     if result.failed:
         say(f"left out, since they cannot be taken: {result.failed} poses")
     say()
-    for label, error in error_rows(model, result):
+    for label, error in [*error_rows(model, result), *_closure_rows(result)]:
         say(f"{label:33}{error:>12}")
+
+
+def _closure_rows(result: Evaluation) -> list[list[str]]:
+    if result.closure_rms is None:
+        return []
+    rms, legs = result.closure_rms
+    named = [(f"closure rms, leg {leg}", value) for leg, value in enumerate(legs.tolist(), 1)]
+    return [
+        [label, milli(value, "m")]
+        for label, value in [("closure rms, all legs", rms), *named]
+        if not math.isnan(value)
+    ]

@@ -22,8 +22,8 @@ from symkin.cli.options import (
     PoseUseOption,
     SeedOption,
 )
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.units import error_rows, left_out_rows, milli, root_mean_squares
+from symkin.files.output_files import OutputFiles
 from symkin.identification import Loss
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def identify(
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
         inputs = [nominal.source, measurements, columns]
-        with OutputFiles("identify", inputs, overwrite) as outputs:
+        with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *IDENTIFICATION_FILES) if out else None
             stage("identifying the legs")
             options: dict[str, Any] = {
@@ -127,6 +127,8 @@ def identify(
 
 
 def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
+    from symkin.calibrated import changed_settings
+
     nominal, identification = result.nominal, result.identification
     before = document["identification"]["residual_before_rms_m"]
     say(
@@ -157,3 +159,5 @@ def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
     if validation is not None and not validation.converged:
         say("Not every identification of the cross-validation converged.")
     show_fits(identification)
+    for change in changed_settings(nominal, identification.mechanism):
+        say(change)

@@ -51,9 +51,7 @@ SeedOption = Annotated[
 ]
 OverwriteOption = Annotated[
     bool,
-    typer.Option(
-        "--overwrite", help="Replace output files even if symkin did not write them as they are."
-    ),
+    typer.Option("--overwrite", help="Replace output files that exist; never one that is read."),
 ]
 CandidatesOption = Annotated[
     int | None,

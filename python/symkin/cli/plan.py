@@ -24,10 +24,10 @@ from symkin.cli.options import (
     RowsOption,
     SeedOption,
 )
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
 from symkin.cli.units import milli, numbers
 from symkin.errors import SymkinError
+from symkin.files.output_files import OutputFiles
 from symkin.planning import predict_accuracy, travel_length
 
 if TYPE_CHECKING:
@@ -122,6 +122,7 @@ def plan(
     from symkin.files.column_mapping import load_columns
     from symkin.files.poses import read_pose_list
     from symkin.files.results import write_results
+    from symkin.outputs import PLAN_FILES
 
     with progress() as stage:
         stage("reading the mechanism")
@@ -132,9 +133,9 @@ def plan(
         limits = regions(avoid or [])
         distance = length(minimum_distance, "--minimum-distance")
         inputs = [loaded.source, required, measured, columns]
-        with OutputFiles("plan", inputs, overwrite) as outputs:
+        with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.file(out)
-            folder = outputs.folder(report, "plan.html", "plan.json") if report else None
+            folder = outputs.folder(report, *PLAN_FILES) if report else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")

@@ -23,8 +23,8 @@ from symkin.cli.options import (
     RowsOption,
     SeedOption,
 )
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.units import milli
+from symkin.files.output_files import OutputFiles
 from symkin.planning import pose_count_curve
 
 if TYPE_CHECKING:
@@ -65,12 +65,13 @@ def pose_count(
     """
     from symkin.documents import pose_count_document
     from symkin.files.results import write_results
+    from symkin.outputs import POSE_COUNT_FILES
 
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
-        with OutputFiles("pose-count", [loaded.source], overwrite) as outputs:
-            folder = outputs.folder(out, "pose-count.html", "pose-count.json") if out else None
+        with OutputFiles([loaded.source], overwrite) as outputs:
+            folder = outputs.folder(out, *POSE_COUNT_FILES) if out else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")

@@ -29,8 +29,8 @@ from symkin.cli.options import (
     RowsOption,
     SeedOption,
 )
-from symkin.cli.output_files import OutputFiles
 from symkin.cli.units import error_rows, left_out_rows, milli
+from symkin.files.output_files import OutputFiles
 
 if TYPE_CHECKING:
     from symkin.comparison import EstimatorFigures
@@ -66,7 +66,7 @@ def run(
     with progress() as stage:
         stage("reading the mechanism")
         nominal = _with_protocol(symkin.load_mechanism(mechanism), pose_count, candidates)
-        with OutputFiles("run", [nominal.source], overwrite) as outputs:
+        with OutputFiles([nominal.source], overwrite) as outputs:
             target = outputs.folder(out, *RUN_FILES)
             result = symkin.run_protocol(
                 nominal,

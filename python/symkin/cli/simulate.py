@@ -13,7 +13,7 @@ import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
-from symkin.cli.output_files import OutputFiles
+from symkin.files.output_files import OutputFiles
 
 
 @with_example(
@@ -43,7 +43,7 @@ def simulate(
         stage("reading the mechanism and the plan")
         loaded = symkin.load_mechanism(mechanism)
         commanded = symkin.read_plan(plan, loaded)
-        with OutputFiles("simulate", [loaded.source, plan], overwrite) as outputs:
+        with OutputFiles([loaded.source, plan], overwrite) as outputs:
             target = outputs.file(out)
             actual_target = outputs.file(actual_out) if actual_out else None
             stage("simulating measurements")

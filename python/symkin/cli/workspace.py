@@ -13,7 +13,7 @@ import typer
 from symkin.cli.console import print_json, progress, say, show_table
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
-from symkin.cli.output_files import OutputFiles
+from symkin.files.output_files import OutputFiles
 
 if TYPE_CHECKING:
     from symkin.workspace_slices import ModeSlices
@@ -67,6 +67,7 @@ def workspace(
     """
     from symkin import load_mechanism
     from symkin.files.results import write_results
+    from symkin.outputs import WORKSPACE_FILES
     from symkin.report.workspace_report import write_workspace_report
     from symkin.workspace_study import study_workspace
 
@@ -74,8 +75,8 @@ def workspace(
     with progress() as stage:
         stage("reading the mechanism")
         loaded = load_mechanism(mechanism)
-        with OutputFiles("workspace", [loaded.source], overwrite) as outputs:
-            target = outputs.folder(out)
+        with OutputFiles([loaded.source], overwrite) as outputs:
+            target = outputs.folder(out, *WORKSPACE_FILES)
             stage("studying the workspace")
             study = study_workspace(loaded, angles, count, seed, resolution, both_modes)
             document = _document(study)

@@ -21,6 +21,7 @@ from symkin.files.columns import (
     stated_units,
     uses_own_names,
 )
+from symkin.files.output_files import OutputFiles
 from symkin.files.tables import Table, read_table, write_table
 from symkin.files.unit_check import check_units
 from symkin.measurements import Measurements
@@ -86,9 +87,16 @@ def read_measurements(
 
 
 def write_measurements(
-    measurements: Measurements, path: str | os.PathLike[str], mechanism: Mechanism
+    measurements: Measurements,
+    path: str | os.PathLike[str],
+    mechanism: Mechanism,
+    *,
+    overwrite: bool = False,
 ) -> None:
-    """Write measurements as CSV or Parquet, by extension; they read back to the same numbers."""
+    """Write measurements as CSV or Parquet, by extension; they read back to the same numbers.
+
+    A file that exists is replaced only with `overwrite`.
+    """
     columns: dict[str, NDArray[np.generic]] = {}
     if measurements.leg_sets.any():
         columns["leg"] = measurements.leg_sets
@@ -96,7 +104,8 @@ def write_measurements(
     columns |= dict(zip(names, measurements.poses.T, strict=True))
     names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
     columns |= dict(zip(names, measurements.readings.T, strict=True))
-    write_table(Path(path), columns)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), columns)
 
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:

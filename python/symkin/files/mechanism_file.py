@@ -104,8 +104,10 @@ def _shipped_folder() -> Path:
 
 def _located(path_or_name: str | os.PathLike[str]) -> Path:
     path = Path(path_or_name)
-    is_name = path.name == os.fspath(path_or_name) and path.suffix != ".toml"
-    if path.exists() or not is_name:
+    # A folder is no mechanism, so one with the name of a shipped mechanism does not hide it, not
+    # even with the slash that completion adds.
+    is_name = path.name == os.fspath(path_or_name).rstrip(os.sep) and path.suffix != ".toml"
+    if not is_name or (path.exists() and not path.is_dir()):
         return path
     shipped = _shipped_folder() / f"{path}.toml"
     if not shipped.is_file():

@@ -48,7 +48,7 @@ def leg_values(mechanism: Mechanism, leg: int) -> Values:
     for index, name in enumerate(mechanism.parameter_names):
         value = float(mechanism.legs[leg].parameters[name])
         deviations = mechanism.deviations
-        if deviations is None or math.isnan(deviations[leg, index]):
+        if deviations is None or not math.isfinite(deviations[leg, index]):
             values[name] = value
         else:
             deviation = float(deviations[leg, index])

@@ -9,6 +9,7 @@ from typing import Any
 
 import tomlkit
 
+from symkin.calibrated import canonical
 from symkin.errors import SymkinError
 from symkin.files.mechanism_file import load_mechanism
 from symkin.files.mechanism_text import (
@@ -18,6 +19,7 @@ from symkin.files.mechanism_text import (
     settings_values,
     update_table,
 )
+from symkin.files.output_files import OutputFiles
 from symkin.mechanism import Mechanism
 from symkin.symmetry import generate_legs, verify_declared
 
@@ -34,6 +36,8 @@ def save_mechanism(
 ) -> None:
     """Write a mechanism as a TOML file that reads back to the same mechanism.
 
+    Points with negative radii are written as the same points with positive ones.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -47,28 +51,31 @@ def save_mechanism(
     header : str
         Where the parameters come from; written as comments at the top.
     overwrite : bool
-        Whether `path` may be the template or the file that the mechanism was read from.
+        Whether `path` may exist, be it the template or the file that the mechanism was read from.
 
     Raises
     ------
     SymkinError
-        If `path` is one of these files without `overwrite`, if the template has another chain,
-        or if the declared symmetry does not hold.
+        If `path` exists without `overwrite`, if the template has another chain, if the declared
+        symmetry does not hold, or if the file could not be read, as for a home pose out of reach.
     """
-    path = Path(path)
     template = Path(template) if template is not None else mechanism.source
-    for origin in (template, mechanism.source):
-        if not overwrite and origin is not None and path.exists() and path.samefile(origin):
-            raise SymkinError(
-                f"{path}: the mechanism was read from this file; allow it to be overwritten or "
-                "choose another"
-            )
-    text = mechanism_text(mechanism, template=template, header=header)
-    path.write_text(text, encoding="utf-8", newline="")
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.file(Path(path))
+        text = mechanism_text(mechanism, template=template, header=header)
+        target.write_text(text, encoding="utf-8", newline="")
+        try:
+            load_mechanism(target)
+        except SymkinError as error:
+            reason = str(error).replace(str(target), str(path))
+            raise SymkinError(f"a file of this mechanism could not be read: {reason}") from error
 
 
 def mechanism_text(mechanism: Mechanism, *, template: Path | None = None, header: str = "") -> str:
     """Return the text that `save_mechanism` writes."""
+    values, signs = canonical(mechanism, mechanism.parameters)
+    if (signs < 0).any():
+        mechanism = mechanism.with_parameters(values, mechanism.deviations)
     if mechanism.symmetry is not None:
         verify_declared(mechanism)
     if template is None:

@@ -16,6 +16,7 @@ from symkin.files.columns import (
     read_readings,
     reading_column_names,
 )
+from symkin.files.output_files import OutputFiles
 from symkin.files.tables import read_table, write_table
 from symkin.planning import Plan
 
@@ -27,8 +28,12 @@ __all__ = ["read_plan", "write_plan"]
 _ROLES = ("primary", "spare")
 
 
-def write_plan(plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism) -> None:
+def write_plan(
+    plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism, *, overwrite: bool = False
+) -> None:
     """Write a plan as CSV or Parquet, by extension; it reads back to the same numbers.
+
+    A file that exists is replaced only with `overwrite`.
 
     Columns ``leg, order, role``, the pose (``x_m, y_m, phi_rad``, or spatially ``x_m, y_m, z_m, qx,
     qy, qz, qw``) and the reading of every leg (``psi_1_rad``, ...).
@@ -42,7 +47,8 @@ def write_plan(plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism) -
         **dict(zip(pose_names, plan.poses.T, strict=True)),
         **dict(zip(reading_names, plan.readings.T, strict=True)),
     }
-    write_table(Path(path), columns)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), columns)
 
 
 def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:

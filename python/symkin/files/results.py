@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import ResultsError
+from symkin.files.output_files import OutputFiles
 
 __all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
 
@@ -40,9 +41,16 @@ def results_text(results: Mapping[str, Any]) -> str:
     return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def write_results(results: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
-    """Write results as a JSON file; see `results_text`."""
-    Path(path).write_text(results_text(results), encoding="utf-8")
+def write_results(
+    results: Mapping[str, Any], path: str | os.PathLike[str], *, overwrite: bool = False
+) -> None:
+    """Write results as a JSON file; see `results_text`.
+
+    A file that exists is replaced only with `overwrite`.
+    """
+    text = results_text(results)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        outputs.file(Path(path)).write_text(text, encoding="utf-8")
 
 
 def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -35,6 +35,8 @@ def write_report(
     result: ProtocolResult,
     folder: str | os.PathLike[str],
     comparison: Sequence[EstimatorFigures] = (),
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Write the report of a run of the protocol.
 
@@ -46,6 +48,8 @@ def write_report(
         For ``report.html`` and the PNG files of its figures; made if it does not exist.
     comparison : sequence of EstimatorFigures
         Of `compare_estimators`; adds a table.
+    overwrite : bool
+        Whether files that exist may be replaced.
 
     Returns
     -------
@@ -73,7 +77,8 @@ def write_report(
             nominal, poses, result.before, result.after, foreseen, comparison
         ),
     ]
-    return write_page(protocol_summary(result, foreseen), sections, Path(folder) / _PAGE)
+    summary = protocol_summary(result, foreseen)
+    return write_page(summary, sections, Path(folder) / _PAGE, overwrite=overwrite)
 
 
 def write_identification_report(
@@ -84,6 +89,8 @@ def write_identification_report(
     after: Evaluation | None,
     folder: str | os.PathLike[str],
     cross_validation: CrossValidation | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Write the report of an identification from measurements.
 
@@ -102,6 +109,8 @@ def write_identification_report(
         For ``report.html`` and the PNG files of its figures; made if it does not exist.
     cross_validation : CrossValidation, optional
         Of `cross_validate`.
+    overwrite : bool
+        Whether files that exist may be replaced.
 
     Returns
     -------
@@ -130,4 +139,4 @@ def write_identification_report(
     summary = identification_summary(
         nominal, measurements, identification, before, after, residual_before, cross_validation
     )
-    return write_page(summary, sections, Path(folder) / _PAGE)
+    return write_page(summary, sections, Path(folder) / _PAGE, overwrite=overwrite)

@@ -11,6 +11,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup, escape
 
+from symkin.files.output_files import OutputFiles
 from symkin.report.content import Image, Section, Summary
 
 __all__ = ["render_page", "write_page"]
@@ -18,7 +19,9 @@ __all__ = ["render_page", "write_page"]
 _TEMPLATES = Path(__file__).parent / "templates"
 
 
-def write_page(summary: Summary, sections: Sequence[Section], path: Path) -> Path:
+def write_page(
+    summary: Summary, sections: Sequence[Section], path: Path, *, overwrite: bool = False
+) -> Path:
     """Write a page and, beside it, the PNG files of its figures.
 
     Parameters
@@ -29,17 +32,22 @@ def write_page(summary: Summary, sections: Sequence[Section], path: Path) -> Pat
         What follows.
     path : Path
         The HTML file; its folder is made if it does not exist.
+    overwrite : bool
+        Whether files that exist may be replaced.
 
     Returns
     -------
     Path
         The HTML file.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for section in sections:
-        for figure in section.images:
-            (path.parent / f"{figure.name}.png").write_bytes(figure.png)
-    path.write_text(render_page(summary, sections), encoding="utf-8")
+    figures = [figure for section in sections for figure in section.images]
+    names = [f"{figure.name}.png" for figure in figures]
+    page = render_page(summary, sections)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        folder = outputs.folder(path.parent, *names, path.name)
+        for name, figure in zip(names, figures, strict=True):
+            (folder / name).write_bytes(figure.png)
+        (folder / path.name).write_text(page, encoding="utf-8")
     return path
 
 

@@ -23,7 +23,7 @@ def test_measurements_read_back_to_the_same_numbers(
     tmp_path: Path, paper: Mechanism, measured: Measurements, name: str
 ) -> None:
     for sets in (np.repeat([1, 2, 3], 4), np.zeros(12, dtype=np.intp)):
-        write_measurements(replace(measured, leg_sets=sets), tmp_path / name, paper)
+        write_measurements(replace(measured, leg_sets=sets), tmp_path / name, paper, overwrite=True)
         read = read_measurements(tmp_path / name, paper)
         assert np.array_equal(read.poses, measured.poses)
         assert np.array_equal(read.readings, measured.readings)
@@ -77,7 +77,7 @@ def test_a_column_mapping_given_in_code_wins(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     foreign = path.read_text().replace("x_m,y_m,phi_rad", "a,b,c").replace("psi_", "q")
     columns = MeasurementColumns(
         ("a", "b"), ("q1_rad", "q2_rad", "q3_rad"), angle="c",
@@ -92,7 +92,7 @@ def test_a_column_mapping_given_in_code_wins(
 
 def test_extra_columns_are_ignored(write: Write, paper: Mechanism, measured: Measurements) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     lines = path.read_text().splitlines()
     wider = "\n".join([f"note,{lines[0]}", *(f"taken on Monday,{line}" for line in lines[1:])])
     read = read_measurements(write(wider, "wider.csv"), paper)
@@ -103,7 +103,7 @@ def test_a_file_of_one_leg_leaves_the_others_unmeasured(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     text = path.read_text().replace("psi_1_rad", "a").replace("psi_3_rad", "b")
     read = read_measurements(write(text, "one.csv"), paper)
     assert read.measured_legs == (1,)
@@ -123,7 +123,7 @@ def test_cells_of_legs_that_a_row_does_not_serve_may_be_empty(
     poses = np.tile(measured.poses, (3, 1))
     written = Measurements.of(poses, np.where(own, readings, np.nan), sets)
     path = tmp_path / "m.csv"
-    write_measurements(written, path, paper)
+    write_measurements(written, path, paper, overwrite=True)
     read = read_measurements(path, paper)
     assert read.leg_sets.tolist() == sets.tolist()
     assert read.rows_of(1).tolist() == list(range(12, 24))
@@ -136,7 +136,7 @@ def test_repeated_rows_are_refused_and_named(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     lines = path.read_text().splitlines()
     with pytest.raises(MeasurementError, match=r"row 13 repeats row 3 \(2 repeated rows in all\)"):
         read_measurements(write("\n".join(lines + lines[3:5]), "repeated.csv"), paper)
@@ -146,7 +146,7 @@ def test_fewer_poses_than_parameters_are_refused(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     lines = path.read_text().splitlines()
     short = write("\n".join(lines[:8]), "short.csv")
     with pytest.raises(NotIdentifiableError, match="leg 1 has 7 measured poses; its 8 parameters"):
@@ -158,7 +158,7 @@ def test_a_leg_number_that_the_mechanism_does_not_have_is_refused(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(replace(measured, leg_sets=np.full(12, 3)), path, paper)
+    write_measurements(replace(measured, leg_sets=np.full(12, 3)), path, paper, overwrite=True)
     text = path.read_text().replace("\n3,", "\n4,", 1)
     with pytest.raises(MeasurementError, match='row 1 has 4 in column "leg"'):
         read_measurements(write(text, "leg4.csv"), paper)

@@ -290,3 +290,12 @@ def test_a_wrong_sensor_or_column_mapping_is_refused(
     assert error.value.key == key
     for word in words:
         assert word in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["3RRR", "3RRR/"])
+def test_a_folder_does_not_hide_a_shipped_mechanism(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    (tmp_path / "3RRR").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_mechanism(name).name == "3RRR"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -128,7 +129,7 @@ def test_a_listed_template_is_updated_leg_by_leg(write: Write, listed_text: str)
     legs[1] = Leg("[R]RR", {**legs[1].parameters, "platform_angle": -0.41}, 1)
     mechanism = original.replace(legs=legs)
     path = write("", "new.toml")
-    save_mechanism(mechanism, path)
+    save_mechanism(mechanism, path, overwrite=True)
     changed = listed_text.replace("platform_angle = -0.4 ", "platform_angle = -0.41 ")
     expected = changed.replace('chain = "[R]RR"\n', 'chain = "[R]RR"\nname = "file"\n')
     assert path.read_text() == expected
@@ -173,7 +174,7 @@ def test_a_symmetry_written_in_another_style_is_replaced(write: Write, paper_tex
     text = paper_text.replace('[symmetry]\ngroup = "C3"\nlegs = 3\n', "")
     mechanism = calibrated(load_mechanism(write(text.replace("[reference_leg]", header))))
     path = write("", "new.toml")
-    save_mechanism(mechanism, path)
+    save_mechanism(mechanism, path, overwrite=True)
     assert_same(load_mechanism(path), mechanism)
 
 
@@ -191,9 +192,9 @@ def test_the_file_that_was_read_is_overwritten_only_on_demand(
 ) -> None:
     path = write(paper_text)
     mechanism = calibrated(load_mechanism(path))
-    with pytest.raises(SymkinError, match="was read from this file"):
+    with pytest.raises(SymkinError, match="exists"):
         save_mechanism(mechanism, path)
-    with pytest.raises(SymkinError, match="was read from this file"):
+    with pytest.raises(SymkinError, match="exists"):
         save_mechanism(mechanism.replace(source=None), path, template=path)
     assert path.read_text() == paper_text
     save_mechanism(mechanism, path, overwrite=True)
@@ -205,6 +206,29 @@ def test_a_template_of_another_chain_is_refused(
 ) -> None:
     with pytest.raises(SymkinError, match=r"has chain U\[P\]S .* to write chain \[R\]RR"):
         save_mechanism(paper, tmp_path / "new.toml", template=hexapod.source)
+
+
+def test_a_point_with_a_negative_radius_is_written_as_the_same_point(tmp_path: Path) -> None:
+    mechanism = symkin.load_mechanism("3RPR").replace(symmetry=None)
+    values = mechanism.parameters
+    values[:, [0, 2]] *= -1
+    values[:, [1, 3]] += np.pi
+    mechanism = mechanism.with_parameters(values)
+    save_mechanism(mechanism, tmp_path / "positive.toml")
+    written = load_mechanism(tmp_path / "positive.toml")
+    assert (written.parameters[:, [0, 2]] > 0).all()
+    poses = symkin.sample_workspace(mechanism, 20, 1).poses
+    assert written.inverse_kinematics(poses) == pytest.approx(mechanism.inverse_kinematics(poses))
+
+
+def test_a_mechanism_whose_file_could_not_be_read_is_not_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    assert paper.workspace is not None
+    far = paper.replace(workspace=dataclasses.replace(paper.workspace, home=(50.0, 0.0, 0.0)))
+    with pytest.raises(SymkinError, match=r"could not be read: .*far\.toml.*beyond the reach"):
+        save_mechanism(far, tmp_path / "far.toml")
+    assert list(tmp_path.iterdir()) == []
 
 
 finite = st.floats(-10, 10).map(lambda value: value + 0.0)
@@ -259,8 +283,9 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
 def test_any_mechanism_reads_back_alone_and_through_any_template(
     tmp_path: Path, first: Mechanism, second: Mechanism
 ) -> None:
-    save_mechanism(first, tmp_path / "first.toml")
+    save_mechanism(first, tmp_path / "first.toml", overwrite=True)
     assert_same(load_mechanism(tmp_path / "first.toml"), first)
     second = second.replace(reading_unit=first.reading_unit)
-    save_mechanism(second, tmp_path / "second.toml", template=tmp_path / "first.toml")
+    path, template = tmp_path / "second.toml", tmp_path / "first.toml"
+    save_mechanism(second, path, template=template, overwrite=True)
     assert_same(load_mechanism(tmp_path / "second.toml"), second)

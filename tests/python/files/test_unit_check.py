@@ -36,7 +36,9 @@ def test_values_in_another_unit_than_the_name_says_are_refused(
     poses, readings = measured.poses.copy(), measured.readings.copy()
     {"readings": readings, "positions": poses[:, :2], "angles": poses[:, 2]}[columns][...] *= scale
     path = write("", "m.csv")
-    write_measurements(replace(measured, poses=poses, readings=readings), path, paper)
+    write_measurements(
+        replace(measured, poses=poses, readings=readings), path, paper, overwrite=True
+    )
     with pytest.raises(MeasurementError) as error:
         read_measurements(path, paper)
     for word in words:
@@ -47,7 +49,7 @@ def test_radians_in_a_column_of_degrees_are_refused(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     text = path.read_text().replace(
         "psi_1_rad,psi_2_rad,psi_3_rad", "psi_1_deg,psi_2_deg,psi_3_deg"
     )
@@ -67,5 +69,5 @@ def test_a_badly_built_mechanism_is_not_mistaken_for_a_wrong_unit(
         for leg in paper.legs
     ]
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     assert len(read_measurements(path, paper.replace(legs=legs, symmetry=None)).poses) == 12

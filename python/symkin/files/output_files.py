@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: MIT
+"""Output files that appear whole or not at all, and replace others only if they may."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import re
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import mkdtemp
+from types import TracebackType
+
+from symkin.errors import SymkinError
+
+__all__ = ["OutputFiles"]
+
+# The process that writes is named for whoever finds its files after it was killed.
+_STAGE = ".symkin-"
+_UNFINISHED = "symkin-unfinished-"
+_DISK_FAILS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+# Those of this process. What is written in one is moved as a whole, whoever writes it.
+_open_stages: set[Path] = set()
+
+
+@dataclass
+class _Stage:
+    """Where files are written that shall be in `folder`; locked as long as its process lives."""
+
+    path: Path
+    folder: Path
+    lock: int
+
+    def announce(self) -> None:
+        """Show it to the user, as long as some of its files are moved and others are not."""
+        _open_stages.discard(self.path)
+        name = _UNFINISHED + self.path.name.removeprefix(_STAGE)
+        self.path = self.path.rename(self.path.with_name(name))
+
+    @property
+    def moves(self) -> list[tuple[Path, Path]]:
+        """What was written, and where it goes."""
+        files = (file for file in sorted(self.path.rglob("*")) if file.is_file())
+        return [(file, self.folder / file.relative_to(self.path)) for file in files]
+
+
+class OutputFiles:
+    """A context in which outputs are written, to places that are moved at its end.
+
+    Every target is checked when it is named, so before anything is computed: it may be named once
+    only, must lie where files can be written, may not be one of the `inputs`, and may not exist
+    unless `overwrite` says so. Until the end nothing is changed; then each file is replaced as a
+    whole. A process that is killed between two of several files leaves a folder
+    ``symkin-unfinished-...`` with the others beside them.
+
+    Parameters
+    ----------
+    inputs : iterable of path or None
+        Files that are never replaced.
+    overwrite : bool
+        Whether other files may be.
+    """
+
+    def __init__(self, inputs: Iterable[Path | None] = (), overwrite: bool = False) -> None:
+        self._inputs = [path for path in inputs if path is not None]
+        self._overwrite = overwrite
+        self._targets: set[Path] = set()
+        self._folders: set[Path] = set()
+        self._stages: list[_Stage] = []
+        self._made: list[Path] = []
+        self._torn = False
+
+    def file(self, path: Path) -> Path:
+        """Return where to write a file that shall be at `path`."""
+        if path.parent in _open_stages:
+            return path
+        # A link stays one, and what it points to is the file.
+        target = Path(os.path.realpath(path)) if path.is_symlink() else path
+        self._claim(target.parent, target.name)
+        if path.is_dir():
+            raise SymkinError(f"{path}: is a folder; expected a file")
+        self._require_free(target)
+        return self._stage(target.parent).path / target.name
+
+    def folder(self, path: Path, *names: str) -> Path:
+        """Return an empty folder in which to write what shall be in the folder `path`.
+
+        Files with `names` may be written, others should not be.
+        """
+        if path in _open_stages:
+            return path
+        self._claim(path, *names)
+        if path.exists() and not path.is_dir():
+            raise SymkinError(f"{path}: is not a folder; choose another place")
+        for name in names:
+            self._require_free(path / name)
+        return self._stage(path).path
+
+    def __enter__(self) -> OutputFiles:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Move what was written to its place, if nothing went wrong."""
+        done = False
+        try:
+            if kind is None:
+                self._move()
+                done = True
+        except OSError as failure:
+            error = failure
+        finally:
+            self._close(undo=not done)
+        if isinstance(error, OSError) and (kind is None or error.errno in _DISK_FAILS):
+            raise SymkinError(self._failure(error)) from error
+
+    def _claim(self, folder: Path, *names: str) -> None:
+        """Refuse two outputs in one place, before any of them is made."""
+        real = Path(os.path.realpath(folder))
+        self._folders.add(real)
+        for name in names:
+            if real / name in self._targets:
+                raise SymkinError(f"{folder / name}: is to hold two outputs; expected two files")
+            self._targets.add(real / name)
+        for target in self._targets:
+            if any(target == place or target in place.parents for place in self._folders):
+                raise SymkinError(
+                    f"{target}: is to be a file and a folder with files; choose another place for "
+                    "one of them"
+                )
+
+    def _require_free(self, target: Path) -> None:
+        if not os.path.lexists(target):
+            return
+        if any(
+            path.exists() and target.exists() and path.samefile(target) for path in self._inputs
+        ):
+            raise SymkinError(
+                f"{target}: is an input of this command; choose another place for its output"
+            )
+        if not target.is_file():
+            raise SymkinError(f"{target}: is not a regular file; choose another place")
+        if not self._overwrite:
+            raise SymkinError(
+                f"{target}: exists; choose another place, or allow files to be replaced "
+                f"(--overwrite, in Python overwrite=True){_left_unfinished(target.parent)}"
+            )
+        if not os.access(target, os.W_OK):
+            raise SymkinError(f"{target}: is write-protected; choose another place")
+
+    def _stage(self, folder: Path) -> _Stage:
+        try:
+            missing = [path for path in (folder, *folder.parents) if not path.exists()]
+            self._made = missing + self._made
+            folder.mkdir(parents=True, exist_ok=True)
+            _sweep(folder)
+            path = Path(mkdtemp(prefix=f"{_STAGE}{os.getpid()}-", dir=folder))
+            stage = _Stage(path, folder, os.open(path, os.O_RDONLY))
+        except OSError as error:
+            self._close(undo=True)
+            raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
+        _lock(stage.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        self._stages.append(stage)
+        _open_stages.add(path)
+        return stage
+
+    def _move(self) -> None:
+        moves = [move for stage in self._stages for move in stage.moves]
+        self._require_distinct([target for _, target in moves])
+        for staged, _ in moves:
+            _flush(staged)
+        with _locked(sorted(self._folders)):
+            for _, target in moves:
+                self._require_free(target)
+            if len(moves) > 1:
+                self._torn = True
+                for stage in self._stages:
+                    stage.announce()
+                moves = [move for stage in self._stages for move in stage.moves]
+            for staged, target in moves:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                staged.replace(target)
+            self._torn = False
+            for folder in {target.parent for _, target in moves}:
+                _flush(folder)
+                _sweep_unfinished(folder, {target for _, target in moves})
+
+    def _require_distinct(self, targets: list[Path]) -> None:
+        real = [os.path.realpath(target) for target in targets]
+        for target, place in zip(targets, real, strict=True):
+            if real.count(place) > 1:
+                raise SymkinError(f"{target}: is to hold two outputs; expected two files")
+
+    def _close(self, *, undo: bool) -> None:
+        for stage in self._stages:
+            if not self._torn:
+                shutil.rmtree(stage.path, ignore_errors=True)
+            os.close(stage.lock)
+        _open_stages.difference_update(stage.path for stage in self._stages)
+        self._stages.clear()
+        for folder in self._made if undo else ():
+            with suppress(OSError):
+                folder.rmdir()
+        self._made.clear()
+
+    def _failure(self, error: OSError) -> str:
+        where = ", ".join(str(folder) for folder in sorted(self._folders))
+        if self._torn:
+            return (
+                f"{where}: {error.strerror} while files were moved there; those in "
+                f"{_UNFINISHED}... were not"
+            )
+        return f"{where}: {error.strerror}; no file there was changed"
+
+
+def _left_unfinished(folder: Path) -> str:
+    """What to know of the files in a folder, after a sentence."""
+    for path in folder.glob(f"{_UNFINISHED}*"):
+        if _is_abandoned(path):
+            return (
+                "; a command was killed while it moved its files there, and what it did not move "
+                f"is in {path.name}: files may be of two runs"
+            )
+    return ""
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what killed processes were writing."""
+    for path in folder.glob(f"{_STAGE}*"):
+        if _is_abandoned(path):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _sweep_unfinished(folder: Path, written: set[Path]) -> None:
+    """Remove what killed processes did not move, if all of it has been written since."""
+    for path in folder.glob(f"{_UNFINISHED}*"):
+        left = {folder / file.relative_to(path) for file in path.rglob("*") if file.is_file()}
+        if left <= written and _is_abandoned(path):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_abandoned(stage: Path) -> bool:
+    """Whether the process of a stage is no more.
+
+    Its number may be that of another process by now, or of one in another container; the lock tells
+    the second.
+    """
+    number = re.match(rf"(?:{re.escape(_STAGE)}|{_UNFINISHED})(\d+)-", stage.name)
+    if number is None or not stage.is_dir():
+        return False
+    try:
+        os.kill(int(number[1]), 0)
+    except ProcessLookupError:
+        pass
+    except (OSError, OverflowError):
+        return False
+    else:
+        return False
+    try:
+        with _locked([stage], fcntl.LOCK_EX | fcntl.LOCK_NB):
+            return True
+    except OSError:
+        return False
+
+
+@contextmanager
+def _locked(folders: Iterable[Path], how: int = fcntl.LOCK_EX) -> Iterator[None]:
+    """Keep other processes that lock these folders out; in order, so that nobody waits for ever."""
+    with ExitStack() as opened:
+        for folder in folders:
+            descriptor = os.open(folder, os.O_RDONLY)
+            opened.callback(os.close, descriptor)
+            _lock(descriptor, how)
+        yield
+
+
+def _lock(descriptor: int, how: int) -> None:
+    try:
+        fcntl.flock(descriptor, how)
+    except BlockingIOError:
+        raise
+    except OSError:  # a file system without locks
+        pass
+
+
+def _flush(path: Path) -> None:
+    """Have a file or a folder on the disk before anything relies on it."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
