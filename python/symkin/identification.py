@@ -230,6 +230,33 @@ def identify(
     SymkinError
         For measurements that do not fit the mechanism's shape.
     """
+    try:
+        return identify_once(
+            mechanism,
+            measurements,
+            estimator,
+            poses=poses,
+            loss=loss,
+            loss_scale=loss_scale,
+            noise=noise,
+            max_iterations=max_iterations,
+        )
+    except FailedFitError as error:
+        raise _explained(error, mechanism, measurements) from error
+
+
+def identify_once(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    estimator: Estimator = "implicit",
+    *,
+    poses: PoseUse = "all",
+    loss: Loss = "none",
+    loss_scale: float | None = None,
+    noise: NoiseSettings | None = None,
+    max_iterations: int = 100,
+) -> Identification:
+    """Identify without looking for what may be wrong with measurements that allow no estimate."""
     noise = noise or mechanism.noise
     _require_poses(mechanism, measurements, poses)
     try:
@@ -245,12 +272,9 @@ def identify(
         )
     except NotIdentifiableError as error:
         raise _named(error, mechanism) from None
-    try:
-        calibrated, covariance = calibrated_mechanism(
-            mechanism, result.parameters, result.covariance, measurements.poses
-        )
-    except FailedFitError as error:
-        raise _explained(error, mechanism, measurements) from error
+    calibrated, covariance = calibrated_mechanism(
+        mechanism, result.parameters, result.covariance, measurements.poses
+    )
     deviations = np.sqrt(np.diag(covariance)).reshape(result.parameters.shape)
     if result.converged and not np.isfinite(deviations).all():
         leg, parameter = np.argwhere(~np.isfinite(deviations))[0]

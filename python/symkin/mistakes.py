@@ -31,6 +31,8 @@ _COPIED = 1e-3
 _MUCH_BETTER = 9.0
 # How near a slope must be to a unit's factor, and to 1.
 _NEAR_FACTOR = 0.1
+# Chi-square per degree of freedom from which outliers are looked for by a robust loss.
+_GROSS = 9.0
 # Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
 _ZERO_OFF = 20
 _FACTORS = {
@@ -55,8 +57,38 @@ def signs_of_mistakes(found: Identification) -> list[str]:
 
 def likely_causes(found: Identification) -> list[str]:
     """Name corrections that explain the measurements of a doubtful estimate better."""
-    causes = better_readings(found.nominal, found.measurements, found)
+    causes = better_readings(found.nominal, found.measurements, found) or _gross_errors(found)
     return [f"likely cause: {cause}" for cause in causes]
+
+
+def _gross_errors(found: Identification) -> list[str]:
+    """Poses without which everything fits."""
+    from symkin.identification import identify_once
+
+    worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
+    if found.options["loss"] != "none" or worst < _GROSS:
+        return []
+    try:
+        tried = identify_once(
+            found.nominal,
+            found.measurements,
+            "joint" if found.estimator == "joint" else "implicit",
+            poses=found.options["poses"],
+            loss="cauchy",
+            noise=found.noise,
+        )
+    except SymkinError:
+        return []
+    rows = sorted({int(row) for leg in tried.legs for row in leg.rejected})
+    if not tried.converged or not rows or any(fit.unexplained for fit in tried.goodness):
+        return []
+    numbers = found.measurements.row_numbers[rows]
+    listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
+    return [
+        f"gross errors in rows {listed}: a robust loss (cauchy) rejects {len(rows)} of "
+        f"{len(found.measurements.poses)} poses, and chi-square of the others is "
+        f"{_chi_square(tried):.3g} per degree of freedom"
+    ]
 
 
 def _used(found: Identification, leg: int) -> NDArray[np.intp]:
@@ -269,7 +301,7 @@ def _evidence(
     found: Identification | None,
 ) -> str | None:
     """What the corrections do for the fit; None if they do not help."""
-    from symkin.identification import identify
+    from symkin.identification import identify_once
 
     corrected = np.column_stack(
         [
@@ -280,7 +312,7 @@ def _evidence(
     )
     robot = _with_modes(nominal, [match.mode for match in matches])
     try:
-        tried = identify(robot, replace(measurements, readings=corrected))
+        tried = identify_once(robot, replace(measurements, readings=corrected))
     except SymkinError:
         return None
     if not tried.converged:

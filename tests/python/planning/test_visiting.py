@@ -118,5 +118,5 @@ def test_poses_that_do_not_show_all_parameters_promise_nothing(paper, candidates
         plan.poses[:1].repeat(24, axis=0),
         plan.readings[:1].repeat(24, axis=0),
     )
-    with pytest.raises(symkin.SymkinError, match="do not show all parameters"):
+    with pytest.raises(symkin.SymkinError, match="do not show all of its 8 parameters"):
         predict_accuracy(paper, alike, candidates[:50])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Mistakes that people make when they measure, as changes of sound measurements."""
+"""Mistakes that people make when they measure are refused or doubted, with the likely cause."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pytest
 
 import symkin
 
@@ -24,7 +25,7 @@ class SilentError:
     name: str
     change: Change
     words: tuple[str, ...]
-    where: Callable[[symkin.Mechanism], bool] = lambda mechanism: True
+    where: Callable[[symkin.Mechanism], bool] = lambda _: True
 
 
 def turning(mechanism: symkin.Mechanism) -> bool:
@@ -56,9 +57,11 @@ def other_modes(mechanism, legs):
 def size_of(mechanism):
     """Of its workspace, m."""
     position = {"planar": 2, "point": 2, "spatial": 3}[mechanism.pose_space]
-    return float(np.abs(mechanism.parameters).max() if mechanism.workspace is None else np.max(
-        np.subtract(mechanism.workspace.upper, mechanism.workspace.lower)[:position]
-    ))
+    return float(
+        np.abs(mechanism.parameters).max()
+        if mechanism.workspace is None
+        else np.max(np.subtract(mechanism.workspace.upper, mechanism.workspace.lower)[:position])
+    )
 
 
 def with_readings(change):
@@ -89,23 +92,26 @@ def column(leg, change):
     return with_readings(changed)
 
 
-def swap(mechanism, readings):
+def swap(_, readings):
     return readings[:, [1, 0, *range(2, readings.shape[1])]]
 
 
 def shift(share):
+    """By a share of the size; further than the tolerances could explain."""
+
     def changed(mechanism, poses):
-        poses[:, 0] += share * size_of(mechanism)
+        poses[:, 0] += max(share * size_of(mechanism), 10 * mechanism.tolerances.length)
         return poses
 
     return changed
 
 
-def turn(angle):
-    """The poses in a base frame turned about Z."""
-    c, s = math.cos(angle), math.sin(angle)
+def turn(least):
+    """The poses in a base frame turned about Z; further than the tolerances could explain."""
 
     def changed(mechanism, poses):
+        angle = max(least, 10 * mechanism.tolerances.angle)
+        c, s = math.cos(angle), math.sin(angle)
         poses[:, :2] = poses[:, :2] @ np.array([[c, s], [-s, c]])
         if mechanism.pose_space == "planar":
             poses[:, 2] += angle
@@ -120,8 +126,11 @@ def turn(angle):
     return changed
 
 
-def scale_positions(factor):
+def scale_positions(least):
+    """By a factor; more than the tolerance of a gain could explain."""
+
     def changed(mechanism, poses):
+        factor = max(least, 1 + 5 * mechanism.tolerances.gain)
         position = 3 if mechanism.pose_space == "spatial" else 2
         poses[:, :position] *= factor
         return poses
@@ -205,16 +214,15 @@ def quantised(mechanism, readings):
     return np.round(readings / step) * step
 
 
-def copied(mechanism, measured):
+def copied(_, measured):
     rows = np.repeat(np.arange(len(measured.poses) // 3), 3)
     poses = measured.poses[rows]
     poses[:, 0] += 1e-12 * np.arange(len(rows))
     return replace(measured.subset(rows), poses=poses)
 
 
-def add_turn_to_some(mechanism, readings):
-    turn = 2 * math.pi
-    readings[::7, 0] += turn
+def add_turn_to_some(_, readings):
+    readings[::7, 0] += 2 * math.pi
     return readings
 
 
@@ -223,24 +231,24 @@ SILENT_ERRORS = [
     SilentError("one leg in the other working mode", flipped([0]), ("working mode",), has_modes),
     SilentError("a plan given as measurements", planned, ("computed",)),
     SilentError("two legs swapped", with_readings(swap), ("columns of legs", "swapped")),
-    SilentError("one sign flipped", column(0, lambda m, r: -r), ("opposite sign",)),
-    SilentError("all signs flipped", with_readings(lambda m, r: -r), ("opposite sign",)),
+    SilentError("one sign flipped", column(0, lambda _, r: -r), ("opposite sign",)),
+    SilentError("all signs flipped", with_readings(lambda _, r: -r), ("opposite sign",)),
     SilentError(
         "half a turn added to one leg",
-        column(1, lambda m, r: r + math.pi),
+        column(1, lambda _, r: r + math.pi),
         ("half a turn",),
         turning,
     ),
     SilentError(
         "a turn added to one leg",
-        column(1, lambda m, r: r + 2 * math.pi),
+        column(1, lambda _, r: r + 2 * math.pi),
         ("whole turn",),
         turning,
     ),
     SilentError(
         "a turn added to some readings", with_readings(add_turn_to_some), ("a turn away",), turning
     ),
-    SilentError("one gain 20% off", column(0, lambda m, r: 1.2 * r), ("gain", "times as fast")),
+    SilentError("one gain 20% off", column(0, lambda _, r: 1.2 * r), ("gain", "times as fast")),
     SilentError("the frame turned by 2 degrees", with_poses(turn(math.radians(2))), ("turned by",)),
     SilentError(
         "the frame turned by 30 degrees", with_poses(turn(math.radians(30))), ("turned by",)
@@ -249,31 +257,84 @@ SILENT_ERRORS = [
     SilentError("a length scale 1% off", with_poses(scale_positions(1.01)), ("scale", "drawing")),
     SilentError(
         "one leg in degrees",
-        column(0, lambda m, r: np.degrees(r)),
+        column(0, lambda _, r: np.degrees(r)),
         ("degrees",),
         lambda m: m.reading_unit == "rad",
     ),
     SilentError(
         "all readings in degrees",
-        with_readings(lambda m, r: np.degrees(r)),
+        with_readings(lambda _, r: np.degrees(r)),
         ("degrees",),
         lambda m: m.reading_unit == "rad",
     ),
     SilentError(
         "one leg in millimetres",
-        column(0, lambda m, r: 1e3 * r),
+        column(0, lambda _, r: 1e3 * r),
         ("millimetres",),
         lambda m: m.reading_unit == "m",
     ),
-    SilentError("positions in millimetres", with_poses(scale_positions(1e3)), ("millimetres", "scale")),
+    SilentError(
+        "positions in millimetres", with_poses(scale_positions(1e3)), ("millimetres", "scale")
+    ),
     SilentError("y mirrored", with_poses(mirror_y), ("mirrored", "working mode")),
-    SilentError("one outlier", outliers(0), ("does not fit", "do not fit")),
-    SilentError("20% outliers", outliers(0.2), ("robust loss", "do not fit", "chi-square")),
+    SilentError("one outlier", outliers(0), ("gross errors in rows", "does not fit")),
+    SilentError("20% outliers", outliers(0.2), ("robust loss",)),
     SilentError("one pose too few", first(-1), ("need",)),
     SilentError("no pose to spare", first(0), ("to spare",)),
     SilentError("one pose to spare", first(1), ("to spare",)),
     SilentError("poses alike", alike, ("tell", "nothing", "show", "drawing")),
-    SilentError("a constant leg", column(0, lambda m, r: np.full_like(r, r[0])), ("show",)),
+    SilentError("a constant leg", column(0, lambda _, r: np.full_like(r, r[0])), ("show",)),
     SilentError("8-bit readings", with_readings(quantised), ("values in steps", "chi-square")),
     SilentError("copies of poses", copied, ("copies",)),
 ]
+
+
+MECHANISMS = ("3RRR", "5bar", "3PRR", "hexapod_jugglebot")
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """For each mechanism a sound robot's measurements, all poses for all legs."""
+    made = {}
+    for name in MECHANISMS:
+        mechanism = symkin.load_mechanism(name)
+        plan = symkin.make_plan(mechanism, symkin.sample_workspace(mechanism, 3000, 1), seed=1)
+        taken = symkin.simulate(mechanism, plan, 7).measurements
+        made[name] = mechanism, symkin.Measurements.of(taken.poses, taken.readings)
+    return made
+
+
+def said_of(mechanism, measurements, estimator):
+    try:
+        found = symkin.identify(mechanism, measurements, estimator)
+    except symkin.SymkinError as error:
+        return [str(error)]
+    assert not found.trustworthy
+    return list(found.doubts)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("estimator", ["paper", "inverse", "implicit", "joint"])
+def test_sound_measurements_raise_no_doubt(measured, name, estimator):
+    found = symkin.identify(*measured[name], estimator)
+    assert found.converged
+    assert found.doubts == ()
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("error", SILENT_ERRORS, ids=lambda error: error.name)
+def test_a_mistake_is_refused_or_doubted_with_its_likely_cause(measured, name, error):
+    mechanism, sound = measured[name]
+    if not error.where(mechanism):
+        pytest.skip("no mistake for this mechanism")
+    said = said_of(mechanism, error.change(mechanism, sound), "implicit")
+    assert any(word in sentence for word in error.words for sentence in said), said
+
+
+@pytest.mark.parametrize("estimator", ["paper", "inverse", "joint"])
+@pytest.mark.parametrize("error", SILENT_ERRORS, ids=lambda error: error.name)
+def test_no_estimator_trusts_a_mistake(measured, estimator, error):
+    mechanism, sound = measured["3RRR"]
+    if not error.where(mechanism):
+        pytest.skip("no mistake for this mechanism")
+    assert said_of(mechanism, error.change(mechanism, sound), estimator)
