@@ -130,10 +130,8 @@ void bind_verification(py::module_& module) {
       .def_readonly("element", &ElementImage::element)
       .def_readonly("permutation", &ElementImage::permutation)
       .def_readonly("deviations", &ElementImage::deviations)
-      .def_readonly("sensors", &ElementImage::sensors)
       .def_readonly("keeps_structure", &ElementImage::keeps_structure)
-      .def_readonly("keeps_modes", &ElementImage::keeps_modes)
-      .def_readonly("keeps_sensors", &ElementImage::keeps_sensors);
+      .def_readonly("keeps_modes", &ElementImage::keeps_modes);
   module.attr("IMAGE_TOLERANCES") = symkin::kImageTolerances;
   module.def("image_of_legs", &symkin::image_of_legs, py::arg("mechanism"), py::arg("group"),
              py::arg("element"),

@@ -45,7 +45,7 @@ def test_deviations_are_in_the_tolerance_of_their_kind_and_the_largest_comes_fir
     named = [(item.leg, item.parameter, item.in_tolerances) for item in found.deviations[:2]]
     assert named[0] == (2, "platform_angle", pytest.approx(4, rel=0.01))
     assert named[1] == (0, "base_radius", pytest.approx(2, rel=0.01))
-    (gain,) = [item for item in found.deviations if item.parameter == "sensor_gain"]
+    (gain,) = found.sensor_deviations
     assert gain.in_tolerances == pytest.approx(0.1, rel=0.01)
 
 

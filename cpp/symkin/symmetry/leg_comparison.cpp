@@ -157,6 +157,28 @@ void compare_points(const ChainInfo& chain, const Leg& image, const Leg& leg, bo
        differences[coordinate - first], in_tolerances);
 }
 
+double unit_of(const ParameterInfo& parameter, const ChainInfo& chain,
+               const ComparisonUnits& units) {
+  if (parameter.role == ParameterRole::gain) {
+    return units.gain;
+  }
+  return is_turning(parameter, chain) ? units.angle : units.length;
+}
+
+double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& chain,
+                          const ComparisonUnits& units, bool sensors) {
+  const Vector differences = parameter_differences(leg, image, chain);
+  double largest = 0;
+  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+    const ParameterInfo& parameter = chain.parameters[i];
+    if (is_sensor(parameter) == sensors) {
+      largest = std::max(
+          largest, std::abs(differences[static_cast<Index>(i)]) / unit_of(parameter, chain, units));
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
@@ -248,30 +270,23 @@ LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
     const ParameterInfo& parameter = chain.parameters[i];
     if (!done[i] && !is_sensor(parameter)) {
-      const double unit = is_turning(parameter, chain) ? units.angle : units.length;
       const double deviation = differences[static_cast<Index>(i)];
-      note(worst, parameter.name, deviation, std::abs(deviation) / unit);
+      note(worst, parameter.name, deviation,
+           std::abs(deviation) / unit_of(parameter, chain, units));
     }
   }
   worst.same_mode = rewritten.working_mode == leg.working_mode;
   return worst;
 }
 
-LegDeviation compare_sensors(const Leg& image, const Leg& leg, const ChainInfo& chain,
-                             const ComparisonUnits& units) {
-  LegDeviation worst;
-  const Vector differences = parameter_differences(leg, image, chain);
-  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    const ParameterInfo& parameter = chain.parameters[i];
-    if (is_sensor(parameter)) {
-      const double unit = parameter.role == ParameterRole::gain ? units.gain
-                          : is_turning(parameter, chain)        ? units.angle
-                                                                : units.length;
-      const double deviation = differences[static_cast<Index>(i)];
-      note(worst, parameter.name, deviation, std::abs(deviation) / unit);
-    }
-  }
-  return worst;
+double structure_apart(const Leg& image, const Leg& leg, const ChainInfo& chain,
+                       const ComparisonUnits& units) {
+  return largest_difference(image, leg, chain, units, false);
+}
+
+double sensors_apart(const Leg& image, const Leg& leg, const ChainInfo& chain,
+                     const ComparisonUnits& units) {
+  return largest_difference(image, leg, chain, units, true);
 }
 
 }  // namespace symkin

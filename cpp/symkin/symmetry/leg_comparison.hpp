@@ -16,7 +16,7 @@ struct SymmetryTolerance {
 
 // The image of a leg differs from a leg by the errors of both and by what all legs' errors do to
 // the centre and the axis that are found from them: by up to so many tolerances.
-constexpr double kImageTolerances = 8;
+constexpr double kImageTolerances = 4;
 
 // How one leg's image differs from a leg of the mechanism, in units of the tolerance. Joints are
 // compared by where they are, not by their polar coordinates: an angle means nothing at radius
@@ -53,8 +53,13 @@ Leg with_guides_outward(const Leg& leg, const ChainInfo& chain);
 LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo& chain,
                                const ComparisonUnits& units);
 
-// The same of gain and offset alone.
-LegDeviation compare_sensors(const Leg& image, const Leg& leg, const ChainInfo& chain,
-                             const ComparisonUnits& units);
+// The largest difference of a single parameter of the structure, in tolerances: which of several
+// images explains a leg best, where compare_structure says whether one does at all.
+double structure_apart(const Leg& image, const Leg& leg, const ChainInfo& chain,
+                       const ComparisonUnits& units);
+
+// The same of gain and offset.
+double sensors_apart(const Leg& image, const Leg& leg, const ChainInfo& chain,
+                     const ComparisonUnits& units);
 
 }  // namespace symkin

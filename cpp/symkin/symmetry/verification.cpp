@@ -47,28 +47,20 @@ ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& grou
   std::vector<bool> hit(static_cast<std::size_t>(mechanism.leg_count()), false);
   result.keeps_structure = true;
   result.keeps_modes = true;
-  result.keeps_sensors = true;
   const ComparisonUnits units = comparison_units(mechanism, tolerance);
   const ChainInfo& chain = mechanism.model().info();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const Leg image = transform_leg(group, element, chain, mechanism.leg(leg));
     LegDeviation deviation = nearest_leg(mechanism, image, units);
     deviation.leg = leg;
-    LegDeviation sensor = compare_sensors(image, mechanism.leg(deviation.nearest), chain, units);
-    sensor.leg = leg;
-    sensor.nearest = deviation.nearest;
-    sensor.same_mode = deviation.same_mode;
     const auto target = static_cast<std::size_t>(deviation.nearest);
     result.keeps_structure &= deviation.in_tolerances <= kImageTolerances && !hit[target];
     result.keeps_modes &= deviation.same_mode;
-    result.keeps_sensors &= sensor.in_tolerances <= kImageTolerances;
     hit[target] = true;
     result.permutation.push_back(deviation.nearest);
     result.deviations.push_back(std::move(deviation));
-    result.sensors.push_back(std::move(sensor));
   }
   result.keeps_modes &= result.keeps_structure;
-  result.keeps_sensors &= result.keeps_structure;
   return result;
 }
 
@@ -102,16 +94,19 @@ std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGrou
       if (carriers[static_cast<std::size_t>(reference)].reference != reference) {
         continue;
       }
-      double nearest = kImageTolerances + kTie;
-      double sensor = std::numeric_limits<double>::infinity();
+      double nearest = std::numeric_limits<double>::infinity();
+      double sensor = nearest;
       for (const SymmetryElement element : group.elements()) {
         const Leg image = transform_leg(group, element, chain, mechanism.leg(reference));
-        const LegDeviation deviation = compare_structure(image, mechanism.leg(leg), chain, units);
-        const double candidate = deviation.in_tolerances;
-        const double of_sensor =
-            compare_sensors(image, mechanism.leg(leg), chain, units).in_tolerances;
-        const bool as_good = candidate < nearest + kTie && of_sensor < sensor - kTie;
-        if (deviation.same_mode && (candidate < nearest - kTie || as_good)) {
+        const Leg& here = mechanism.leg(leg);
+        const LegDeviation deviation = compare_structure(image, here, chain, units);
+        if (!deviation.same_mode || deviation.in_tolerances > kImageTolerances) {
+          continue;
+        }
+        const double candidate = structure_apart(image, here, chain, units);
+        const double of_sensor = sensors_apart(image, here, chain, units);
+        if (candidate < nearest - kTie ||
+            (candidate < nearest + kTie && of_sensor < sensor - kTie)) {
           found = {reference, element};
           nearest = std::min(nearest, candidate);
           sensor = of_sensor;

@@ -13,11 +13,9 @@ namespace symkin {
 struct ElementImage {
   SymmetryElement element;
   std::vector<Index> permutation;        // leg -> leg that its image is nearest to
-  std::vector<LegDeviation> deviations;  // of the structure, one a leg
-  std::vector<LegDeviation> sensors;     // of gain and offset from those of the same leg
+  std::vector<LegDeviation> deviations;  // one a leg
   bool keeps_structure = false;          // maps the set of legs onto itself, working modes aside
   bool keeps_modes = false;              // and the working modes too
-  bool keeps_sensors = false;            // and gains and offsets, whatever it does to the modes
 };
 
 // Images of the legs under one element.

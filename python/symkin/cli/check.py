@@ -118,7 +118,8 @@ def _angle(words: str) -> str:
 
 def _show_deviations(result: CheckResult) -> None:
     """Print what breaks the symmetry, largest first."""
-    mechanism, deviations = result.mechanism, result.comparison.deviations
+    mechanism, comparison = result.mechanism, result.comparison
+    deviations = comparison.deviations + comparison.sensor_deviations
     units = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
     for found in deviations[:_SHOWN_DEVIATIONS]:
         value = f"{found.deviation:+.6f} {units[found.parameter]}".rstrip()

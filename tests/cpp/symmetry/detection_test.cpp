@@ -123,7 +123,7 @@ TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInEveryChainWhateverI
           SymmetryGroup::named("D3", 0.4), SymmetryGroup(4, false, anywhere()),
           SymmetryGroup(3, true, anywhere())}) {
       const Mechanism drawing = generated(chain, Platform::rigid, group, group.size());
-      for (int made = 0; made < 20; ++made) {
+      for (int made = 0; made < 4; ++made) {
         const Mechanism robot = with_errors(drawing, 1e-4, random);
         const SymmetryGroup found = detect_symmetry(robot, {1e-4, 1e-4, 1e-4}).with_modes;
         EXPECT_EQ(found.rotations(), group.rotations()) << chain << " " << group.name();
@@ -135,7 +135,7 @@ TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInEveryChainWhateverI
 
 TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInAHexapod) {
   Random random(8);
-  for (int made = 0; made < 100; ++made) {
+  for (int made = 0; made < 20; ++made) {
     const Mechanism robot = with_errors(testing::hexapod(), 1e-6, random);
     EXPECT_EQ(detect_symmetry(robot).with_modes.name(), "D_3");
   }
