@@ -53,7 +53,7 @@ class HomePose:
     parallel : float
         det(dg/dpose), zero at a parallel singularity.
     condition : float
-        Of dg/dpose, rotations scaled by the characteristic length.
+        Of dq/dpose, rotations scaled by the characteristic length.
     """
 
     pose: NDArray[np.float64]

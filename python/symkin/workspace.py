@@ -40,7 +40,7 @@ class WorkspaceSample:
     readings : ndarray, shape (N, legs)
         The sensor readings at the poses.
     conditions : ndarray, shape (N,)
-        Condition number of dg/dpose at each pose, see `Mechanism.singularity_measures`.
+        Condition number of dq/dpose at each pose, see `Mechanism.singularity_measures`.
     drawn : int
         How many poses were drawn from the box for them.
     rejected : dict of str to int
