@@ -59,6 +59,8 @@ def check_document(result: CheckResult) -> Document:
         "home": result.home,
         "workspace": sample
         and {"drawn": sample.drawn, "share": result.share, "rejected": sample.rejected},
+        "unusable": result.unusable and str(result.unusable),
+        "undefined": result.undefined,
         "identifiability": [
             {
                 "leg": number,
