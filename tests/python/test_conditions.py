@@ -103,7 +103,7 @@ def test_a_structure_whose_every_symmetry_flips_the_modes_has_no_symmetric_readi
 def test_a_larger_group_that_is_near_does_not_spoil_the_one_that_is_exact(paper):
     offset = paper.parameter_names.index("sensor_offset")
     parameters = paper.parameters
-    # The same on every leg: the sensors keep C3, which keeps the working modes, and lose the mirrors.
+    # The same on every leg: the sensors keep C3, which keeps the modes, and lose the mirrors.
     parameters[:, offset] += 0.001
     turned = paper.with_parameters(parameters)
     assert symkin.detect_symmetry(turned).structure.name == "D_3"

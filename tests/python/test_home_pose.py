@@ -73,12 +73,3 @@ def test_check_shows_what_needs_no_workspace_before_it_refuses_the_home(singular
     assert np.isfinite(result.home.readings).all()
     assert (result.sample, result.conditions, result.observability) == (None, None, ())
     assert "is singular" in result.untested
-
-
-def test_the_command_says_the_same_and_writes_the_page(singular_file, tmp_path, command):
-    told = command("check", str(singular_file), "--out", str(tmp_path / "page"))
-    assert told.exit_code == 2
-    assert "The legs have the declared symmetry D_6 (D_3)." in told.stdout
-    assert "conditions and identifiability are not tested" in told.stdout
-    assert told.stderr.count("Error:") == 1
-    assert "is singular" in (tmp_path / "page" / "report.html").read_text()

@@ -77,11 +77,12 @@ def _summary(result: CheckResult) -> Summary:
     doubts = _doubts(result)
     blind = any(leg.unseen for leg in result.observability)
     absent = comparison.declared is not None and comparison.reference is comparison.declared
+    bad = blind or absent or result.unusable is not None
     return Summary(
         title=f"{mechanism.name}: check",
         subtitle=f"{plural(len(mechanism.legs), 'leg')}, chain {mechanism.chain}",
         figures=_figures(result),
-        verdict="bad" if blind or absent or result.unusable is not None else "doubtful" if doubts else "good",
+        verdict="bad" if bad else "doubtful" if doubts else "good",
         judgement=_judgement(result, blind),
         doubts=doubts,
         paragraphs=comparison.sentences,
@@ -93,7 +94,7 @@ def _judgement(result: CheckResult, blind: bool) -> str:
         return "Some combinations of parameters are shown by no pose of the workspace"
     if result.conditions is None:
         if result.unusable is not None:
-            return "The workspace cannot be sampled, so conditions and identifiability are not tested"
+            return "No pose of the workspace can be drawn: conditions and the rest are not tested"
         return "Without a workspace in the file, conditions and identifiability are not tested"
     if all(condition.holds for condition in result.conditions.conditions):
         return "The paper's conditions hold, and every parameter can be identified"
