@@ -88,6 +88,8 @@ class SymmetryComparison:
         modes. They are not part of the structure, and poses are carried from leg to leg without.
     sensor_deviations : tuple of ParameterDeviation
         The gains and offsets that do not, likewise.
+    spatial : bool
+        Whether the mechanism is spatial: then symmetries about Z alone were looked for.
     """
 
     declared: SymmetryGroup | None
@@ -99,6 +101,7 @@ class SymmetryComparison:
     deviations: tuple[ParameterDeviation, ...]
     sensors: SymmetryVerdict
     sensor_deviations: tuple[ParameterDeviation, ...]
+    spatial: bool
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -110,7 +113,8 @@ class SymmetryComparison:
         elif self.found.structure.size > 1:
             first = f"No symmetry is declared; the legs have {structure}."
         else:
-            first = f"No symmetry is declared, and the legs have none: {structure} is trivial."
+            about = " about Z" if self.spatial else ""
+            first = f"No symmetry is declared, and the legs have none{about}: {structure} is trivial."
         sensors = (self._sensor_sentence,) if self.sensors != "exact" else ()
         if self.reference is None:
             return (first, *sensors)
@@ -196,6 +200,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         deviations=structure if reference is not None else (),
         sensors=_sensor_verdict(sensors, group),
         sensor_deviations=sensors,
+        spatial=mechanism.pose_space == "spatial",
     )
 
 

@@ -213,3 +213,33 @@ def test_errors_within_the_tolerance_are_found_symmetric(paper):
             paper.with_parameters(paper.parameters + 0.01 * signs), tolerance=0.01
         )
         assert loose.structure.name == "D_3"
+
+
+def test_symmetrical_observability_has_the_direction_of_eq_14_and_not_of_eq_10_as_printed(paper):
+    poses = symkin.sample_workspace(paper, 24, 1).poses
+
+    def visible(leg, at):
+        return symkin.analyse_observability(paper, leg, at).r_diagonal
+
+    off = []
+    for leg, element in ((1, "r1"), (2, "r2")):
+        images = symkin.map_poses(paper, element, poses)
+        np.testing.assert_allclose(visible(leg, images), visible(0, poses), rtol=1e-12)
+        off.append(np.abs(visible(leg, poses) / visible(0, images) - 1).max())
+    assert max(off) == pytest.approx(1.14, abs=0.005)  # the figure in docs/theory.md
+
+
+def test_a_tilted_spatial_symmetry_is_said_not_to_be_looked_for(hexapod):
+    parameters = hexapod.parameters
+    radius, polar, azimuth = parameters[:, :3].T.copy()
+    points = radius * [
+        np.sin(polar) * np.cos(azimuth),
+        np.sin(polar) * np.sin(azimuth),
+        np.cos(polar),
+    ]
+    tilt = 0.2
+    x, y, z = points
+    y, z = np.cos(tilt) * y - np.sin(tilt) * z, np.sin(tilt) * y + np.cos(tilt) * z
+    parameters[:, 1], parameters[:, 2] = np.arccos(z / radius), np.arctan2(y, x)
+    tilted = hexapod.replace(symmetry=None).with_parameters(parameters)
+    assert "about Z" in symkin.compare_symmetry(tilted).sentences[0]
