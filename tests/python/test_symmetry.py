@@ -240,6 +240,7 @@ def test_a_tilted_spatial_symmetry_is_said_not_to_be_looked_for(hexapod):
     tilt = 0.2
     x, y, z = points
     y, z = np.cos(tilt) * y - np.sin(tilt) * z, np.sin(tilt) * y + np.cos(tilt) * z
+    x, z = np.cos(tilt) * x + np.sin(tilt) * z, np.cos(tilt) * z - np.sin(tilt) * x
     parameters[:, 1], parameters[:, 2] = np.arccos(z / radius), np.arctan2(y, x)
     tilted = hexapod.replace(symmetry=None).with_parameters(parameters)
     assert "about Z" in symkin.compare_symmetry(tilted).sentences[0]

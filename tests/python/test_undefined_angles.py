@@ -49,7 +49,7 @@ def test_a_base_point_at_the_origin_is_told_from_a_parameter_that_no_pose_shows(
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"platform_radius": 0}, "platform_azimuth are undefined; shift the origin of the platform"),
+        ({"platform_radius": 0}, "platform_azimuth are undefined; shift the origin of the"),
         ({"base_radius": -1e-5}, "base_polar_angle and base_azimuth are undefined"),
         ({"base_polar_angle": 0}, "its base point is on Z, where base_azimuth is undefined"),
     ],
