@@ -33,7 +33,7 @@ template <int Dof>
 double condition(const double* jacobian, ConstVector gains, Index position, double length) {
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
   const Eigen::Map<const Jacobian> of_readings(jacobian, gains.size(), Dof);
-  const Jacobian rows = gains.asDiagonal() * of_readings;
+  const Jacobian rows = (gains / gains[0]).asDiagonal() * of_readings;
   Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
   gram.rightCols(Dof - position) /= length;
   gram.bottomRows(Dof - position) /= length;

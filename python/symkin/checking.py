@@ -119,7 +119,7 @@ class CheckResult:
         """Why conditions and identifiability were not tested; empty if they were."""
         if self.sample is not None:
             return ""
-        return "the file has no workspace" if self.unusable is None else str(self.unusable)
+        return "no [workspace] in the file" if self.unusable is None else str(self.unusable)
 
     @property
     def share(self) -> float:

@@ -95,6 +95,7 @@ class SymmetryComparison:
     declared: SymmetryGroup | None
     found: DetectedSymmetry
     verdict: SymmetryVerdict
+    kept: tuple[str, ...] = ()
     reference: SymmetryGroup | None
     reference_elements: tuple[str, ...]
     tolerance: _core.SymmetryTolerance
@@ -183,7 +184,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     verdict: SymmetryVerdict
     if reference is None:
         verdict = "exact" if declared is not None or found.structure.size > 1 else "broken"
-        group, tolerance, kept = declared or found.with_modes, _ROUNDING, ()
+        group, tolerance = declared or found.with_modes, _ROUNDING
     else:
         needed = tolerances_needed(mechanism, reference)
         verdict = "nearly" if needed <= near_limit(reference) else "broken"
@@ -230,7 +231,8 @@ def _deviations(
     """Those above rounding: of the structure, and of the sensors."""
     values = _core.symmetry_deviations(mechanism.core, group, tolerance)
     known = mechanism.deviations
-    structure, sensors = [], []
+    structure: list[ParameterDeviation] = []
+    sensors: list[ParameterDeviation] = []
     for leg, index in zip(*np.nonzero(np.abs(values) > _EXACT), strict=True):
         scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, int(leg))
         found = ParameterDeviation(

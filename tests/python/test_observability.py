@@ -73,9 +73,7 @@ def test_the_sign_of_a_first_order_error_is_that_of_the_model_at_measured_readin
         by_pose = np.concatenate([rows.by_pose for rows in legs])
         moved = [rows.by_parameters[0] @ change[leg] for leg, rows in enumerate(legs)]
         expected.append(-np.linalg.solve(by_pose, moved))
-    measured = symkin.Measurements(
-        poses, readings, np.zeros(5, dtype=np.intp), np.arange(1, 6)
-    )
+    measured = symkin.Measurements(poses, readings, np.zeros(5, dtype=np.intp), np.arange(1, 6))
     of_model = symkin.evaluate(model, measurements=measured).differences
     of_robot = symkin.evaluate(model, actual=robot, poses=poses).differences
     np.testing.assert_allclose(of_model, expected, atol=1e-9)
