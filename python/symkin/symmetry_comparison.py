@@ -95,7 +95,6 @@ class SymmetryComparison:
     declared: SymmetryGroup | None
     found: DetectedSymmetry
     verdict: SymmetryVerdict
-    kept: tuple[str, ...] = ()
     reference: SymmetryGroup | None
     reference_elements: tuple[str, ...]
     tolerance: _core.SymmetryTolerance
@@ -182,6 +181,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     )
     reference = declared if lacks else larger_group(mechanism, found.structure)
     verdict: SymmetryVerdict
+    kept: tuple[str, ...] = ()
     if reference is None:
         verdict = "exact" if declared is not None or found.structure.size > 1 else "broken"
         group, tolerance = declared or found.with_modes, _ROUNDING
