@@ -132,6 +132,7 @@ void bind_verification(py::module_& module) {
       .def_readonly("deviations", &ElementImage::deviations)
       .def_readonly("keeps_structure", &ElementImage::keeps_structure)
       .def_readonly("keeps_modes", &ElementImage::keeps_modes);
+  module.attr("IMAGE_TOLERANCES") = symkin::kImageTolerances;
   module.def("image_of_legs", &symkin::image_of_legs, py::arg("mechanism"), py::arg("group"),
              py::arg("element"),
              py::arg_v("tolerance", SymmetryTolerance{}, "SymmetryTolerance()"));

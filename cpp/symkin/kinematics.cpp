@@ -30,9 +30,10 @@ Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, 
 }
 
 template <int Dof>
-double condition(const double* jacobian, Index legs, Index position, double length) {
+double condition(const double* jacobian, ConstVector gains, Index position, double length) {
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
-  const Eigen::Map<const Jacobian> rows(jacobian, legs, Dof);
+  const Eigen::Map<const Jacobian> of_readings(jacobian, gains.size(), Dof);
+  const Jacobian rows = (gains / gains[0]).asDiagonal() * of_readings;
   Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
   gram.rightCols(Dof - position) /= length;
   gram.bottomRows(Dof - position) /= length;
@@ -132,6 +133,15 @@ RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRow
   return linearise_all(mechanism, poses, readings).jacobian;
 }
 
+Vector sensor_gains(const Mechanism& mechanism) {
+  Vector gains(mechanism.leg_count());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const Vector& parameters = mechanism.leg(leg).parameters;
+    gains[leg] = parameters[parameters.size() - 2];
+  }
+  return gains;
+}
+
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
                                          double characteristic_length) {
   const Index legs = mechanism.leg_count();
@@ -140,29 +150,27 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
   measures.serial = all.by_reading;
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());
-  for (Index leg = 0; leg < legs; ++leg) {
-    const Vector& parameters = mechanism.leg(leg).parameters;
-    measures.serial.col(leg) /= parameters[parameters.size() - 2];
-  }
+  const Vector gains = sensor_gains(mechanism);
+  measures.serial.array().rowwise() /= gains.transpose().array();
   for (Index i = 0; i < poses.rows(); ++i) {
     const double* row = all.jacobian.row(i).data();
     measures.parallel[i] = pose_determinant(row, legs, mechanism.dof());
     measures.condition[i] =
-        pose_condition(row, legs, mechanism.pose_space(), characteristic_length);
+        pose_condition(row, gains, mechanism.pose_space(), characteristic_length);
   }
   return measures;
 }
 
-double pose_condition(const double* jacobian, Index legs, PoseSpace space,
+double pose_condition(const double* jacobian, ConstVector gains, PoseSpace space,
                       double characteristic_length) {
   const Index position = position_size(space);
   switch (degrees_of_freedom(space)) {
     case 2:
-      return condition<2>(jacobian, legs, position, characteristic_length);
+      return condition<2>(jacobian, gains, position, characteristic_length);
     case 3:
-      return condition<3>(jacobian, legs, position, characteristic_length);
+      return condition<3>(jacobian, gains, position, characteristic_length);
     default:
-      return condition<6>(jacobian, legs, position, characteristic_length);
+      return condition<6>(jacobian, gains, position, characteristic_length);
   }
 }
 

@@ -31,14 +31,18 @@ struct SingularityMeasures {
   RowMatrix serial;  // N x legs: dh/dq, zero where the leg is stretched or folded (type 1)
   Vector parallel;   // N: det(dg/dpose), zero at a type 2 singularity; sqrt(det J'J) with
                      //    more legs than degrees of freedom
-  Vector condition;  // N: condition number of dg/dpose, orientation in units of
-                     //    1 / characteristic_length; infinite when singular
+  Vector condition;  // N: condition number of dq/dpose, orientation in units of
+                     //    1 / characteristic_length; infinite when singular. Of the active joints,
+                     //    not of the readings: what a sensor counts does not bend a mechanism.
 };
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
                                          double characteristic_length);
 
-// Condition number of one dg/dpose (legs x dof, row by row), as above.
-double pose_condition(const double* jacobian, Index legs, PoseSpace space,
+// The legs' gains, which make readings of dg/dpose into active joints.
+Vector sensor_gains(const Mechanism& mechanism);
+
+// Condition number by one dg/dpose (legs x dof, row by row) and the legs' gains, as above.
+double pose_condition(const double* jacobian, ConstVector gains, PoseSpace space,
                       double characteristic_length);
 // det(dg/dpose), as above.
 double pose_determinant(const double* jacobian, Index legs, Index dof);

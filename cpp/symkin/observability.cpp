@@ -13,8 +13,10 @@
 namespace symkin {
 namespace {
 
-// O1 = (s_1 ... s_p)^(1/p) / p as the paper's Eq. 13 has it, O2 = s_p/s_1, O3 = s_p,
-// O4 = s_p^2/s_1, O5 = 1/sum(1/s_i).
+// O1 = (s_1 ... s_p)^(1/p) / p as the paper's Eq. 13 has it (Borm and Menq 1989 divide by the root
+// of the number of poses), O2 = s_p/s_1 (Driels and Pathre 1990), O3 = s_p (Nahvi, Hollerbach and
+// Hayward 1994), O4 = s_p^2/s_1 (Nahvi and Hollerbach 1996), O5 = 1/sum(1/s_i) (Sun and Hollerbach
+// 2008, Observability index selection).
 std::array<double, 5> indices_of(const Vector& s) {
   const auto p = static_cast<double>(s.size());
   const double largest = s[0];

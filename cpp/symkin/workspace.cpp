@@ -57,7 +57,7 @@ struct Block {
 class Filter {
  public:
   Filter(const Mechanism& mechanism, const WorkspaceOptions& options)
-      : mechanism_(mechanism), options_(options) {
+      : mechanism_(mechanism), options_(options), gains_(sensor_gains(mechanism)) {
     const RowMatrix jacobian = pose_jacobian(mechanism, options.home.transpose());
     if (mechanism.leg_count() == mechanism.dof()) {
       home_determinant_ = pose_determinant(jacobian.data(), mechanism.leg_count(), mechanism.dof());
@@ -109,7 +109,7 @@ class Filter {
           home_determinant_ == 0 || pose_determinant(row, legs, dof) * home_determinant_ > 0;
       if (same) {
         block.conditions[i] =
-            pose_condition(row, legs, mechanism_.pose_space(), options_.characteristic_length);
+            pose_condition(row, gains_, mechanism_.pose_space(), options_.characteristic_length);
       }
       const bool good = same && block.conditions[i] <= options_.conditioning_limit;
       rejections.aspect += same ? 0 : 1;
@@ -121,6 +121,7 @@ class Filter {
 
   const Mechanism& mechanism_;
   const WorkspaceOptions& options_;
+  Vector gains_;
   double home_determinant_ = 0;  // 0: any aspect
 };
 

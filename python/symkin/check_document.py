@@ -8,7 +8,7 @@ from typing import Any
 from symkin.checking import CheckResult
 from symkin.conditions import Conditions
 from symkin.groups import NamedGroup
-from symkin.symmetry_comparison import SymmetryComparison
+from symkin.symmetry_comparison import ParameterDeviation, SymmetryComparison
 
 __all__ = ["check_document"]
 
@@ -59,6 +59,8 @@ def check_document(result: CheckResult) -> Document:
         "home": result.home,
         "workspace": sample
         and {"drawn": sample.drawn, "share": result.share, "rejected": sample.rejected},
+        "unusable": result.unusable and str(result.unusable),
+        "undefined": result.undefined,
         "identifiability": [
             {
                 "leg": number,
@@ -96,17 +98,25 @@ def _comparison_document(comparison: SymmetryComparison) -> Document:
             "elements_that_keep_the_working_modes": comparison.reference_elements,
             "worst_in_tolerances": comparison.worst,
         },
-        "deviations": [
-            {
-                "leg": found.leg + 1,
-                "parameter": found.parameter,
-                "deviation": found.deviation,
-                "in_tolerances": found.in_tolerances,
-                "standard_deviation": found.standard_deviation,
-            }
-            for found in comparison.deviations
-        ],
+        "deviations": _deviations_document(comparison.deviations),
+        "sensors": {
+            "verdict": comparison.sensors,
+            "deviations": _deviations_document(comparison.sensor_deviations),
+        },
     }
+
+
+def _deviations_document(deviations: tuple[ParameterDeviation, ...]) -> list[Document]:
+    return [
+        {
+            "leg": found.leg + 1,
+            "parameter": found.parameter,
+            "deviation": found.deviation,
+            "in_tolerances": found.in_tolerances,
+            "standard_deviation": found.standard_deviation,
+        }
+        for found in deviations
+    ]
 
 
 def _conditions_document(conditions: Conditions) -> Document:

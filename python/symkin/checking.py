@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.conditions import Conditions, check_conditions
+from symkin.errors import SymkinError
 from symkin.groups import NamedGroup, mechanism_groups
 from symkin.mechanism import Mechanism
 from symkin.observability import Observability, analyse_observability
 from symkin.symmetry import leg_carriers, map_poses, symmetry_group
 from symkin.symmetry_comparison import SymmetryComparison, compare_symmetry
+from symkin.undefined_angles import undefined_angles
 from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism"]
@@ -53,7 +55,7 @@ class HomePose:
     parallel : float
         det(dg/dpose), zero at a parallel singularity.
     condition : float
-        Of dg/dpose, rotations scaled by the characteristic length.
+        Of dq/dpose, rotations scaled by the characteristic length.
     """
 
     pose: NDArray[np.float64]
@@ -85,11 +87,13 @@ class CheckResult:
     home : HomePose
         At the home pose.
     sample : WorkspaceSample or None
-        Poses drawn; None for a mechanism without workspace settings.
+        Poses drawn; None for a mechanism without workspace settings, or with unusable ones.
     observability : tuple of Observability
         Of each leg at its `leg_poses`; empty without a sample.
     conditions : Conditions or None
-        The paper's conditions on symmetry, tested; None without workspace settings.
+        The paper's conditions on symmetry, tested; None without a sample.
+    unusable : SymkinError or None
+        Why the workspace that the mechanism has could not be sampled, such as a singular home.
     """
 
     mechanism: Mechanism
@@ -102,6 +106,20 @@ class CheckResult:
     sample: WorkspaceSample | None
     observability: tuple[Observability, ...]
     conditions: Conditions | None
+    unusable: SymkinError | None = None
+
+    @property
+    def undefined(self) -> tuple[str, ...]:
+        """Joints at the origin of their frame, where an angle means nothing, in words."""
+        legs = range(len(self.mechanism.legs))
+        return tuple(each for leg in legs for each in undefined_angles(self.mechanism, leg))
+
+    @property
+    def untested(self) -> str:
+        """Why conditions and identifiability were not tested; empty if they were."""
+        if self.sample is not None:
+            return ""
+        return "no [workspace] in the file" if self.unusable is None else str(self.unusable)
 
     @property
     def share(self) -> float:
@@ -153,15 +171,15 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
     Returns
     -------
     CheckResult
-
-    Raises
-    ------
-    SymkinError
-        If home is not in the workspace, or hardly any pose of its box is.
+        If home is not in the workspace, or hardly any pose of its box is, without a sample and what
+        rests on it; `CheckResult.unusable` says why.
     """
-    sample = None
+    sample, unusable = None, None
     if mechanism.workspace is not None:
-        sample = sample_workspace(mechanism, _SAMPLE_SIZE, seed)
+        try:
+            sample = sample_workspace(mechanism, _SAMPLE_SIZE, seed)
+        except SymkinError as error:
+            unusable = error
     sets = () if sample is None else leg_poses(mechanism, sample.poses)
     comparison = compare_symmetry(mechanism)
     conditions = check_conditions(mechanism, seed=seed) if sample is not None else None
@@ -181,6 +199,7 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
             analyse_observability(mechanism, leg, poses) for leg, poses in enumerate(sets)
         ),
         conditions=conditions,
+        unusable=unusable,
     )
 
 

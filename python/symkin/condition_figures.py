@@ -39,7 +39,8 @@ class ConditionFigures:
     mismatches : int
         Those in the workspace with images outside, or the reverse.
     deviation : float
-        Largest difference between readings at images and images of readings, sensor's unit.
+        Largest difference between readings at images and images of readings, sensor's unit, over
+        the elements that keep the working modes; NaN if only the identity does.
     closure : float
         Largest of a leg at its inverse kinematics, m.
     home : float
@@ -63,6 +64,11 @@ class ConditionFigures:
     def symmetric(self) -> bool:
         """Whether the structure has a symmetry, to rounding."""
         return self.comparison.found.structure.size > 1
+
+    def sensors(self, differ: bool) -> str:
+        """Say that a figure is the sensors' alone, where it is."""
+        only = self.comparison.only_sensors_differ if differ else ""
+        return only and f"; {only}"
 
     @property
     def under(self) -> str:
@@ -107,7 +113,10 @@ def condition_figures(
         trivial=group.size == 1,
         tested=count * (group.size - 1),
         mismatches=sum(check.mismatches for check in elements),
-        deviation=max(check.reading_deviation for check in elements),
+        deviation=max(
+            (check.reading_deviation for check in elements[1:] if check.keeps_modes),
+            default=float("nan"),
+        ),
         closure=float(np.max(np.abs(closures))),
         home=max(_home_deviations(mechanism, group, tolerance), default=float("nan")),
         gains=float(np.ptp(gains) / np.abs(gains).max()),

@@ -16,6 +16,7 @@ from symkin.workspace_symmetry import ElementCheck, check_elements
 __all__ = ["Condition", "Conditions", "check_conditions"]
 
 _ROUNDING = 1e-9  # m, and of gains
+_BY_CONSTRUCTION = "by construction"  # of every mechanism that symkin can describe
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,10 @@ def check_conditions(
 ) -> Conditions:
     """Test the conditions (1)-(5) of section 4 and (1)-(7) of section 5 of the paper.
 
+    Those on the structure, 4(4), 5(1) and 5(2), do not ask for gains and offsets; those on the
+    sensors, 4(5), 5(6) and 5(7), do, of the elements that keep the working modes. 4(2) and 5(3) to
+    5(5) hold by construction: no mechanism can be described for which they fail.
+
     A mechanism with more legs than degrees of freedom fails condition 4(1) alone, which does not
     stop the protocol. Of a mechanism that is nearly symmetric, such as a calibrated one, the larger
     group is tested, so that the figures tell how far it is off.
@@ -142,7 +147,13 @@ def _section_4(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
             legs == dof,
             f"{legs} legs, {dof} degrees of freedom",
         ),
-        Condition(4, 2, "all legs have the same structure", True, f"{legs} legs {mechanism.chain}"),
+        Condition(
+            4,
+            2,
+            "all legs have the same structure",
+            True,
+            f"{legs} legs {mechanism.chain}, {_BY_CONSTRUCTION}",
+        ),
         Condition(
             4,
             3,
@@ -162,7 +173,8 @@ def _section_4(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
             "no leg is the image of another"
             if math.isnan(measured.home)
             else f"home readings deviate by {measured.home:.1e} {mechanism.reading_unit}"
-            + measured.under,
+            + measured.under
+            + measured.sensors(measured.home > READING_ROUNDING),
             f"{READING_ROUNDING:.0e} {mechanism.reading_unit}",
         ),
     ]
@@ -192,7 +204,7 @@ def _section_5(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
             "0",
         ),
         Condition(
-            5, 3, "geometric model, perfect joints", True, "one closure a leg, by construction"
+            5, 3, "geometric model, perfect joints", True, f"one closure a leg, {_BY_CONSTRUCTION}"
         ),
         Condition(5, 4, "base points in polar coordinates", True, _polar(names, "base")),
         Condition(5, 5, "platform points in polar coordinates", True, _polar(names, "platform")),
@@ -209,9 +221,10 @@ def _section_5(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
             7,
             "the active-joint workspace has the symmetry (Eq. 5)",
             symmetric and measured.deviation <= READING_ROUNDING,
-            nothing
-            if measured.trivial
-            else f"readings deviate by {measured.deviation:.1e} {unit}{measured.under}",
+            "no element but the identity keeps the working modes"
+            if math.isnan(measured.deviation)
+            else f"readings deviate by {measured.deviation:.1e} {unit}{measured.under}"
+            + measured.sensors(measured.deviation > READING_ROUNDING),
             f"{READING_ROUNDING:.0e} {unit}",
         ),
     ]
@@ -230,4 +243,4 @@ def _structure(measured: ConditionFigures) -> tuple[str, str]:
 def _polar(names: tuple[str, ...], end: str) -> str:
     """Which polar coordinates the chain has at an end."""
     given = [name for name in names if name.startswith(f"{end}_")]
-    return ", ".join(given) or f"none: the {end} is a point"
+    return f"{', '.join(given) or f'none: the {end} is a point'}, {_BY_CONSTRUCTION}"

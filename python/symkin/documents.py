@@ -96,12 +96,15 @@ def plan_document(
 ) -> Document:
     """Return what a plan shows of each leg's parameters, and how it was made.
 
+    The indices are those of the rows that the selection saw, the rest of the paper's rows.
+
     With measurements to which the plan adds, what both show together.
     """
     legs = []
     for leg, poses in enumerate(plan.leg_poses(measured)):
         rows = plan.rows_of(leg)
         shown = analyse_observability(mechanism, leg, poses)
+        indices = analyse_observability(mechanism, leg, poses, plan.row_kind).indices
         spares = sum(len(plan.rows_of_set(number, spare=True)) for number in (leg + 1, 0))
         legs.append(
             {
@@ -109,7 +112,7 @@ def plan_document(
                 "poses": len(rows),
                 "spares": spares,
                 "r_diagonal": dict(zip(mechanism.parameter_names, shown.r_diagonal, strict=True)),
-                "indices": shown.indices,
+                "indices": indices,
                 "condition": shown.condition,
             }
         )

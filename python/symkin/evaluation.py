@@ -73,7 +73,9 @@ class Evaluation:
     evaluated, failed : int
         Poses in the figures, and poses left out because the mechanism cannot take them.
     differences : ndarray, shape (N, dof)
-        Pose taken less pose wanted: position, then angle or rotation vector; NaN where it failed.
+        Position, then angle or rotation vector; NaN where it failed. Of measurements the model's
+        pose less the measured one; of commanded poses the one that the robot takes less that which
+        the model wanted. To first order E (model - robot) and its negative, see the theory.
     poses : ndarray, shape (N, coordinates)
         The poses wanted: measured, or commanded.
     characteristic_length : float

@@ -312,7 +312,7 @@ class Mechanism:
         parallel : ndarray, shape (N,)
             det(dg/dpose): zero at a parallel (type 2) singularity.
         condition : ndarray, shape (N,)
-            Condition number of dg/dpose, rotations scaled by the characteristic length (m), which
+            Condition number of dq/dpose, rotations scaled by the characteristic length (m), which
             is by default the workspace's, else the mean platform radius.
         """
         length = characteristic_length or self.characteristic_length

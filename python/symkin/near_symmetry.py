@@ -42,10 +42,12 @@ def larger_group(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup | 
     for multiple, tolerance in _growing(mechanism):
         if multiple > _DETECTED_UP_TO and (near or nearest or found.size > 1):
             break
-        loose = _core.detect_symmetry(mechanism.core, tolerance).structure
+        detected = _core.detect_symmetry(mechanism.core, tolerance)
+        loose = detected.structure
         if loose.size > (near or found).size:
             group = _about_the_origins(mechanism, loose)
-            nearest = nearest or group
+            if detected.with_modes.size > 1:  # or no leg has another to be compared with
+                nearest = nearest or group
             if tolerances_needed(mechanism, group) <= near_limit(group):
                 near = group
     return near or (nearest if found.size == 1 else None)
@@ -57,19 +59,14 @@ def near_limit(group: SymmetryGroup) -> float:
 
 
 def scaled_tolerance(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
-    """Return a multiple of the manufacturing tolerances, as the detection takes it."""
-    tolerances, gains = mechanism.tolerances, mechanism.parameters[:, -2]
-    return _core.SymmetryTolerance(
-        multiple * tolerances.length,
-        multiple * tolerances.angle,
-        multiple * tolerances.gain * float(np.abs(gains).max()),
-    )
+    """Return what lets the images of legs be off by so many manufacturing tolerances."""
+    return _manufacturing(mechanism, multiple / _core.IMAGE_TOLERANCES)
 
 
 def tolerances_needed(
     mechanism: Mechanism, group: SymmetryGroup, unit: _core.SymmetryTolerance | None = None
 ) -> float:
-    """How many tolerances the images of the legs are off at most; infinity if two are one leg.
+    """How many tolerances the legs' images are off at most, sensors apart; infinity if two are one.
 
     Parameters
     ----------
@@ -80,7 +77,7 @@ def tolerances_needed(
     unit : SymmetryTolerance, optional
         What is counted in, by default the manufacturing tolerances.
     """
-    one = scaled_tolerance(mechanism, 1) if unit is None else unit
+    one = _manufacturing(mechanism, 1) if unit is None else unit
     worst = 0.0
     for element in group.elements:
         image = _core.image_of_legs(mechanism.core, group, element, one)
@@ -90,20 +87,25 @@ def tolerances_needed(
     return worst
 
 
+def _manufacturing(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
+    tolerances, gains = mechanism.tolerances, mechanism.parameters[:, -2]
+    return _core.SymmetryTolerance(
+        multiple * tolerances.length,
+        multiple * tolerances.angle,
+        multiple * tolerances.gain * float(np.abs(gains).max()),
+    )
+
+
 def _growing(mechanism: Mechanism) -> Iterator[tuple[float, _core.SymmetryTolerance]]:
     """Tolerances from a few manufacturing ones to where legs are hardly told apart."""
-    length = _LARGEST_SHARE * float(np.abs(mechanism.parameters).max())
-    gain = _LARGEST_SHARE * float(np.abs(mechanism.parameters[:, -2]).max())
+    length = _LARGEST_SHARE * float(np.abs(mechanism.parameters).max()) / _core.IMAGE_TOLERANCES
+    angle = _LARGEST_SHARE / _core.IMAGE_TOLERANCES
     multiple = _NEARLY
     while True:
         full = scaled_tolerance(mechanism, multiple)
-        yield (
-            multiple,
-            _core.SymmetryTolerance(
-                min(full.length, length), min(full.angle, _LARGEST_SHARE), min(full.gain, gain)
-            ),
-        )
-        if full.length > length and full.angle > _LARGEST_SHARE and full.gain > gain:
+        smaller = min(full.length, length), min(full.angle, angle)
+        yield multiple, _core.SymmetryTolerance(*smaller, full.gain)
+        if full.length > length and full.angle > angle:
             return
         multiple *= _GROWTH
 
@@ -138,9 +140,8 @@ def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> floa
     """Sum of the roots of all deviations in tolerances: one is less than its parts."""
     tolerance = scaled_tolerance(mechanism, multiple)
     deviations = _core.symmetry_deviations(mechanism.core, group, tolerance)
-    units = scaled_tolerance(mechanism, 1)
+    units = _manufacturing(mechanism, 1)
     scale = [
-        units.gain if name == "sensor_gain" else units.angle if unit == "rad" else units.length
-        for name, unit in zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
+        units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units[:-2]
     ]
-    return float(np.sqrt(np.abs(deviations / scale)).round(9).sum())
+    return float(np.sqrt(np.abs(deviations[:, :-2] / scale)).round(9).sum())

@@ -42,7 +42,9 @@ class Observability:
     r_diagonal : ndarray, shape (p,)
         abs(R_ii) of the QR decomposition in the parameters' order (Eq. 9). Depends on units.
     indices : dict of str to float
-        O1 (Eq. 13) to O5, with each parameter in units of its tolerance.
+        With each parameter in units of its tolerance, O1 (Borm and Menq 1989, 1991; Eq. 13), O2
+        (Driels and Pathre 1990), O3 (Nahvi, Hollerbach and Hayward 1994), O4 (Nahvi and Hollerbach
+        1996), O5 (Sun and Hollerbach 2008).
     singular_values : ndarray, shape (p,)
         Of the rows with columns of length one, descending: free of units.
     condition : float

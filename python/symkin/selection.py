@@ -186,7 +186,7 @@ def select_poses(
     minimum_distance : float
         between any two chosen ones, in the unit of `coordinates`.
     scale : array_like, shape (p,), optional
-        Unit of each parameter in O2 to O5 and in messages, such as its tolerance; O1 chooses the
+        Unit of each parameter in O1 to O5 and in messages, such as its tolerance; O1 chooses the
         same in any.
     error_weight : array_like, shape (p, p), optional
         B of the expected error.

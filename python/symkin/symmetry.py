@@ -75,7 +75,7 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
 
 
 def verify_declared(mechanism: Mechanism) -> None:
-    """Check that a mechanism has the symmetry that it declares, working modes aside.
+    """Check that a mechanism has the symmetry that it declares, working modes and sensors aside.
 
     Raises
     ------
@@ -93,7 +93,7 @@ class DetectedSymmetry:
     Attributes
     ----------
     structure : SymmetryGroup
-        G_M: the largest group that maps the legs onto themselves, working modes aside.
+        G_M: the largest group that maps the legs onto themselves, working modes and sensors aside.
     with_modes : SymmetryGroup
         Its subgroup that keeps the working modes too.
     permutations : dict of str to tuple of int
@@ -113,14 +113,20 @@ def detect_symmetry(
 ) -> DetectedSymmetry:
     """Find the largest symmetry group C_n or D_n of a mechanism, about any centre and axis.
 
+    Rotations are about Z and mirrors contain it: a spatial mechanism with a tilted axis has to be
+    described in frames along it. Where joints are counts and how long links are; gains and offsets
+    of the sensors, and azimuths of joints in the centre, do not.
+
     Parameters
     ----------
     mechanism : Mechanism
         Its declared symmetry is not used.
     tolerance : float
-        By which parameters may differ: m for lengths, rad for angles.
+        By which every parameter may be off that of a symmetric mechanism: m for lengths, rad for
+        angles. The image of a leg may then be off by up to four times that.
     gain_tolerance : float, optional
-        The same for sensor gains, by default `tolerance`.
+        The same for sensor gains, by default `tolerance`: of several elements that carry a leg
+        equally well the one is preferred that carries its sensor too.
 
     Returns
     -------

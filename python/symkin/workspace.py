@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
+from symkin.home_pose import require_usable_home
 from symkin.mechanism import Mechanism
 from symkin.observability import tolerances_of
 
@@ -44,7 +45,7 @@ class WorkspaceSample:
     readings : ndarray, shape (N, legs)
         The sensor readings at the poses.
     conditions : ndarray, shape (N,)
-        Condition number of dg/dpose at each pose, see `Mechanism.singularity_measures`.
+        Condition number of dq/dpose at each pose, see `Mechanism.singularity_measures`.
     drawn : int
         How many poses were drawn from the box for them.
     rejected : dict of str to int
@@ -81,9 +82,11 @@ def sample_workspace(
     SymkinError
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
+    options = workspace_options(mechanism)
+    require_usable_home(mechanism)
     sample = _core.sample_workspace(
         mechanism.core,
-        workspace_options(mechanism),
+        options,
         mechanism.protocol.candidates if count is None else count,
         mechanism.protocol.seed if seed is None else seed,
     )

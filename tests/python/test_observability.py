@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin import _core
 
 
 def largest_deviation(mechanism, reference, poses):
@@ -55,3 +56,26 @@ def test_expected_accuracy_equals_the_error_of_a_small_disturbance(paper):
 def test_a_tolerance_that_is_no_scale_is_refused(values):
     with pytest.raises(symkin.SymkinError, match="expected a positive standard deviation"):
         symkin.Tolerances(*values)
+
+
+def test_the_sign_of_a_first_order_error_is_that_of_the_model_at_measured_readings(paper):
+    # delta pose = E (model - robot): what evaluate() gives for measurements, and the negative of
+    # what it gives for commanded poses, where the robot takes the pose that the model wanted.
+    poses = symkin.sample_workspace(paper, 5, 2).poses
+    random = np.random.default_rng(4)
+    change = 1e-6 * random.standard_normal(paper.parameters.shape)
+    robot = paper.replace(symmetry=None)
+    model = robot.with_parameters(paper.parameters + change)
+    readings = robot.inverse_kinematics(poses)
+    expected = []
+    for pose, reading in zip(poses, readings, strict=True):
+        legs = [_core.linearise(paper.core, leg, pose[None], reading[[leg]]) for leg in range(3)]
+        by_pose = np.concatenate([rows.by_pose for rows in legs])
+        moved = [rows.by_parameters[0] @ change[leg] for leg, rows in enumerate(legs)]
+        expected.append(-np.linalg.solve(by_pose, moved))
+    measured = symkin.Measurements(poses, readings, np.zeros(5, dtype=np.intp), np.arange(1, 6))
+    of_model = symkin.evaluate(model, measurements=measured).differences
+    of_robot = symkin.evaluate(model, actual=robot, poses=poses).differences
+    np.testing.assert_allclose(of_model, expected, atol=1e-9)
+    np.testing.assert_allclose(of_robot, -np.array(expected), atol=1e-9)
+    assert np.abs(expected).max() > 1e-6

@@ -16,12 +16,12 @@ GROUPS = {
     "3PRP": ("D_6", "D_3"),
     "3PRR": ("D_6", "C_3"),
     "3RPR": ("D_6", "D_3"),
-    "3RPR_end_joint": ("C_3", "C_3"),
+    "3RPR_end_joint": ("D_6", "C_3"),
     "3RRP": ("D_6", "C_3"),
     "3RRR": ("D_6", "C_3"),
     "3RRR_asymmetric": ("C_1", "C_1"),
     "4RRR": ("D_8", "C_4"),
-    "5bar": ("D_2", "D_1"),
+    "5bar": ("D_4", "D_1"),
     "6RRR": ("D_6", "D_3"),
     "hexapod_jugglebot": ("D_6", "D_3"),
 }
@@ -84,9 +84,14 @@ def test_symmetrical_observability_holds_to_rounding(symmetric):
         image = symmetric if keeps else other_working_modes(symmetric)
         image_poses = _core.transform_poses(found.structure, element, symmetric.core, poses)
         for leg, onto in enumerate(found.permutations[element.label]):
-            of_leg = symkin.analyse_observability(symmetric, leg, poses).r_diagonal
-            of_image = symkin.analyse_observability(image, onto, image_poses).r_diagonal
-            np.testing.assert_allclose(of_image, of_leg, rtol=1e-9)
+            of_leg = symkin.analyse_observability(symmetric, leg, poses)
+            of_image = symkin.analyse_observability(image, onto, image_poses)
+            # Gain and offset come last; an element that does not keep the sensors moves the gain's
+            # column by a multiple of the offset's.
+            alike = slice(None) if keeps else slice(None, -2)
+            np.testing.assert_allclose(
+                of_image.r_diagonal[alike], of_leg.r_diagonal[alike], rtol=1e-9
+            )
 
 
 def test_workspace_theorem_and_active_joint_conjecture_hold(symmetric):
@@ -95,7 +100,7 @@ def test_workspace_theorem_and_active_joint_conjecture_hold(symmetric):
     for check in check_elements(symmetric, structure, count=5000, seed=3):
         assert check.mismatches == 0
         assert check.inside > 500
-        assert check.reading_deviation <= 1e-12
+        assert not check.keeps_modes or check.reading_deviation <= 1e-12
 
 
 def test_the_whole_protocol_improves_the_robot(shipped):

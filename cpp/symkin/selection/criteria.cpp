@@ -31,7 +31,8 @@ double criterion_value(const RowMatrix& information, const SelectionOptions& opt
   }
   const auto p = static_cast<double>(information.rows());
   if (options.criterion == Criterion::O1) {
-    return std::exp(log_determinant(factor) / (2 * p)) / p;
+    const Vector scale = scale_or_ones(options, information.rows());
+    return std::exp(log_determinant(factor) / (2 * p) + scale.array().log().mean()) / p;
   }
   if (options.criterion == Criterion::expected_error) {
     return (factor * options.error_weight).cwiseProduct(factor).sum();

@@ -19,8 +19,9 @@ enum class SelectionMethod {
 };
 
 // What is made as large as possible (expected_error: as small). With the singular values s of the
-// selected rows (and of the prior's): O1 = (s_1 ... s_p)^(1/p) / p, O2 = s_p / s_1, O3 = s_p,
-// O4 = s_p^2 / s_1, O5 = 1 / sum(1 / s_i), expected_error = trace(M^-1 B).
+// selected rows (and of the prior's), parameters in units of the column scale:
+// O1 = (s_1 ... s_p)^(1/p) / p, O2 = s_p / s_1, O3 = s_p, O4 = s_p^2 / s_1, O5 = 1 / sum(1 / s_i),
+// expected_error = trace(M^-1 B).
 enum class Criterion { O1, O2, O3, O4, O5, expected_error };
 
 struct SelectionOptions {
@@ -35,7 +36,7 @@ struct SelectionOptions {
   RowMatrix prior;              // p x p information of what is measured already, or empty
   RowMatrix coordinates;        // n x m: where the candidates are, for the distance
   double minimum_distance = 0;  // between any two selected poses, in the coordinates' unit
-  Vector column_scale;          // p: unit of each parameter in O2 to O5; empty: ones
+  Vector column_scale;          // p: unit of each parameter in O1 to O5; empty: ones
   RowMatrix error_weight;       // p x p: B of expected_error
   double time_limit_s = 10;     // exhaustive
   Index spare_count = 0;        // further poses to name

@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -64,35 +65,47 @@ Eigen::Vector2d centre(const Mechanism& mechanism, bool platform) {
                                  : centre_of_guides(distances, azimuths);
 }
 
-// Azimuth of a leg's end as seen from the centre.
-double azimuth_from(const Mechanism& mechanism, Index leg, bool platform,
-                    const Eigen::Vector2d& from) {
+// A leg's end as seen from the centre, in the plane: a point's place, a guide's direction.
+Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, bool platform,
+                         const Eigen::Vector2d& from) {
   const ChainInfo& chain = mechanism.model().info();
   const End end = end_of(mechanism, leg, platform);
   if (end.azimuth == nullptr) {
-    return 0;
+    return Eigen::Vector2d::Zero();
   }
+  const Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
   if ((platform ? chain.platform_anchor : chain.base_anchor) != Anchor::point) {
-    return *end.azimuth;
+    return direction;
   }
   const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
-  const Eigen::Vector2d point =
-      *end.radius * sine * Eigen::Vector2d(std::cos(*end.azimuth), std::sin(*end.azimuth)) - from;
-  return std::atan2(point.y(), point.x());
+  return *end.radius * sine * direction - from;
 }
 
-// Axis that mirrors every leg onto its partner, averaged over the legs; from 0 to pi.
+// The leg whose end is farthest from the centre: of one at the centre the azimuth means nothing.
+Index farthest_leg(const Mechanism& mechanism, bool platform, const Eigen::Vector2d& from) {
+  Index farthest = 0;
+  double distance = 0;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const double candidate = end_from(mechanism, leg, platform, from).norm();
+    if (candidate > distance * (1 + 1e-6)) {
+      farthest = leg;
+      distance = candidate;
+    }
+  }
+  return farthest;
+}
+
+// Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi.
 double mirror_axis(const Mechanism& mechanism, const std::vector<Index>& partner, bool platform,
                    const Eigen::Vector2d& from) {
-  double sine = 0;
-  double cosine = 0;
+  // Mirrored about the axis a, an end e becomes the conjugate of e turned by 2 a.
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t leg = 0; leg < partner.size(); ++leg) {
-    const double doubled = azimuth_from(mechanism, static_cast<Index>(leg), platform, from) +
-                           azimuth_from(mechanism, partner[leg], platform, from);
-    sine += std::sin(doubled);
-    cosine += std::cos(doubled);
+    const Eigen::Vector2d a = end_from(mechanism, static_cast<Index>(leg), platform, from);
+    const Eigen::Vector2d b = end_from(mechanism, partner[leg], platform, from);
+    sum += Eigen::Vector2d(a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x());
   }
-  const double axis = std::atan2(sine, cosine) / 2;
+  const double axis = std::atan2(sum.y(), sum.x()) / 2;
   return axis < 0 ? axis + kPi : axis;
 }
 
@@ -111,31 +124,57 @@ int largest_rotation(const Mechanism& mechanism, const SymmetryFrame& frame,
   return 1;
 }
 
+// The axis halfway between two legs' ends.
+double halfway(const Mechanism& mechanism, Index leg, Index partner, bool platform,
+               const Eigen::Vector2d& from) {
+  const Eigen::Vector2d a = end_from(mechanism, leg, platform, from);
+  const Eigen::Vector2d b = end_from(mechanism, partner, platform, from);
+  return (std::atan2(a.y(), a.x()) + std::atan2(b.y(), b.x())) / 2;
+}
+
+// A frame whose axes mirror one leg onto a partner at the base, and one at the platform, corrected
+// by what these axes do to all legs.
+SymmetryFrame mirror_frame(const Mechanism& mechanism, const SymmetryFrame& centred,
+                           const std::array<Index, 2>& legs, const std::array<Index, 2>& partners,
+                           const SymmetryTolerance& tolerance) {
+  SymmetryFrame frame = centred;
+  frame.base_axis = halfway(mechanism, legs[0], partners[0], false, frame.base_centre);
+  frame.platform_axis = halfway(mechanism, legs[1], partners[1], true, frame.platform_centre);
+  const ElementImage rough =
+      image_of_legs(mechanism, SymmetryGroup(1, true, frame), {0, true}, tolerance);
+  frame.base_axis = mirror_axis(mechanism, rough.permutation, false, frame.base_centre);
+  frame.platform_axis = mirror_axis(mechanism, rough.permutation, true, frame.platform_centre);
+  const auto at_centre = [&](bool platform, Index leg, const Eigen::Vector2d& from) {
+    return end_from(mechanism, leg, platform, from).norm() <= tolerance.length;
+  };
+  if (mechanism.pose_space() == PoseSpace::point ||
+      at_centre(true, legs[1], frame.platform_centre)) {
+    frame.platform_axis = frame.base_axis;
+  } else if (at_centre(false, legs[0], frame.base_centre)) {
+    frame.base_axis = frame.platform_axis;
+  }
+  return frame;
+}
+
 // The reflection with the smallest axis, its frame; none if no pair of legs suggests one.
 std::optional<SymmetryFrame> find_reflection(const Mechanism& mechanism,
                                              const SymmetryFrame& centred,
                                              const SymmetryTolerance& tolerance) {
   std::optional<SymmetryFrame> best;
+  const std::array<Index, 2> legs{farthest_leg(mechanism, false, centred.base_centre),
+                                  farthest_leg(mechanism, true, centred.platform_centre)};
   for (Index partner = 0; partner < mechanism.leg_count(); ++partner) {
-    SymmetryFrame frame = centred;
-    const auto halfway = [&](bool platform, const Eigen::Vector2d& from) {
-      return (azimuth_from(mechanism, 0, platform, from) +
-              azimuth_from(mechanism, partner, platform, from)) /
-             2;
-    };
-    frame.base_axis = halfway(false, frame.base_centre);
-    frame.platform_axis = halfway(true, frame.platform_centre);
-    const ElementImage rough =
-        image_of_legs(mechanism, SymmetryGroup(1, true, frame), {0, true}, tolerance);
-    frame.base_axis = mirror_axis(mechanism, rough.permutation, false, frame.base_centre);
-    frame.platform_axis = mirror_axis(mechanism, rough.permutation, true, frame.platform_centre);
-    if (mechanism.pose_space() == PoseSpace::point) {
-      frame.platform_axis = frame.base_axis;
-    }
-    const bool smaller = !best.has_value() || frame.base_axis < best->base_axis;
-    if (smaller &&
-        keeps_structure(mechanism, SymmetryGroup(1, true, frame), {0, true}, tolerance)) {
-      best = frame;
+    for (Index other = 0; other < mechanism.leg_count(); ++other) {
+      if (legs[0] == legs[1] && other != partner) {
+        continue;
+      }
+      const SymmetryFrame frame =
+          mirror_frame(mechanism, centred, legs, {partner, other}, tolerance);
+      const bool smaller = !best.has_value() || frame.base_axis < best->base_axis;
+      if (smaller &&
+          keeps_structure(mechanism, SymmetryGroup(1, true, frame), {0, true}, tolerance)) {
+        best = frame;
+      }
     }
   }
   return best;
@@ -183,15 +222,33 @@ double median(std::vector<double> values) {
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-}  // namespace
-
-DetectedSymmetry detect_symmetry(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
+SymmetryGroup largest_group(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
   SymmetryFrame frame;
   frame.base_centre = centre(mechanism, false);
   frame.platform_centre = centre(mechanism, true);
   const int rotations = largest_rotation(mechanism, frame, tolerance);
   const auto reflection = find_reflection(mechanism, frame, tolerance);
-  const SymmetryGroup structure(rotations, reflection.has_value(), reflection.value_or(frame));
+  return {rotations, reflection.has_value(), reflection.value_or(frame)};
+}
+
+// The same legs, with the normals of all guides pointing away from the origins.
+Mechanism with_guides_outward(const Mechanism& mechanism) {
+  std::vector<Leg> legs;
+  for (const Leg& leg : mechanism.legs()) {
+    legs.push_back(with_guides_outward(leg, mechanism.model().info()));
+  }
+  return {mechanism.name(), mechanism.model(), std::move(legs)};
+}
+
+}  // namespace
+
+DetectedSymmetry detect_symmetry(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
+  SymmetryGroup structure = largest_group(mechanism, tolerance);
+  // About a centre off the origin normals may well point inward; as they are given comes first.
+  const SymmetryGroup outward = largest_group(with_guides_outward(mechanism), tolerance);
+  if (outward.size() > structure.size()) {
+    structure = outward;
+  }
   std::vector<ElementImage> images;
   for (const SymmetryElement element : structure.elements()) {
     images.push_back(image_of_legs(mechanism, structure, element, tolerance));

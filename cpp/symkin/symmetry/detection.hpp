@@ -9,14 +9,16 @@ namespace symkin {
 
 // The symmetry of a mechanism, found from its legs alone.
 struct DetectedSymmetry {
-  SymmetryGroup structure;   // G_M: largest group that maps the legs onto themselves, modes aside
+  SymmetryGroup structure;   // G_M: largest group that maps the legs onto themselves, working
+                             // modes and sensors aside
   SymmetryGroup with_modes;  // its subgroup that keeps the working modes too
   std::vector<ElementImage> images;  // what each element of `structure` does to the legs
 };
 
 // Finds the largest group C_n or D_n, about any centre and with any axis, within the tolerance:
 // the centre of base and platform from all legs, rotations by their order, reflections by the
-// axes on which pairs of legs mirror each other. A mechanism without symmetry has C_1.
+// axes on which pairs of legs mirror each other. A mechanism without symmetry has C_1. Symmetries
+// are about Z; those about tilted axes are not looked for.
 DetectedSymmetry detect_symmetry(const Mechanism& mechanism,
                                  const SymmetryTolerance& tolerance = {});
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/symmetry/verification.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 #include <sstream>
 
@@ -14,54 +14,15 @@ namespace {
 // Elements that carry a leg equally well differ by rounding only; the first of them is taken.
 constexpr double kTie = 1e-3;  // tolerances
 
-bool is_turning(const ParameterInfo& parameter, const ChainInfo& chain) {
-  switch (parameter.role) {
-    case ParameterRole::base_azimuth:
-    case ParameterRole::platform_azimuth:
-    case ParameterRole::polar_angle:
-      return true;
-    case ParameterRole::offset:
-      return is_angle(chain.active_joint);
-    default:
-      return false;
-  }
-}
-
-double tolerance_of(const ParameterInfo& parameter, const ChainInfo& chain,
-                    const SymmetryTolerance& tolerance) {
-  if (parameter.role == ParameterRole::gain) {
-    return tolerance.gain;
-  }
-  return is_turning(parameter, chain) ? tolerance.angle : tolerance.length;
-}
-
-// The parameter by which two legs differ most, in tolerances.
-LegDeviation compare(const Leg& image, const Leg& leg, const ChainInfo& chain,
-                     const SymmetryTolerance& tolerance) {
-  LegDeviation worst;
-  const Vector differences = parameter_differences(leg, image, chain);
-  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    const ParameterInfo& parameter = chain.parameters[i];
-    const double deviation = differences[static_cast<Index>(i)];
-    const double in_tolerances = std::abs(deviation) / tolerance_of(parameter, chain, tolerance);
-    if (in_tolerances > worst.in_tolerances) {
-      worst.parameter = parameter.name;
-      worst.deviation = deviation;
-      worst.in_tolerances = in_tolerances;
-    }
-  }
-  worst.same_mode = image.working_mode == leg.working_mode;
-  return worst;
-}
-
 LegDeviation nearest_leg(const Mechanism& mechanism, const Leg& image,
-                         const SymmetryTolerance& tolerance) {
+                         const ComparisonUnits& units) {
   LegDeviation nearest;
   nearest.in_tolerances = std::numeric_limits<double>::infinity();
   for (Index other = 0; other < mechanism.leg_count(); ++other) {
     LegDeviation candidate =
-        compare(image, mechanism.leg(other), mechanism.model().info(), tolerance);
-    if (candidate.in_tolerances < nearest.in_tolerances) {
+        compare_structure(image, mechanism.leg(other), mechanism.model().info(), units);
+    const bool same = candidate.same_mode && !nearest.same_mode;
+    if (candidate.in_tolerances < nearest.in_tolerances - (same ? -kTie : 0)) {
       nearest = std::move(candidate);
       nearest.nearest = other;
     }
@@ -79,17 +40,6 @@ std::string describe(const SymmetryElement& element, const LegDeviation& deviati
 
 }  // namespace
 
-Vector parameter_differences(const Leg& leg, const Leg& other, const ChainInfo& chain) {
-  Vector differences = leg.parameters - other.parameters;
-  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    if (is_turning(chain.parameters[i], chain)) {
-      double& difference = differences[static_cast<Index>(i)];
-      difference = wrap_angle(difference);
-    }
-  }
-  return differences;
-}
-
 ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& group,
                            SymmetryElement element, const SymmetryTolerance& tolerance) {
   ElementImage result;
@@ -97,12 +47,14 @@ ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& grou
   std::vector<bool> hit(static_cast<std::size_t>(mechanism.leg_count()), false);
   result.keeps_structure = true;
   result.keeps_modes = true;
+  const ComparisonUnits units = comparison_units(mechanism, tolerance);
+  const ChainInfo& chain = mechanism.model().info();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Leg image = transform_leg(group, element, mechanism.model().info(), mechanism.leg(leg));
-    LegDeviation deviation = nearest_leg(mechanism, image, tolerance);
+    const Leg image = transform_leg(group, element, chain, mechanism.leg(leg));
+    LegDeviation deviation = nearest_leg(mechanism, image, units);
     deviation.leg = leg;
     const auto target = static_cast<std::size_t>(deviation.nearest);
-    result.keeps_structure &= deviation.in_tolerances <= 1 && !hit[target];
+    result.keeps_structure &= deviation.in_tolerances <= kImageTolerances && !hit[target];
     result.keeps_modes &= deviation.same_mode;
     hit[target] = true;
     result.permutation.push_back(deviation.nearest);
@@ -120,7 +72,7 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
       continue;
     }
     for (const LegDeviation& deviation : image.deviations) {
-      if (deviation.in_tolerances > 1) {
+      if (deviation.in_tolerances > kImageTolerances) {
         throw SymmetryMismatch("mechanism \"" + mechanism.name() + "\" does not have the group " +
                                group.name() + ": " + describe(element, deviation));
       }
@@ -134,11 +86,7 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance) {
   const ChainInfo& chain = mechanism.model().info();
-  const auto distance = [&](Index from, SymmetryElement element, Index to) {
-    const Leg image = transform_leg(group, element, chain, mechanism.leg(from));
-    const LegDeviation deviation = compare(image, mechanism.leg(to), chain, tolerance);
-    return deviation.same_mode ? deviation.in_tolerances : std::numeric_limits<double>::infinity();
-  };
+  const ComparisonUnits units = comparison_units(mechanism, tolerance);
   std::vector<Carrier> carriers;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     Carrier found{leg, {}};
@@ -146,12 +94,22 @@ std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGrou
       if (carriers[static_cast<std::size_t>(reference)].reference != reference) {
         continue;
       }
-      double nearest = 1 + kTie;
+      double nearest = std::numeric_limits<double>::infinity();
+      double sensor = nearest;
       for (const SymmetryElement element : group.elements()) {
-        const double candidate = distance(reference, element, leg);
-        if (candidate < nearest - kTie) {
+        const Leg image = transform_leg(group, element, chain, mechanism.leg(reference));
+        const Leg& here = mechanism.leg(leg);
+        const LegDeviation deviation = compare_structure(image, here, chain, units);
+        if (!deviation.same_mode || deviation.in_tolerances > kImageTolerances) {
+          continue;
+        }
+        const double candidate = structure_apart(image, here, chain, units);
+        const double of_sensor = sensors_apart(image, here, chain, units);
+        if (candidate < nearest - kTie ||
+            (candidate < nearest + kTie && of_sensor < sensor - kTie)) {
           found = {reference, element};
-          nearest = candidate;
+          nearest = std::min(nearest, candidate);
+          sensor = of_sensor;
         }
       }
     }

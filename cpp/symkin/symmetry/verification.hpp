@@ -1,29 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "symkin/mechanism.hpp"
 #include "symkin/symmetry/group.hpp"
+#include "symkin/symmetry/leg_comparison.hpp"
 
 namespace symkin {
-
-struct SymmetryTolerance {
-  double length = 1e-6;  // m
-  double angle = 1e-6;   // rad
-  double gain = 1e-6;
-};
-
-// How one leg's image differs from a leg of the mechanism, in units of the tolerance.
-struct LegDeviation {
-  Index leg = 0;             // whose image is compared
-  Index nearest = 0;         // the leg that the image is nearest to
-  std::string parameter;     // that deviates most; empty if nothing does
-  double deviation = 0;      // of that parameter: m, rad or gain
-  double in_tolerances = 0;  // the same over its tolerance; <= 1 means the leg maps
-  bool same_mode = true;     // the image has the nearest leg's working mode
-};
 
 // What an element does to the legs.
 struct ElementImage {
@@ -34,16 +18,14 @@ struct ElementImage {
   bool keeps_modes = false;              // and the working modes too
 };
 
-// Parameters of one leg less those of another, angles by the shortest turn.
-Vector parameter_differences(const Leg& leg, const Leg& other, const ChainInfo& chain);
-
 // Images of the legs under one element.
 ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& group,
                            SymmetryElement element, const SymmetryTolerance& tolerance = {});
 
 // Throws SymmetryMismatch that names element, leg, parameter and deviation, unless every element
-// of the group maps the structure onto itself. Working modes are not asked for: a reflection of a
-// 3-RRR flips them, and still belongs to its structure (Eq. 18).
+// of the group maps the structure onto itself. Neither working modes nor sensors are asked for: a
+// reflection of a 3-RRR flips its modes, and still belongs to its structure (Eq. 18); where an
+// encoder has its zero is not part of it (conditions 4(5), 5(6) and 5(7)).
 void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
                      const SymmetryTolerance& tolerance = {});
 
@@ -54,7 +36,8 @@ struct Carrier {
 };
 
 // For each leg the first leg of its orbit, and the element that carries it there with the least
-// deviation; a leg that no element reaches is its own reference.
+// deviation, of several that do so equally well the one that carries the sensor best; a leg that no
+// element reaches is its own reference.
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance = {});
 

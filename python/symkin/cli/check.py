@@ -45,7 +45,8 @@ def check(
 
     With --out, writes report.html, its figures and check.json, and the last line printed is the
     report's path. Legs that do not have the symmetry declared beside them are shown like any
-    others, then refused.
+    others, then refused; so is a workspace that cannot be sampled, such as one around a singular
+    home, without what rests on its poses.
     """
     from symkin.check_document import check_document
     from symkin.checking import check_mechanism
@@ -70,6 +71,8 @@ def check(
             say()
             say(str(out / "report.html"))
     symkin.load_mechanism(mechanism)  # tells in one sentence if the declared symmetry is absent
+    if result.unusable is not None:
+        raise result.unusable
 
 
 def _show(result: CheckResult) -> None:
@@ -118,7 +121,8 @@ def _angle(words: str) -> str:
 
 def _show_deviations(result: CheckResult) -> None:
     """Print what breaks the symmetry, largest first."""
-    mechanism, deviations = result.mechanism, result.comparison.deviations
+    mechanism, comparison = result.mechanism, result.comparison
+    deviations = comparison.deviations + comparison.sensor_deviations
     units = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
     for found in deviations[:_SHOWN_DEVIATIONS]:
         value = f"{found.deviation:+.6f} {units[found.parameter]}".rstrip()
@@ -143,6 +147,8 @@ def _show_legs(result: CheckResult) -> None:
             ),
         ],
     )
+    for sentence in result.undefined:
+        say(sentence)
 
 
 def _show_home(result: CheckResult) -> None:
@@ -165,7 +171,7 @@ def _show_workspace(result: CheckResult) -> None:
     say()
     sample = result.sample
     if sample is None:
-        say("no [workspace] in the file, so identifiability is not checked")
+        say(f"conditions and identifiability are not tested: {result.untested}")
         return
     causes = ", ".join(f"{cause} {count}" for cause, count in sample.rejected.items())
     say(f"workspace: {result.share:.0%} of its box ({sample.drawn} poses drawn)")

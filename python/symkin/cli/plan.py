@@ -223,7 +223,7 @@ def _show(
             for name in legs[0]["r_diagonal"]
         ]
         + [
-            ("O1", numbers([leg["indices"]["O1"] for leg in legs])),
+            (f"O1, {made.row_kind} rows", numbers([leg["indices"]["O1"] for leg in legs])),
             ("poses", [str(leg["poses"]) for leg in legs]),
             ("spares", [str(leg["spares"]) for leg in legs]),
         ],

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, error_weight, tolerances_of
@@ -25,6 +25,7 @@ from symkin.planning.limits import (
 from symkin.planning.plan import ChosenPoses
 from symkin.planning.spares import spare_poses
 from symkin.selection import Criterion, Selection, SelectionMethod, select_poses
+from symkin.undefined_angles import undefined_angles
 
 __all__ = ["Chosen", "Demands", "choose"]
 
@@ -125,7 +126,9 @@ def choose(demands: Demands, task: Task, kept: Clearance) -> Chosen:
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
     prior = _prior(demands, task)
-    selection = select_poses(
+    selection = _select(
+        demands,
+        task,
         rows,
         wanted,
         demands.seed,
@@ -158,6 +161,17 @@ def choose(demands: Demands, task: Task, kept: Clearance) -> Chosen:
         )
         spares = poses[found]
     return Chosen(task, selection, poses[chosen], spares, excluded)
+
+
+def _select(demands: Demands, task: Task, *args: Any, **settings: Any) -> Selection:
+    """Select; a refusal says so if a joint's angle is undefined, which no pose can show."""
+    try:
+        return select_poses(*args, **settings)
+    except NotIdentifiableError as error:
+        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
+        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
+        error.args = ("; ".join([str(error), *causes]),)
+        raise
 
 
 def _prior(demands: Demands, task: Task) -> NDArray[np.float64] | None:

@@ -111,6 +111,11 @@ class Plan:
             if count != rows:
                 raise MeasurementError(f"the plan has {count} {name} for {rows} poses")
 
+    @property
+    def row_kind(self) -> RowKind:
+        """What its poses were chosen by; of a plan that does not say, the paper's rows."""
+        return "paper" if self.basis is None else self.basis.rows
+
     def rows_of_set(self, number: int, *, spare: bool = False) -> NDArray[np.intp]:
         """Return the rows, from 0, of a set (0 for all legs) in its order; or its spares."""
         rows = np.flatnonzero((self.leg_sets == number) & (self.spare == spare))

@@ -59,7 +59,7 @@ def _drawn(result: CheckResult) -> DrawnSymmetry:
 
 def _identifiability(result: CheckResult) -> Section:
     if result.sample is None:
-        text = "The file has no workspace, so there are no poses to look at."
+        text = f"There are no poses to look at: {result.untested}."
         return Section("observability", "Identifiability", [text])
     section = observability_section(result.mechanism, result.leg_poses, symmetric=True)
     poses = plural(len(result.sample.poses), "pose")
@@ -77,11 +77,12 @@ def _summary(result: CheckResult) -> Summary:
     doubts = _doubts(result)
     blind = any(leg.unseen for leg in result.observability)
     absent = comparison.declared is not None and comparison.reference is comparison.declared
+    bad = blind or absent or result.unusable is not None
     return Summary(
         title=f"{mechanism.name}: check",
         subtitle=f"{plural(len(mechanism.legs), 'leg')}, chain {mechanism.chain}",
         figures=_figures(result),
-        verdict="bad" if blind or absent else "doubtful" if doubts else "good",
+        verdict="bad" if bad else "doubtful" if doubts else "good",
         judgement=_judgement(result, blind),
         doubts=doubts,
         paragraphs=comparison.sentences,
@@ -92,6 +93,8 @@ def _judgement(result: CheckResult, blind: bool) -> str:
     if blind:
         return "Some combinations of parameters are shown by no pose of the workspace"
     if result.conditions is None:
+        if result.unusable is not None:
+            return "No pose of the workspace can be drawn: conditions and the rest are not tested"
         return "Without a workspace in the file, conditions and identifiability are not tested"
     if all(condition.holds for condition in result.conditions.conditions):
         return "The paper's conditions hold, and every parameter can be identified"
@@ -104,6 +107,9 @@ def _doubts(result: CheckResult) -> list[str]:
         for leg, shown in enumerate(result.observability, 1)
         for combination in shown.unseen
     ]
+    doubts += result.undefined
+    if result.unusable is not None:
+        doubts.append(str(result.unusable))
     if result.conditions is not None:
         doubts += [
             f"{condition.section}({condition.number}) {condition.text}: {condition.figure}"
@@ -120,7 +126,8 @@ def _figures(result: CheckResult) -> Sequence[tuple[str, str, str]]:
         ("With the working modes", kept.title, plural(len(kept.elements), "element")),
     ]
     if result.conditions is None:
-        return [*figures, ("Conditions", NONE, "no workspace in the file")]
+        why = "no workspace in the file" if result.unusable is None else "workspace not sampled"
+        return [*figures, ("Conditions", NONE, why)]
     conditions = result.conditions.conditions
     holding = sum(condition.holds for condition in conditions)
     names = len(result.mechanism.parameter_names)

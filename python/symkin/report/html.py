@@ -66,7 +66,7 @@ def write_report(
         symmetry_section(nominal),
         workspace_section(nominal, result.candidates, plan),
         plan_section(nominal, plan, result.simulation),
-        observability_section(nominal, sets, symmetric=symmetric),
+        observability_section(nominal, sets, symmetric=symmetric, rows=plan.row_kind),
         identification_section(
             nominal,
             result.simulation.measurements,

@@ -54,7 +54,7 @@ def write_plan_report(
     sections = [
         plan_section(mechanism, plan),
         workspace_section(mechanism, candidates, plan),
-        observability_section(mechanism, sets, symmetric=symmetric),
+        observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind),
         mechanism_section(mechanism, candidates.poses[:1]),
     ]
     return write_page(_plan_summary(mechanism, plan, expected), sections, folder / "plan.html")

@@ -98,6 +98,49 @@ TEST(SymmetryDetection, SeesThroughErrorsWithinTheToleranceAndNotBeyond) {
   EXPECT_EQ(detect_symmetry(made, {0.02, 0.02, 0.02}).structure.name(), "D_3");
 }
 
+// Every parameter of the structure off by the whole tolerance, up or down; the sensors by anything.
+Mechanism with_errors(const Mechanism& drawing, double tolerance, Random& random) {
+  RowMatrix parameters = drawing.parameters();
+  const Index structure = parameters.cols() - 2;
+  for (Index leg = 0; leg < parameters.rows(); ++leg) {
+    for (Index i = 0; i < structure; ++i) {
+      parameters(leg, i) += random.uniform() < 0.5 ? -tolerance : tolerance;
+    }
+    parameters(leg, structure) *= 1 + random.uniform();
+    parameters(leg, structure + 1) += random.uniform();
+  }
+  return drawing.with_parameters(parameters);
+}
+
+TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInEveryChainWhateverItsSensors) {
+  Random random(8);
+  for (const std::string& chain : chain_names()) {
+    if (chain == "U[P]S") {
+      continue;
+    }
+    for (const SymmetryGroup& group :
+         {SymmetryGroup::named("C3"), SymmetryGroup::named("C5"), SymmetryGroup::named("D2", 0.4),
+          SymmetryGroup::named("D3", 0.4), SymmetryGroup(4, false, anywhere()),
+          SymmetryGroup(3, true, anywhere())}) {
+      const Mechanism drawing = generated(chain, Platform::rigid, group, group.size());
+      for (int made = 0; made < 4; ++made) {
+        const Mechanism robot = with_errors(drawing, 1e-4, random);
+        const SymmetryGroup found = detect_symmetry(robot, {1e-4, 1e-4, 1e-4}).with_modes;
+        EXPECT_EQ(found.rotations(), group.rotations()) << chain << " " << group.name();
+        EXPECT_GE(found.size(), group.size()) << chain << " " << group.name();
+      }
+    }
+  }
+}
+
+TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInAHexapod) {
+  Random random(8);
+  for (int made = 0; made < 20; ++made) {
+    const Mechanism robot = with_errors(testing::hexapod(), 1e-6, random);
+    EXPECT_EQ(detect_symmetry(robot).with_modes.name(), "D_3");
+  }
+}
+
 TEST(SymmetryDetection, AnAsymmetricMechanismIsTrivial) {
   RowMatrix parameters = testing::paper_3rrr().parameters();
   parameters(1, 0) += 0.1;

@@ -203,7 +203,7 @@ def test_a_group_that_the_listed_legs_do_not_have_is_refused_at_its_declaration(
     refused: Refused, listed_text: str
 ) -> None:
     text = listed_text.replace("[[legs]]  # left", '[symmetry]\ngroup = "C3"\n\n[[legs]]', 1)
-    refused(text, "[symmetry]", "symmetry", "leg 1", "leg 2", "sensor_offset")
+    refused(text, "[symmetry]", "symmetry", "leg 1", "leg 2", "distal_length")
 
 
 def test_a_group_that_the_listed_legs_have_is_kept(write: Write, paper: Mechanism) -> None:

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symkin
+from symkin.documents import plan_document
 from symkin.observability import mechanism_rows
 from symkin.planning import predict_accuracy
 from symkin.symmetry import observability_group
@@ -135,3 +136,12 @@ def test_what_no_pose_can_show_is_named():
     reached = poses[np.isfinite(mechanism.inverse_kinematics(poses)).all(axis=1)]
     with pytest.raises(symkin.NotIdentifiableError, match=r"not shown: .*platform_"):
         symkin.make_plan(mechanism, reached)
+
+
+@pytest.mark.parametrize("rows", ["paper", "noise_aware"])
+def test_o1_of_a_plan_is_one_figure_wherever_it_is_shown(paper, rows):
+    poses = symkin.sample_workspace(paper, 300, 1).poses
+    plan = symkin.make_plan(paper, poses, 12, rows=rows, spares=0)
+    (choice,) = plan.basis.choices
+    for leg in plan_document(paper, plan)["legs"]:
+        assert leg["indices"]["O1"] == pytest.approx(choice.selection.criterion_value, rel=1e-9)

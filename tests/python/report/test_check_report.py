@@ -54,5 +54,5 @@ def test_what_breaks_a_near_symmetry_is_listed_largest_first(paper, page_of, tmp
     rows = page.tables["What breaks D6"][1:]
     first = result.comparison.deviations[0]
     assert rows[0][0] == f"leg {first.leg + 1}, {first.parameter}"
-    assert len(rows) == len(result.comparison.deviations)
+    assert len(rows) == len(result.comparison.deviations + result.comparison.sensor_deviations)
     assert 'class="verdict doubtful"' in page.source

@@ -128,7 +128,9 @@ def test_observability_of_all_legs_is_the_results(run):
         shown = page.row(caption, name)
         assert shown[:-1] == [significant(leg.r_diagonal[i]) for leg in legs]
     assert page.row(caption, "O1, all parameters (D-optimality)")[:-1] == [
-        significant(leg.indices["O1"]) for leg in legs
+        significant(choice.selection.criterion_value)
+        for choice in plan.basis.choices
+        for _ in choice.legs
     ]
     assert "their observability is symmetrical" in page.source
 

@@ -20,7 +20,7 @@ def conditions_section(result: CheckResult) -> Section:
     """List the conditions (1)-(5) of section 4 and (1)-(7) of section 5."""
     conditions = result.conditions
     if conditions is None:
-        text = "The file has no workspace, so the conditions are not tested."
+        text = f"The conditions are not tested: {result.untested}."
         return Section("conditions", "Conditions", [text])
     paragraph = (
         f"Each element of {conditions.group.paper_name} was tested on {count(conditions.tested)} "

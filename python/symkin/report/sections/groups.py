@@ -17,7 +17,7 @@ __all__ = ["groups_section"]
 def groups_section(result: CheckResult) -> Section:
     """State G_M, G_W, G_Q and G_C, and compare them with what is declared."""
     parts = [_groups(result), _legs(result)]
-    if result.comparison.deviations:
+    if result.comparison.deviations or result.comparison.sensor_deviations:
         parts.append(_deviations(result))
     paragraphs = [*result.comparison.sentences, result.orbits_in_words]
     return Section("symmetry", "Symmetry", paragraphs, parts)
@@ -61,7 +61,7 @@ def _deviations(result: CheckResult) -> Table:
     mechanism, comparison = result.mechanism, result.comparison
     units = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
     rows = []
-    for found in comparison.deviations:
+    for found in comparison.deviations + comparison.sensor_deviations:
         unit = units[found.parameter]
         known = not math.isnan(found.standard_deviation)
         rows.append(
@@ -72,6 +72,7 @@ def _deviations(result: CheckResult) -> Table:
                 quantity(found.standard_deviation, unit, 2).strip() if known else NONE,
             )
         )
-    assert comparison.reference is not None
+    reference = comparison.reference
     columns = ("Parameter", "Deviation", "In tolerances", "Standard deviation")
-    return Table(f"What breaks {comparison.reference.paper_name}", columns, [Group(rows)])
+    broken = reference.paper_name if reference else "the symmetry of the sensors"
+    return Table(f"What breaks {broken}", columns, [Group(rows)])

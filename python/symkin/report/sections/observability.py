@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
-from symkin.observability import Observability, analyse_observability, observability_rows
+from symkin.observability import (
+    Observability,
+    RowKind,
+    analyse_observability,
+    observability_rows,
+)
 from symkin.report.content import Group, Section, Table, image
 from symkin.report.figures import observability_figure
 from symkin.report.wording import plural, significant
@@ -29,7 +34,11 @@ _INDICES = {
 
 
 def observability_section(
-    mechanism: Mechanism, sets: Sequence[NDArray[np.float64]], *, symmetric: bool
+    mechanism: Mechanism,
+    sets: Sequence[NDArray[np.float64]],
+    *,
+    symmetric: bool,
+    rows: RowKind = "paper",
 ) -> Section:
     """Compare the observability of all legs.
 
@@ -41,6 +50,8 @@ def observability_section(
         Poses of each leg; those that the leg cannot reach are left out, and said so.
     symmetric : bool
         Whether the sets were made to be images of each other.
+    rows : {"paper", "noise_aware"}
+        Of which rows the indices are: those that poses were chosen by.
 
     Returns
     -------
@@ -53,6 +64,10 @@ def observability_section(
         return Section("observability", "Observability", [f"Not analysed: {error}."])
     diagonals = np.array([leg.r_diagonal for leg in legs])
     deviations = _largest_deviations(diagonals)
+    indices = [
+        analyse_observability(mechanism, leg, poses, rows).indices
+        for leg, poses in enumerate(reached)
+    ]
     left_out = sum(map(len, sets)) - sum(map(len, reached))
     paragraphs = [_EXPLANATION]
     if symmetric and observability_group(mechanism) is not None:
@@ -65,7 +80,7 @@ def observability_section(
         alternative=f"Bars of {_R} for every parameter, all legs side by side.",
         caption=f"{_R} of every parameter, all legs at their own poses.",
     )
-    table = _table(mechanism, legs, diagonals, deviations)
+    table = _table(mechanism, legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
     return Section("observability", "Observability", paragraphs, [bars, table])
 
 
@@ -116,20 +131,28 @@ def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
     return deviations
 
 
+def _indices(legs: Sequence[dict[str, float]]) -> list[tuple[str, ...]]:
+    return [
+        (label, *(significant(leg[key]) for leg in legs), "") for key, label in _INDICES.items()
+    ]
+
+
+def _of(rows: RowKind) -> str:
+    """Whose indices they are: those that a plan's selection made large."""
+    return "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
+
+
 def _table(
     mechanism: Mechanism,
     legs: Sequence[Observability],
     diagonals: NDArray[np.float64],
     deviations: NDArray[np.float64],
+    indices: Group,
 ) -> Table:
     names = mechanism.parameter_names
     visible = [
         (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
         for i, name in enumerate(names)
-    ]
-    indices = [
-        (label, *(significant(leg.indices[key]) for leg in legs), "")
-        for key, label in _INDICES.items()
     ]
     ranks = [
         ("condition number, free of units", *(significant(leg.condition) for leg in legs), ""),
@@ -141,7 +164,7 @@ def _table(
         ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation"),
         [
             Group(visible, f"{_R}, SI units"),
-            Group(indices, "Indices"),
+            indices,
             Group(ranks, "Identifiability"),
         ],
     )
