@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <string>
 
 #include "symkin/error.hpp"
 #include "symkin/symmetry/action.hpp"
@@ -79,6 +80,14 @@ std::string describe(const SymmetryElement& element, const LegDeviation& deviati
 
 }  // namespace
 
+void SymmetryTolerance::check() const {
+  for (const double value : {length, angle, gain}) {
+    if (!(value >= 0)) {
+      throw InvalidInput("symmetry tolerance " + std::to_string(value) + "; expected zero or more");
+    }
+  }
+}
+
 Vector parameter_differences(const Leg& leg, const Leg& other, const ChainInfo& chain) {
   Vector differences = leg.parameters - other.parameters;
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
@@ -92,6 +101,7 @@ Vector parameter_differences(const Leg& leg, const Leg& other, const ChainInfo& 
 
 ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& group,
                            SymmetryElement element, const SymmetryTolerance& tolerance) {
+  tolerance.check();
   ElementImage result;
   result.element = element;
   std::vector<bool> hit(static_cast<std::size_t>(mechanism.leg_count()), false);
@@ -133,6 +143,7 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
 
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance) {
+  tolerance.check();
   const ChainInfo& chain = mechanism.model().info();
   const auto distance = [&](Index from, SymmetryElement element, Index to) {
     const Leg image = transform_leg(group, element, chain, mechanism.leg(from));

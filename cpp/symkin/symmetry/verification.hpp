@@ -13,6 +13,8 @@ struct SymmetryTolerance {
   double length = 1e-6;  // m
   double angle = 1e-6;   // rad
   double gain = 1e-6;
+
+  void check() const;  // throws InvalidInput
 };
 
 // How one leg's image differs from a leg of the mechanism, in units of the tolerance.
