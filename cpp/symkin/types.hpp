@@ -10,8 +10,6 @@ using Vector = Eigen::VectorXd;
 
 // One row a pose (or a candidate): the layout that crosses the Python boundary without a copy.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-// A view of rows that somebody else holds; unlike ConstRows it never holds a copy of its own.
-using RowsView = Eigen::Map<const RowMatrix, 0, Eigen::OuterStride<>>;
 using ConstRows = Eigen::Ref<const RowMatrix>;
 using Rows = Eigen::Ref<RowMatrix>;
 using ConstVector = Eigen::Ref<const Vector>;

@@ -5,12 +5,22 @@
 
 #include "support/mechanisms.hpp"
 #include "symkin/accuracy.hpp"
+#include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
 #include "symkin/simulation.hpp"
 
 namespace symkin {
 namespace {
+
+TEST(Evaluation, RefusesReadingsThatAreNotOneAPose) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  EXPECT_THROW(measurement_errors(mechanism, RowMatrix::Zero(1, 3), RowMatrix::Zero(0, 3)),
+               InvalidInput);
+  EXPECT_THROW(measurement_errors(mechanism, RowMatrix::Zero(1, 3), RowMatrix::Zero(2, 3)),
+               InvalidInput);
+  EXPECT_THROW(accuracy_weights(mechanism, RowMatrix::Zero(0, 3)), InvalidInput);
+}
 
 TEST(Evaluation, IsZeroForThePerfectModel) {
   const Mechanism mechanism = testing::paper_3rrr();

@@ -18,6 +18,9 @@ struct Orbit {
   static Orbit pose_alone() { return {SymmetryGroup(1, false), {SymmetryElement{}}}; }
 };
 
+// Rows that somebody else holds. Unlike ConstRows it never holds a copy of its own.
+using RowsView = Eigen::Map<const RowMatrix, 0, Eigen::OuterStride<>>;
+
 // The observability rows of one leg at candidate poses, made when they are asked for. With an orbit
 // a candidate brings one row an element: that of the leg at the pose carried by the element.
 class LegRows final : public RowSource {
