@@ -86,7 +86,7 @@ def outcome(case: Case, expected: dict[str, Any]) -> str:
         result = case.call(**changes)
     except (TypeError, ValueError, MemoryError):  # symkin's own is a ValueError
         return ""
-    except Exception as error:  # noqa: BLE001
+    except Exception as error:
         return f"{type(error).__name__}: {error}"
     if case.same_values and not same(values_of(result), expected[case.call.name]):
         return "another result than with the same values in an ordinary array"
