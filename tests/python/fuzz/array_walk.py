@@ -128,7 +128,6 @@ def main() -> None:
     warnings.simplefilter("ignore")
     all_calls = list(calls())
     expected = {call.name: values_of(call()) for call in all_calls}
-    begun = time.monotonic()
     single = list(every_single_change(all_calls))
     if not seconds:
         single = random.Random(seed).sample(single, len(single) // 3)
@@ -136,6 +135,7 @@ def main() -> None:
         for number, case in enumerate(single):
             if number >= first:
                 record(number, case, expected, lines)
+        begun = time.monotonic()
         for number, case in enumerate(changes_together(all_calls, seed), len(single)):
             if time.monotonic() - begun > seconds:
                 break
