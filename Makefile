@@ -4,7 +4,7 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run test lint format bench docs clean help system-packages system-lint-packages
+.PHONY: run test sanitize lint format bench docs clean help system-packages system-lint-packages
 
 # Set one to nothing to keep make away from the system's packages.
 SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libgtest-dev libbenchmark-dev \
@@ -33,6 +33,10 @@ test: $(STAMPS)/package $(STAMPS)/test ## Build and run the C++ and the Python t
 	@cmake --build --preset dev --parallel $(JOBS)
 	@scripts/test
 
+sanitize: build/sanitize/configured ## Run the C++ tests under the address and undefined-behaviour sanitizers
+	@cmake --build --preset sanitize --parallel $(JOBS)
+	@ctest --preset sanitize --parallel $(JOBS)
+
 lint: build/dev/configured $(STAMPS)/lint | system-lint-packages ## Check format, style and types
 	@clang-format --dry-run -Werror $(CPP_FILES)
 	@$(PYTHON) -m ruff check --quiet
@@ -58,7 +62,7 @@ clean: ## Remove all that make has made
 
 help: ## Say what make can do
 	@sed -n 's/^\([a-z]*\):.*## /\1 /p' $(MAKEFILE_LIST) | \
-	  while read -r target purpose; do printf '  make %-8s%s\n' "$$target" "$$purpose"; done
+	  while read -r target purpose; do printf '  make %-10s%s\n' "$$target" "$$purpose"; done
 
 system-packages:
 	@scripts/system-packages $(SYSTEM_PACKAGES)
@@ -76,6 +80,12 @@ $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/be
 	@echo "Installing Python packages: $(*:requirements=build and runtime)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt
 	@$(PYTHON) -m pip install -qq --disable-pip-version-check -r $@.txt
+	@touch $@
+
+# Of the C++ library alone: Python would need the sanitizers' runtime too.
+build/sanitize/configured: CMakePresets.json | system-packages
+	@mkdir -p build
+	@cmake --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log >&2; exit 1; }
 	@touch $@
 
 build/%/configured: CMakePresets.json $(STAMPS)/requirements

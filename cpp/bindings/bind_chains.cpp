@@ -2,14 +2,6 @@
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
 
-namespace {
-
-symkin::Platform platform_of(const std::string& name) {
-  return name == "point" ? symkin::Platform::point : symkin::Platform::rigid;
-}
-
-}  // namespace
-
 void bind_chains(py::module_& module) {
   using symkin::ActiveJoint;
   using symkin::ChainInfo;
@@ -51,11 +43,13 @@ void bind_chains(py::module_& module) {
   module.def(
       "chain_info",
       [](const std::string& chain, const std::string& platform) {
-        return symkin::leg_model(chain, platform_of(platform)).info();
+        return symkin::leg_model(chain, symkin::platform_named(platform)).info();
       },
       py::arg("chain"), py::arg("platform"));
   module.def(
       "chain_names",
-      [](const std::string& platform) { return symkin::chain_names(platform_of(platform)); },
+      [](const std::string& platform) {
+        return symkin::chain_names(symkin::platform_named(platform));
+      },
       py::arg("platform"));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/error.hpp"
 #include "symkin/mechanism.hpp"
 
 namespace {
@@ -7,12 +8,17 @@ namespace {
 symkin::Mechanism make_mechanism(std::string name, const std::string& chain,
                                  const std::string& platform, symkin::ConstRows parameters,
                                  const std::vector<int>& working_modes) {
-  const auto kind = platform == "point" ? symkin::Platform::point : symkin::Platform::rigid;
+  const auto count = static_cast<symkin::Index>(working_modes.size());
+  if (parameters.rows() != count) {
+    throw symkin::InvalidInput("parameters have " + std::to_string(parameters.rows()) +
+                               " rows; expected " + std::to_string(count) + ", one a working mode");
+  }
   std::vector<symkin::Leg> legs;
   for (std::size_t i = 0; i < working_modes.size(); ++i) {
     legs.push_back({parameters.row(static_cast<symkin::Index>(i)).transpose(), working_modes[i]});
   }
-  return {std::move(name), symkin::leg_model(chain, kind), std::move(legs)};
+  return {std::move(name), symkin::leg_model(chain, symkin::platform_named(platform)),
+          std::move(legs)};
 }
 
 }  // namespace
@@ -33,6 +39,7 @@ void bind_mechanism(py::module_& module) {
       .def(
           "joint_centres",
           [](const Mechanism& self, symkin::Index leg, symkin::ConstVector pose, double reading) {
+            symkin::check_poses(self, pose.transpose());
             return self.model().joint_centres(self.leg(leg).parameters, pose, reading);
           },
           py::arg("leg"), py::arg("pose"), py::arg("reading"));

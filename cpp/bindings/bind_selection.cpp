@@ -26,8 +26,8 @@ void bind_options(py::module_& module) {
       .value("O4", Criterion::O4)
       .value("O5", Criterion::O5)
       .value("expected_error", Criterion::expected_error);
-  py::class_<SelectionOptions>(module, "SelectionOptions")
-      .def(py::init<>())
+  py::class_<SelectionOptions> options(module, "SelectionOptions");
+  options.def(py::init<>())
       .def_readwrite("count", &SelectionOptions::count)
       .def_readwrite("method", &SelectionOptions::method)
       .def_readwrite("criterion", &SelectionOptions::criterion)
@@ -46,19 +46,19 @@ void bind_options(py::module_& module) {
           [](SelectionOptions& self, const Eigen::Ref<const Flags>& flags) {
             self.forbidden.assign(flags.begin(), flags.end());
           })
-      .def_readwrite("prior", &SelectionOptions::prior)
-      .def_readwrite("coordinates", &SelectionOptions::coordinates)
       .def_readwrite("minimum_distance", &SelectionOptions::minimum_distance)
-      .def_readwrite("column_scale", &SelectionOptions::column_scale)
-      .def_readwrite("error_weight", &SelectionOptions::error_weight)
       .def_readwrite("time_limit_s", &SelectionOptions::time_limit_s)
       .def_readwrite("spare_count", &SelectionOptions::spare_count)
       .def_readwrite("threads", &SelectionOptions::threads)
       .def_readwrite("memory_limit_bytes", &SelectionOptions::memory_limit_bytes);
+  def_array(options, "prior", &SelectionOptions::prior);
+  def_array(options, "coordinates", &SelectionOptions::coordinates);
+  def_array(options, "column_scale", &SelectionOptions::column_scale);
+  def_array(options, "error_weight", &SelectionOptions::error_weight);
 }
 
-// The mechanism and the poses live as long as the rows; noconvert refuses poses that would be
-// copied for the call only.
+// The poses live as long as the rows; noconvert refuses poses that would be copied for the call
+// only.
 void bind_leg_rows(py::module_& module) {
   using symkin::LegRows;
   py::class_<LegRows>(module, "LegRows")
@@ -66,12 +66,13 @@ void bind_leg_rows(py::module_& module) {
                        const symkin::ConstRows& poses, symkin::RowKind kind,
                        const symkin::MeasurementNoise& noise, const symkin::SymmetryGroup& group,
                        std::vector<symkin::SymmetryElement> elements) {
-             return std::make_unique<LegRows>(mechanism, leg, poses, kind, noise,
+             const symkin::RowsView view(poses.data(), poses.rows(), poses.cols(),
+                                         Eigen::OuterStride<>(poses.outerStride()));
+             return std::make_unique<LegRows>(mechanism, leg, view, kind, noise,
                                               symkin::Orbit{group, std::move(elements)});
            }),
            py::arg("mechanism"), py::arg("leg"), py::arg("poses").noconvert(), py::arg("kind"),
-           py::arg("noise"), py::arg("group"), py::arg("elements"), py::keep_alive<1, 2>(),
-           py::keep_alive<1, 4>())
+           py::arg("noise"), py::arg("group"), py::arg("elements"), py::keep_alive<1, 4>())
       .def_property_readonly("size", &LegRows::size)
       .def_property_readonly("rows_per_pose", &LegRows::rows_per_pose)
       .def_property_readonly("parameters", &LegRows::parameters);

@@ -24,9 +24,10 @@ void bind_group(py::module_& module) {
            [](const SymmetryElement& self, const py::object& other) {
              return py::isinstance<SymmetryElement>(other) && self == other.cast<SymmetryElement>();
            })
-      .def(
-          "__hash__",
-          [](const SymmetryElement& self) { return 2 * self.rotation + (self.reflection ? 1 : 0); })
+      .def("__hash__",
+           [](const SymmetryElement& self) {
+             return py::hash(py::make_tuple(self.rotation, self.reflection));
+           })
       .def("__repr__", [](const SymmetryElement& self) { return SymmetryGroup::label(self); });
 
   py::class_<SymmetryFrame>(module, "SymmetryFrame")
@@ -63,9 +64,8 @@ std::pair<symkin::RowMatrix, std::vector<int>> generate_legs(
     const SymmetryGroup& group, const std::string& chain, const std::string& platform,
     symkin::ConstVector parameters, int working_mode,
     const std::vector<SymmetryElement>& elements) {
-  const auto kind = platform == "point" ? symkin::Platform::point : symkin::Platform::rigid;
-  const auto legs = symkin::generate_legs(group, symkin::leg_model(chain, kind),
-                                          {parameters, working_mode}, elements);
+  const symkin::LegModel& model = symkin::leg_model(chain, symkin::platform_named(platform));
+  const auto legs = symkin::generate_legs(group, model, {parameters, working_mode}, elements);
   symkin::RowMatrix values(static_cast<symkin::Index>(legs.size()), parameters.size());
   std::vector<int> modes;
   for (std::size_t i = 0; i < legs.size(); ++i) {
@@ -113,7 +113,9 @@ void bind_verification(py::module_& module) {
   using symkin::SymmetryTolerance;
   py::class_<SymmetryTolerance>(module, "SymmetryTolerance")
       .def(py::init([](double length, double angle, double gain) {
-             return SymmetryTolerance{length, angle, gain};
+             const SymmetryTolerance tolerance{length, angle, gain};
+             tolerance.check();
+             return tolerance;
            }),
            py::arg("length") = 1e-6, py::arg("angle") = 1e-6, py::arg("gain") = 1e-6)
       .def_readonly("length", &SymmetryTolerance::length)
@@ -150,7 +152,6 @@ void bind_symmetry(py::module_& module) {
       "transform_poses",
       [](const SymmetryGroup& group, SymmetryElement element, const symkin::Mechanism& mechanism,
          symkin::ConstRows poses) {
-        symkin::check_poses(mechanism, poses);
         return symkin::transform_poses(group, element, mechanism.pose_space(), poses);
       },
       py::arg("group"), py::arg("element"), py::arg("mechanism"), py::arg("poses"));

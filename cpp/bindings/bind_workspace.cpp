@@ -7,16 +7,16 @@ void bind_workspace(py::module_& module) {
   using symkin::WorkspaceRejections;
   using symkin::WorkspaceSample;
 
-  py::class_<WorkspaceOptions>(module, "WorkspaceOptions")
-      .def(py::init<>())
-      .def_readwrite("lower", &WorkspaceOptions::lower)
-      .def_readwrite("upper", &WorkspaceOptions::upper)
+  py::class_<WorkspaceOptions> options(module, "WorkspaceOptions");
+  options.def(py::init<>())
       .def_readwrite("reach_margin", &WorkspaceOptions::reach_margin)
       .def_readwrite("conditioning_limit", &WorkspaceOptions::conditioning_limit)
       .def_readwrite("characteristic_length", &WorkspaceOptions::characteristic_length)
-      .def_readwrite("home", &WorkspaceOptions::home)
       .def_readwrite("reading_lower", &WorkspaceOptions::reading_lower)
       .def_readwrite("reading_upper", &WorkspaceOptions::reading_upper);
+  def_array(options, "lower", &WorkspaceOptions::lower);
+  def_array(options, "upper", &WorkspaceOptions::upper);
+  def_array(options, "home", &WorkspaceOptions::home);
   py::class_<WorkspaceRejections>(module, "WorkspaceRejections")
       .def_readonly("reach", &WorkspaceRejections::reach)
       .def_readonly("limits", &WorkspaceRejections::limits)

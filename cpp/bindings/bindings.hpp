@@ -21,4 +21,12 @@ void bind_identification(py::module_& module);
 void bind_diagnosis(py::module_& module);
 void bind_evaluation(py::module_& module);
 
+// An array that is read as a copy: a view of it would dangle once the member is set anew.
+template <typename Class, typename Array>
+void def_array(py::class_<Class>& type, const char* name, Array Class::*member) {
+  type.def_property(
+      name, [member](const Class& self) { return Array(self.*member); },
+      [member](Class& self, Array value) { self.*member = std::move(value); });
+}
+
 using ReleaseGil = py::call_guard<py::gil_scoped_release>;

@@ -2,7 +2,20 @@
 #include "bindings.hpp"
 #include "symkin/error.hpp"
 #include "symkin/impossible_leg.hpp"
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/not_identifiable.hpp"
+
+namespace {
+
+// Ctrl-C reaches long computations, as the exception that Python's handler of the signal raises.
+void raise_signals() {
+  const py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) {
+    throw py::error_already_set();
+  }
+}
+
+}  // namespace
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of symkin. Private: use the package symkin.";
@@ -33,6 +46,7 @@ PYBIND11_MODULE(_core, module) {
       py::set_error(base, error.what());
     }
   });
+  symkin::set_interrupt_hook(&raise_signals);
   bind_chains(module);
   bind_mechanism(module);
   bind_kinematics(module);

@@ -6,11 +6,15 @@
 #include <string>
 
 #include "symkin/error.hpp"
+#include "symkin/interrupt.hpp"
 #include "symkin/kinematics.hpp"
 
 namespace symkin {
 
 AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
+  if (poses.rows() == 0) {
+    throw InvalidInput("there are no poses to average the accuracy over");
+  }
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const Index legs = mechanism.leg_count();
   const Index p = mechanism.parameter_count();
@@ -26,6 +30,7 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   Eigen::MatrixXd by_pose(legs, dof);
   Eigen::MatrixXd effect(dof, legs * p);
   for (Index i = 0; i < poses.rows(); ++i) {
+    check_interrupt();
     for (Index leg = 0; leg < legs; ++leg) {
       by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
     }
@@ -58,7 +63,8 @@ ExpectedAccuracy expected_accuracy(const AccuracyWeights& weights, ConstRows cov
       covariance.cols() != weights.position.cols()) {
     throw InvalidInput("the covariance is " + std::to_string(covariance.rows()) + " x " +
                        std::to_string(covariance.cols()) + "; expected " +
-                       std::to_string(weights.position.rows()) + " parameters of all legs");
+                       std::to_string(weights.position.rows()) + " x " +
+                       std::to_string(weights.position.cols()) + ", the parameters of all legs");
   }
   return {std::sqrt(weights.position.cwiseProduct(covariance).sum()),
           std::sqrt(weights.orientation.cwiseProduct(covariance).sum())};

@@ -48,6 +48,7 @@ PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, Const
 }
 
 PoseErrors measurement_errors(const Mechanism& model, ConstRows measured, ConstRows readings) {
+  check_readings(model, measured.rows(), readings);
   return compare(model.pose_space(), forward_kinematics(model, readings, measured), measured);
 }
 

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "symkin/error.hpp"
+#include "symkin/interrupt.hpp"
 #include "symkin/kinematics.hpp"
 
 namespace symkin {
@@ -237,6 +238,7 @@ void solve_blocks(const Mechanism& mechanism, ConstRows readings, ConstRows star
                   const ForwardKinematicsOptions& options, ForwardKinematicsResult& result) {
   BlockSolver<Dof> solver(mechanism, readings, start, options, result);
   for (Index first = 0; first < readings.rows(); first += kBlock) {
+    check_interrupt();
     solver.solve(first, std::min(kBlock, readings.rows() - first));
   }
 }

@@ -5,6 +5,10 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
+#include <string>
+
+#include "symkin/error.hpp"
+#include "symkin/interrupt.hpp"
 
 namespace symkin {
 namespace {
@@ -71,6 +75,7 @@ PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, Const
   all.by_reading.resize(poses.rows(), mechanism.leg_count());
   ClosureRows rows;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    check_interrupt();
     mechanism.model().linearise_pose(mechanism.leg(leg).parameters, poses,
                                      Vector(readings.col(leg)), rows);
     // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
@@ -87,6 +92,7 @@ RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
   RowMatrix readings(poses.rows(), mechanism.leg_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    check_interrupt();
     readings.col(leg) = leg_readings(mechanism, leg, poses);
   }
   return readings;
@@ -105,6 +111,7 @@ RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
 
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
   check_poses(mechanism, poses);
+  check_leg_readings(poses.rows(), readings);
   Vector values(poses.rows());
   mechanism.model().closure(mechanism.leg(leg).parameters, poses, readings, values);
   return values;
@@ -113,6 +120,7 @@ Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVect
 ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
                       ConstVector readings) {
   check_poses(mechanism, poses);
+  check_leg_readings(poses.rows(), readings);
   ClosureRows rows;
   mechanism.model().linearise(mechanism.leg(leg).parameters, poses, readings, rows);
   return rows;
@@ -144,6 +152,10 @@ Vector sensor_gains(const Mechanism& mechanism) {
 
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
                                          double characteristic_length) {
+  if (!(characteristic_length > 0)) {
+    throw InvalidInput("characteristic_length = " + std::to_string(characteristic_length) +
+                       " m; expected a positive length");
+  }
   const Index legs = mechanism.leg_count();
   const PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;

@@ -11,7 +11,7 @@ RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses);
 // How far each leg is from the end of its reach, metres, N x legs; negative outside.
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses);
 
-// h of one leg, metres, N. Readings of that leg, one a pose.
+// h of one leg, metres, N. Readings of that leg, one a pose (InvalidInput otherwise).
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings);
 
 // The closure of one leg with all its derivatives.

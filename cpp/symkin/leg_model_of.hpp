@@ -158,7 +158,13 @@ class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kPa
 };
 
 // The batched loops are flattened, everything that they call inlined: the arithmetic of small
-// autodiff scalars costs less than passing them through memory.
+// autodiff scalars costs less than passing them through memory. With the checks of the sanitizers
+// that would be too much for the compiler.
+#ifdef __SANITIZE_ADDRESS__
+#define SYMKIN_FLATTEN
+#else
+#define SYMKIN_FLATTEN [[gnu::flatten]]
+#endif
 template <typename Leg>
 class LegModelOf final : public LegModel {
   using Sensed = SensedLeg<Leg>;
@@ -170,25 +176,24 @@ class LegModelOf final : public LegModel {
 
   const ChainInfo& info() const override { return info_; }
 
-  [[gnu::flatten]] void inverse_kinematics(ConstVector parameters, int working_mode,
-                                           ConstRows poses,
-                                           Eigen::Ref<Vector> readings) const override {
+  SYMKIN_FLATTEN void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
+                                         Eigen::Ref<Vector> readings) const override {
     const auto geometry = Sensed::geometry(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
       readings[i] = Sensed::reading(geometry, parameters.data(), working_mode, poses.row(i).data());
     }
   }
 
-  [[gnu::flatten]] void reach_margin(ConstVector parameters, ConstRows poses,
-                                     Eigen::Ref<Vector> margins) const override {
+  SYMKIN_FLATTEN void reach_margin(ConstVector parameters, ConstRows poses,
+                                   Eigen::Ref<Vector> margins) const override {
     const auto geometry = Sensed::geometry(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
       margins[i] = Leg::reach_margin(geometry, Pose::constant(poses.row(i).data()));
     }
   }
 
-  [[gnu::flatten]] void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-                                Eigen::Ref<Vector> values) const override {
+  SYMKIN_FLATTEN void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+                              Eigen::Ref<Vector> values) const override {
     const auto geometry = Sensed::geometry(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
       values[i] = Leg::closure(geometry, Pose::constant(poses.row(i).data()),
@@ -196,8 +201,8 @@ class LegModelOf final : public LegModel {
     }
   }
 
-  [[gnu::flatten]] void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
-                                  ClosureRows& rows) const override {
+  SYMKIN_FLATTEN void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                                ClosureRows& rows) const override {
     rows.resize(poses.rows(), Sensed::kParameters, Sensed::kDof);
     const auto geometry = Sensed::variable_geometry(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
@@ -210,8 +215,8 @@ class LegModelOf final : public LegModel {
     }
   }
 
-  [[gnu::flatten]] void linearise_pose(ConstVector parameters, ConstRows poses,
-                                       ConstVector readings, ClosureRows& rows) const override {
+  SYMKIN_FLATTEN void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                                     ClosureRows& rows) const override {
     using PoseJet = ceres::Jet<double, Sensed::kDof + 1>;
     rows.closure.resize(poses.rows());
     rows.by_pose.resize(poses.rows(), Sensed::kDof);
@@ -258,5 +263,7 @@ class LegModelOf final : public LegModel {
  private:
   ChainInfo info_;
 };
+
+#undef SYMKIN_FLATTEN
 
 }  // namespace symkin

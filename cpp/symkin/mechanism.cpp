@@ -58,7 +58,7 @@ Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> l
 
 const Leg& Mechanism::leg(Index index) const {
   if (index < 0 || index >= leg_count()) {
-    throw InvalidInput("leg index " + std::to_string(index) + "; expected 0 to " +
+    throw InvalidInput("leg " + std::to_string(index) + "; expected 0 to " +
                        std::to_string(leg_count() - 1));
   }
   return legs_[static_cast<std::size_t>(index)];
@@ -100,6 +100,13 @@ void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings)
     throw InvalidInput("readings are " + std::to_string(readings.rows()) + " x " +
                        std::to_string(readings.cols()) + "; expected " + std::to_string(poses) +
                        " poses x " + std::to_string(mechanism.leg_count()) + " legs");
+  }
+}
+
+void check_leg_readings(Index poses, ConstVector readings) {
+  if (readings.size() != poses) {
+    throw InvalidInput("readings are " + std::to_string(readings.size()) + "; expected " +
+                       std::to_string(poses) + ", one a pose");
   }
 }
 

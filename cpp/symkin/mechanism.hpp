@@ -47,5 +47,7 @@ class Mechanism {
 void check_poses(const Mechanism& mechanism, ConstRows poses);
 // Throws InvalidInput unless there is one row a pose and one column a leg.
 void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings);
+// The same for the readings of one leg.
+void check_leg_readings(Index poses, ConstVector readings);
 
 }  // namespace symkin

@@ -73,6 +73,10 @@ void Tolerances::check() const {
 }
 
 Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) const {
+  if (parameters.size() != static_cast<Index>(chain.parameters.size())) {
+    throw InvalidInput("the leg has " + std::to_string(parameters.size()) +
+                       " parameters; expected " + std::to_string(chain.parameters.size()));
+  }
   Vector deviations(parameters.size());
   for (Index i = 0; i < parameters.size(); ++i) {
     switch (chain.parameters[static_cast<std::size_t>(i)].role) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "symkin/error.hpp"
+#include "symkin/interrupt.hpp"
 #include "symkin/kinematics.hpp"
 
 namespace symkin {
@@ -92,6 +93,7 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
   }
   RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.parameter_count());
   for (Index i = 0; i < poses.rows(); ++i) {
+    check_interrupt();
     whiten_pose(linearised, i, mechanism.pose_space(), noise, rows.middleRows(i * legs, legs));
   }
   return rows;
@@ -99,6 +101,13 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
 
 Observability analyse_observability(ConstRows rows, ConstVector scale) {
   const Index p = rows.cols();
+  if (p == 0 || scale.size() != p) {
+    throw InvalidInput("the scale has " + std::to_string(scale.size()) + " values for rows of " +
+                       std::to_string(p) + " parameters; expected one a parameter");
+  }
+  if (!scale.allFinite() || !(scale.minCoeff() > 0)) {
+    throw InvalidInput("the scale of a parameter is not positive; expected typical errors");
+  }
   if (rows.rows() < p) {
     throw InvalidInput(std::to_string(rows.rows()) + " rows cannot show " + std::to_string(p) +
                        " parameters; expected at least as many poses");

@@ -42,7 +42,8 @@ struct Observability {
 };
 
 // `scale` is a typical size of each parameter's error (the tolerances), p; O1 to O5 and the null
-// directions are for parameters measured in it. Throws InvalidInput for fewer rows than columns.
+// directions are for parameters measured in it. Throws InvalidInput for fewer rows than columns, or
+// a scale that is not p positive values.
 Observability analyse_observability(ConstRows rows, ConstVector scale);
 
 }  // namespace symkin

@@ -46,6 +46,18 @@ RowMatrix sensed(const Mechanism& actual, const ForwardKinematicsResult& taken,
   return readings;
 }
 
+void check_set(const Mechanism& mechanism, const PoseSet& set, std::size_t number) {
+  const std::string where = "pose set " + std::to_string(number);
+  if (set.leg < -1 || set.leg >= mechanism.leg_count()) {
+    throw InvalidInput(where + " is for leg " + std::to_string(set.leg) + "; expected 0 to " +
+                       std::to_string(mechanism.leg_count() - 1) + ", or -1 for all");
+  }
+  if (set.wanted < 0 || set.wanted > set.poses.rows()) {
+    throw InvalidInput(where + " wants " + std::to_string(set.wanted) + " poses; expected 0 to " +
+                       std::to_string(set.poses.rows()) + ", its number of poses");
+  }
+}
+
 // Rows of the set that can be measured: the wanted ones, failed ones replaced by spares.
 std::vector<Index> measurable(const PoseSet& set, const ForwardKinematicsResult& taken,
                               const RowMatrix& readings, std::size_t number) {
@@ -86,8 +98,9 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
                     std::uint64_t seed) {
   noise.check();
   Index total = 0;
-  for (const PoseSet& set : sets) {
-    total += set.wanted;
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    check_set(actual, sets[i], i + 1);
+    total += sets[i].wanted;
   }
   Simulation result;
   MeasurementSet& measured = result.measurements;

@@ -30,7 +30,7 @@ struct Simulation {
 // model's inverse kinematics to the joints, the actual mechanism's forward kinematics gives the
 // pose that it takes, and noise is added. A pose that the actual mechanism cannot take, or only
 // beyond a singularity, is replaced by the set's next spare and counted. Throws InvalidInput if a
-// set runs out of spares.
+// set runs out of spares, wants more poses than it has, or is for a leg that does not exist.
 Simulation simulate(const Mechanism& actual, const Mechanism& model,
                     const std::vector<PoseSet>& sets, const MeasurementNoise& noise,
                     std::uint64_t seed);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "symkin/error.hpp"
+#include "symkin/interrupt.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
 
@@ -141,6 +142,12 @@ RowMatrix draw_block(const WorkspaceOptions& options, PoseSpace space, std::uint
   return poses;
 }
 
+void check_count(Index count) {
+  if (count < 1) {
+    throw InvalidInput("asked for " + std::to_string(count) + " poses; expected at least 1");
+  }
+}
+
 std::string most_frequent(const WorkspaceRejections& rejections) {
   const std::pair<Index, const char*> reasons[] = {
       {rejections.reach, "out of reach (with reach_margin)"},
@@ -164,6 +171,11 @@ void check_home(const Mechanism& mechanism, const WorkspaceOptions& options, con
 
 void WorkspaceOptions::check(const Mechanism& mechanism) const {
   const auto dof = mechanism.dof();
+  if (home.size() != coordinate_count(mechanism.pose_space())) {
+    throw InvalidInput("home has " + std::to_string(home.size()) + " coordinates; a " +
+                       std::string(to_string(mechanism.pose_space())) + " pose has " +
+                       std::to_string(coordinate_count(mechanism.pose_space())));
+  }
   if (lower.size() != dof || upper.size() != dof) {
     throw InvalidInput("the workspace box has " + std::to_string(lower.size()) + " and " +
                        std::to_string(upper.size()) + " bounds; expected " + std::to_string(dof));
@@ -175,7 +187,6 @@ void WorkspaceOptions::check(const Mechanism& mechanism) const {
                          "; expected a finite interval");
     }
   }
-  check_poses(mechanism, home.transpose());
   if (!(reach_margin >= 0) || !(conditioning_limit >= 1) || !(characteristic_length > 0)) {
     throw InvalidInput(
         "expected reach_margin >= 0, conditioning_limit >= 1 and characteristic_length > 0; got " +
@@ -187,9 +198,7 @@ void WorkspaceOptions::check(const Mechanism& mechanism) const {
 WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOptions& options,
                                  Index count, std::uint64_t seed) {
   options.check(mechanism);
-  if (count < 1) {
-    throw InvalidInput("asked for " + std::to_string(count) + " poses; expected at least 1");
-  }
+  check_count(count);
   const Filter filter(mechanism, options);
   check_home(mechanism, options, filter);
   WorkspaceSample sample;
@@ -198,6 +207,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
   sample.conditions.resize(count);
   Index taken = 0;
   for (std::uint64_t stream = 0; taken < count; ++stream) {
+    check_interrupt();
     Block block(draw_block(options, mechanism.pose_space(), seed, stream), mechanism.leg_count());
     filter.apply(block, sample.rejections);
     const Index room = std::min(block.size(), count - taken);
@@ -218,8 +228,10 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
 RowMatrix draw_poses(const Mechanism& mechanism, const WorkspaceOptions& options, Index count,
                      std::uint64_t seed) {
   options.check(mechanism);
+  check_count(count);
   RowMatrix poses(count, coordinate_count(mechanism.pose_space()));
   for (Index first = 0; first < count; first += kBlock) {
+    check_interrupt();
     const Index size = std::min(kBlock, count - first);
     poses.middleRows(first, size) = draw_block(options, mechanism.pose_space(), seed,
                                                static_cast<std::uint64_t>(first / kBlock))

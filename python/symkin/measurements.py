@@ -40,6 +40,13 @@ class Measurements:
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
+        make_arrays(
+            self,
+            poses=(2, "float"),
+            readings=(2, "float"),
+            leg_sets=(1, "int"),
+            row_numbers=(1, "int"),
+        )
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers"):
             count = len(getattr(self, name))
@@ -102,10 +109,33 @@ class Measurements:
         -------
         Measurements
         """
-        return Measurements(
-            self.poses[rows],
-            self.readings[rows],
-            self.leg_sets[rows],
-            self.row_numbers[rows],
-            self.source,
-        )
+        try:
+            return Measurements(
+                self.poses[rows],
+                self.readings[rows],
+                self.leg_sets[rows],
+                self.row_numbers[rows],
+                self.source,
+            )
+        except IndexError as error:
+            raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+
+
+def make_arrays(table: object, **fields: tuple[int, str]) -> None:
+    """Make arrays of a frozen table's fields, each of so many dimensions and such a type.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the field, its shape or type and what is expected.
+    """
+    for name, (dimensions, kind) in fields.items():
+        array = np.asarray(getattr(table, name), dtype=None if kind == "int" else kind)
+        if array.ndim != dimensions:
+            raise MeasurementError(
+                f"{name} have shape {array.shape}; expected {dimensions} "
+                f"dimension{'s' * (dimensions > 1)}"
+            )
+        if kind == "int" and array.size and array.dtype.kind not in "iu":
+            raise MeasurementError(f"{name} are of type {array.dtype}; expected integers")
+        object.__setattr__(table, name, array)

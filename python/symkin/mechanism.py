@@ -147,7 +147,9 @@ class Mechanism:
             "tolerances": tolerances or Tolerances(),
             "protocol": protocol or ProtocolSettings(),
             "joint_limits": joint_limits or JointLimits(),
-            "deviations": None if deviations is None else np.array(deviations, dtype=float),
+            "deviations": (
+                None if deviations is None else _of_legs("deviations", deviations, values.shape)
+            ),
             "measurement_columns": measurement_columns,
             "source": source,
             "core": _core.Mechanism(
@@ -218,9 +220,10 @@ class Mechanism:
         -------
         Mechanism
         """
+        values = _of_legs("parameters", parameters, self.parameters.shape)
         legs = [
             dataclasses.replace(leg, parameters=dict(zip(self.parameter_names, row, strict=True)))
-            for leg, row in zip(self.legs, np.asarray(parameters).tolist(), strict=True)
+            for leg, row in zip(self.legs, values.tolist(), strict=True)
         ]
         return self.replace(legs=legs, deviations=deviations)
 
@@ -371,6 +374,13 @@ def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
 
 def _floats(values: ArrayLike) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise MechanismError(f"{name} have shape {array.shape}; expected (legs, p) = {shape}")
+    return array
 
 
 def _rows(values: ArrayLike) -> Array:

@@ -13,6 +13,15 @@
 namespace symkin {
 namespace {
 
+TEST(Evaluation, RefusesReadingsThatAreNotOneAPose) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  EXPECT_THROW(measurement_errors(mechanism, RowMatrix::Zero(1, 3), RowMatrix::Zero(0, 3)),
+               InvalidInput);
+  EXPECT_THROW(measurement_errors(mechanism, RowMatrix::Zero(1, 3), RowMatrix::Zero(2, 3)),
+               InvalidInput);
+  EXPECT_THROW(accuracy_weights(mechanism, RowMatrix::Zero(0, 3)), InvalidInput);
+}
+
 TEST(Evaluation, IsZeroForThePerfectModel) {
   const Mechanism mechanism = testing::paper_3rrr();
   const RowMatrix poses = sample_workspace(mechanism, testing::paper_workspace(), 100, 2).poses;

@@ -125,5 +125,15 @@ TEST(KinematicsOf3Rrr, RefusesPosesOfAnotherKind) {
   EXPECT_THROW(inverse_kinematics(testing::paper_3rrr(), RowMatrix::Zero(2, 2)), InvalidInput);
 }
 
+TEST(KinematicsOf3Rrr, RefusesReadingsThatAreNotOneAPose) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = RowMatrix::Zero(5, 3);
+  for (const Index count : {0, 1, 4, 6}) {
+    const Vector readings = Vector::Zero(count);
+    EXPECT_THROW(closure(mechanism, 0, poses, readings), InvalidInput) << count;
+    EXPECT_THROW(linearise(mechanism, 0, poses, readings), InvalidInput) << count;
+  }
+}
+
 }  // namespace
 }  // namespace symkin

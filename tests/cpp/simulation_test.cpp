@@ -48,6 +48,16 @@ TEST(Simulation, SaysThatASetHasTooFewSpares) {
   EXPECT_THROW(simulate(nominal, nominal, {set}, kNoise, 1), InvalidInput);
 }
 
+TEST(Simulation, RefusesASetForALegThatDoesNotExistOrWithMorePosesThanItHas) {
+  const Mechanism nominal = testing::paper_3rrr();
+  for (const auto& [leg, wanted] : {std::pair{3, 5}, {-2, 5}, {0, -1}, {0, 6}}) {
+    PoseSet set = some_poses(nominal, 5, 0);
+    set.leg = leg;
+    set.wanted = wanted;
+    EXPECT_THROW(simulate(nominal, nominal, {set}, kNoise, 1), InvalidInput) << leg << wanted;
+  }
+}
+
 TEST(Simulation, TheSameSeedGivesTheSameRobotAndTheSameNoise) {
   const Mechanism nominal = testing::paper_3rrr();
   EXPECT_EQ(disturb(nominal, {}, 4).parameters(), disturb(nominal, {}, 4).parameters());

@@ -81,6 +81,17 @@ const LegModel& leg_model(std::string_view chain, Platform platform) {
   refuse(chain, platform);
 }
 
+Platform platform_named(std::string_view name) {
+  if (name == "rigid") {
+    return Platform::rigid;
+  }
+  if (name == "point") {
+    return Platform::point;
+  }
+  throw InvalidInput("unknown platform \"" + std::string(name) +
+                     "\"; expected \"rigid\" or \"point\"");
+}
+
 std::vector<std::string> chain_names(Platform platform) {
   std::vector<std::string> names;
   for (const LegModel* model : all_models()) {

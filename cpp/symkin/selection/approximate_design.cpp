@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/pair_step.hpp"
 #include "symkin/selection/screening.hpp"
@@ -86,6 +87,7 @@ class DesignOptimiser {
   ApproximateDesign run(const DesignOptions& options) {
     ApproximateDesign result;
     for (;;) {
+      check_interrupt();
       rebuild();
       const Vector d = Eigen::Map<const Vector>(variances_.data(), problem_.candidates.count());
       const auto p = static_cast<double>(problem_.shape.parameters);
@@ -124,7 +126,7 @@ class DesignOptimiser {
         matrix.noalias() += weights_[j] * rows.transpose() * rows;
       }
     }
-    factor_ = inverse_factor(matrix);
+    factor_ = demanded_factor(matrix);
     information_.reset(std::move(matrix));
     find_variances(problem_.candidates, factor_, variances_);
   }
@@ -326,6 +328,7 @@ Vector starting_weights(const DesignProblem& problem) {
   RowMatrix rows(shape.rows, p);
   Vector u(p);
   for (Index k = 0; k < static_cast<Index>(problem.total); ++k) {
+    check_interrupt();
     Index best = -1;
     for (Index j = 0; j < n; ++j) {
       if (weights[j] == 0 && (best < 0 || trace[j] > trace[best])) {

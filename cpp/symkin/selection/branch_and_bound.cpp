@@ -7,6 +7,7 @@
 #include <limits>
 #include <queue>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/random.hpp"
 #include "symkin/selection/approximate_design.hpp"
 #include "symkin/selection/certificate.hpp"
@@ -64,6 +65,7 @@ class BranchAndBound {
     proof_.bound = std::numeric_limits<double>::infinity();
     add(root);
     while (!open_.empty() && open_.top().bound > goal() && !out_of_time()) {
+      check_interrupt();
       const Node node = open_.top();
       open_.pop();
       branch(node);

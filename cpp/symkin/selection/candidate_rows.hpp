@@ -39,6 +39,7 @@ class RowsInMemory final : public RowSource {
  public:
   // Throws InvalidInput if the rows do not make whole candidates.
   explicit RowsInMemory(const CandidateRows& candidates);
+  explicit RowsInMemory(CandidateRows&& candidates) = delete;  // it must outlive this
 
   Index size() const override { return rows_.rows() / rows_per_pose_; }
   Index rows_per_pose() const override { return rows_per_pose_; }

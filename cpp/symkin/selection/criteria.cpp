@@ -66,7 +66,7 @@ double criterion_merit(const RowMatrix& information, const SelectionOptions& opt
 
 CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
                                      double sharpness) {
-  const RowMatrix factor = inverse_factor(information);
+  const RowMatrix factor = demanded_factor(information);
   const RowMatrix inverse = factor.transpose() * factor;
   if (options.criterion == Criterion::O1) {
     return {inverse / (2 * static_cast<double>(information.rows())), {}};

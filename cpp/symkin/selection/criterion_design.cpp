@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/criteria.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/largest_ratio.hpp"
@@ -181,6 +182,7 @@ class DesignSearch {
   // from, as much as is best.
   void improve() {
     for (int step = 0; step < kSteps; ++step) {
+      check_interrupt();
       const RowMatrix gradient = gradient_at(information_);
       std::size_t giver = active_.size();
       std::size_t taker = active_.size();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/criteria.hpp"
 #include "symkin/selection/criterion_design.hpp"
 #include "symkin/selection/criterion_search.hpp"
@@ -41,6 +42,7 @@ void kick_and_descend(const SelectionProblem& problem, CriterionSearch& search, 
   for (int kick = 0; kick < problem.options.kicks; ++kick) {
     const Index most = std::min<Index>(6, problem.free_count);
     const Index least = std::min<Index>(2, most);
+    check_interrupt();
     search.kick(best, least + random.below(most - least + 1), random);
     search.descend(false);
     if (search.merit() > merit + 1e-9) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/criteria.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/roots.hpp"
@@ -139,6 +140,7 @@ bool CriterionSearch::improve_error() {
   std::size_t best_place = 0;
   Index best_member = -1;
   for (std::size_t place = 0; place < chosen_.size(); ++place) {
+    check_interrupt();
     const RowMatrix factor = inverse_factor(without(place));
     if (factor.size() == 0) {
       continue;
@@ -202,6 +204,7 @@ bool CriterionSearch::improve_eigenvalues(bool thorough) {
       continue;
     }
     ++tried;
+    check_interrupt();
     const RowMatrix in = rows(pair.member);
     const RowMatrix out = rows(chosen_[pair.place]);
     const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,

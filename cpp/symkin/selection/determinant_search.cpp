@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/clusters.hpp"
 
 namespace symkin {
@@ -267,6 +268,7 @@ void DeterminantSearch::descend(double known) {
   // Where M is nearly singular, rounding could let equal sets change places for ever.
   double computed_afresh = -std::numeric_limits<double>::infinity();
   while (information_.positive_definite() && !(std::abs(log_det() - known) < kSame)) {
+    check_interrupt();
     const Pair pair = next_pair();
     if (pair.member < 0) {
       return;

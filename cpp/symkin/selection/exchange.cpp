@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/criterion_exchange.hpp"
 #include "symkin/selection/design_bounds.hpp"
 #include "symkin/selection/determinant_search.hpp"
@@ -58,6 +59,7 @@ void kick_and_descend(const SelectionProblem& problem, DeterminantSearch& search
   const Index most = std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick);
   const Index least = std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick);
   for (int kick = 0; kick < problem.options.kicks; ++kick) {
+    check_interrupt();
     search.kick(best, least + random.below(most - least + 1), random);
     search.descend(best_log_det);
     if (search.log_det() > best_log_det + 1e-9) {
@@ -99,7 +101,9 @@ Choice select_exchange(const SelectionProblem& problem) {
     ++choice.passes;
   }
   const bool determinant = problem.options.criterion == Criterion::O1;
-  return determinant ? choice : exchange_for_criterion(problem, std::move(choice));
+  // Poses that do not show every parameter have no other criterion either; they are refused.
+  const bool regular = std::isfinite(problem.log_det(choice.chosen));
+  return determinant || !regular ? choice : exchange_for_criterion(problem, std::move(choice));
 }
 
 }  // namespace symkin

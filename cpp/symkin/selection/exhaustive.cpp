@@ -22,6 +22,9 @@ std::vector<Index> promising(const SelectionProblem& problem, const RowMatrix& f
   const auto p = static_cast<double>(problem.parameters());
   const RowMatrix transform = problem.own_transform(factor);
   const auto top = screen_candidates(problem.candidates, {{transform, problem.free_count}}).front();
+  if (top.empty()) {  // no candidate shows anything
+    return chosen;
+  }
   const double sum = fixed_trace(transform, problem.fixed) + largest_sum(top, problem.free_count);
   const double needed =
       p * std::exp((log_det + kProofTolerance - determinant_bound(transform, p)) / p) - sum +

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "symkin/error.hpp"
+
 namespace symkin {
 namespace {
 
@@ -28,6 +30,16 @@ RowMatrix inverse_factor(const RowMatrix& matrix) {
   return factor;
 }
 
+RowMatrix demanded_factor(const RowMatrix& matrix) {
+  RowMatrix factor = inverse_factor(matrix);
+  if (factor.size() == 0) {
+    throw InvalidInput(
+        "pose selection: the information of the poses is singular to rounding; the parameters are "
+        "in units too different, or the candidates hardly show one of them");
+  }
+  return factor;
+}
+
 double log_determinant(const RowMatrix& factor) {
   return -2 * factor.diagonal().array().log().sum();
 }
@@ -46,6 +58,7 @@ void Information::refresh() {
     inverse_.noalias() = factor.transpose() * factor;
     log_det_ = log_determinant(factor);
   } else {
+    inverse_.setConstant(matrix_.rows(), matrix_.cols(), std::numeric_limits<double>::quiet_NaN());
     log_det_ = -std::numeric_limits<double>::infinity();
   }
 }

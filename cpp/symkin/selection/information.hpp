@@ -7,6 +7,8 @@ namespace symkin {
 
 // T, lower triangular, with T^T T the inverse of a positive definite matrix; empty if it is not.
 RowMatrix inverse_factor(const RowMatrix& matrix);
+// The same; throws InvalidInput where there is none.
+RowMatrix demanded_factor(const RowMatrix& matrix);
 
 // -2 sum log T_ii: the log-determinant of the matrix that T is the factor of.
 double log_determinant(const RowMatrix& factor);

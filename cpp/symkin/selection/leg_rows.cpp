@@ -9,32 +9,36 @@
 namespace symkin {
 namespace {
 
-Orbit pose_alone() { return {SymmetryGroup(1, false), {SymmetryElement{}}}; }
-
 bool is_identity(SymmetryElement element) { return element == SymmetryElement{}; }
 
 }  // namespace
 
-LegRows::LegRows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
-                 const MeasurementNoise& noise)
-    : LegRows(mechanism, leg, poses, kind, noise, pose_alone()) {}
-
-LegRows::LegRows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
+LegRows::LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind kind,
                  const MeasurementNoise& noise, Orbit orbit)
-    : mechanism_(mechanism),
+    : LegRows(std::move(mechanism), leg,
+              RowsView(poses.data(), poses.rows(), poses.cols(),
+                       Eigen::OuterStride<>(poses.outerStride())),
+              kind, noise, std::move(orbit)) {}
+
+LegRows::LegRows(Mechanism mechanism, Index leg, RowsView poses, RowKind kind,
+                 const MeasurementNoise& noise, Orbit orbit)
+    : mechanism_(std::move(mechanism)),
       leg_(leg),
       poses_(poses),
       kind_(kind),
       noise_(noise),
       orbit_(std::move(orbit)) {
-  static_cast<void>(mechanism.leg(leg));  // throws if there is none
-  check_poses(mechanism, poses);
+  static_cast<void>(mechanism_.leg(leg));  // throws if there is none
+  check_poses(mechanism_, poses_);
   noise.check();
   if (poses.rows() == 0) {
     throw InvalidInput("there are no candidate poses to select from");
   }
   if (orbit_.elements.empty()) {
     throw InvalidInput("an orbit needs at least one symmetry element");
+  }
+  for (const SymmetryElement element : orbit_.elements) {
+    static_cast<void>(orbit_.group.angle(element));  // throws if it is none of the group
   }
 }
 

@@ -5,8 +5,11 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
+
+#include "symkin/interrupt.hpp"
 
 namespace symkin {
 
@@ -18,6 +21,7 @@ void parallel_for(Index tasks, int threads, const std::function<void(Index)>& ta
   const Index workers = std::min<Index>(thread_count(threads), tasks);
   if (workers <= 1) {
     for (Index i = 0; i < tasks; ++i) {
+      check_interrupt();
       task(i);
     }
     return;
@@ -26,9 +30,12 @@ void parallel_for(Index tasks, int threads, const std::function<void(Index)>& ta
   std::mutex guard;
   std::exception_ptr failure;
   Index failed = tasks;
-  const auto work = [&] {
+  const auto work = [&](bool is_caller) {
     for (Index i = next++; i < tasks; i = next++) {
       try {
+        if (is_caller) {
+          check_interrupt();
+        }
         task(i);
       } catch (...) {
         const std::lock_guard<std::mutex> lock(guard);
@@ -36,14 +43,20 @@ void parallel_for(Index tasks, int threads, const std::function<void(Index)>& ta
           failed = i;
           failure = std::current_exception();
         }
+        next = tasks;  // those before it have begun
       }
     }
   };
   std::vector<std::thread> others;
-  for (Index i = 1; i < workers; ++i) {
-    others.emplace_back(work);
+  try {
+    others.reserve(static_cast<std::size_t>(workers - 1));
+    for (Index i = 1; i < workers; ++i) {
+      others.emplace_back(work, false);
+    }
+  } catch (const std::system_error&) {
+    // The machine gives no more threads: those that started do the work.
   }
-  work();
+  work(true);
   for (std::thread& thread : others) {
     thread.join();
   }

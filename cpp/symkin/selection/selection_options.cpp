@@ -110,7 +110,7 @@ void SelectionOptions::check(Index candidates, Index rows_per_pose, Index parame
            "a minimum distance needs the coordinates of the " + text(candidates) + " candidates; " +
                text(coordinates.rows()) + " are given");
   }
-  if (prior.size() != 0) {
+  if (prior.rows() != 0 || prior.cols() != 0) {
     check_matrix(prior, parameters, "the prior information");
   }
   if (method != SelectionMethod::all) {

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/screening.hpp"
 
@@ -26,11 +27,12 @@ std::vector<Index> spare_poses(const SelectionProblem& problem, const std::vecto
     return spares;
   }
   const RowMatrix transform = problem.own_transform(inverse_factor(information.matrix()));
-  const Index keep =
-      static_cast<Index>(chosen.size()) + 4 * problem.options.spare_count + kMoreThanAsked;
+  const Index asked = std::min(problem.options.spare_count, problem.candidates.size());
+  const Index keep = static_cast<Index>(chosen.size()) + 4 * asked + kMoreThanAsked;
   const auto top = screen_candidates(problem.candidates, {{transform, keep}}).front();
   std::vector<Index> taken = chosen;
   while (static_cast<Index>(spares.size()) < problem.options.spare_count) {
+    check_interrupt();
     double best = 0;
     RankedCandidate next{-1, 0};
     RowMatrix next_rows;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/random.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/problem.hpp"
@@ -111,6 +112,7 @@ class ActiveCalibration {
   }
 
   bool add_best() {
+    check_interrupt();
     double best = -1;
     Index candidate = -1;
     for (Index j = 0; j < rows_.count(); ++j) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "symkin/interrupt.hpp"
 #include "symkin/selection/counted.hpp"
 #include "symkin/selection/information.hpp"
 #include "symkin/selection/not_identifiable.hpp"
@@ -30,6 +31,7 @@ RowMatrix orthogonal_factor(const CandidateBlocks& candidates, const RowMatrix& 
       eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
   Eigen::MatrixXd stack(p + shape.rows * kBlock, p);
   for (Index first = 0; first < candidates.size(); first += kBlock) {
+    check_interrupt();
     stack.setZero();
     stack.topRows(p) = r;
     for (Index lane = 0; lane < std::min(kBlock, candidates.size() - first); ++lane) {

@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <string>
 
+#include "symkin/error.hpp"
 #include "symkin/symmetry/leg_ends.hpp"
 
 namespace symkin {
@@ -134,6 +136,11 @@ double transform_offset(const Isometries& image, ActiveJoint joint, double offse
 
 RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, PoseSpace space,
                           ConstRows poses) {
+  if (poses.cols() != coordinate_count(space)) {
+    throw InvalidInput("poses have " + std::to_string(poses.cols()) + " columns; a " +
+                       std::string(to_string(space)) + " pose has " +
+                       std::to_string(coordinate_count(space)));
+  }
   const Isometries image = isometries(group, element);
   RowMatrix result = poses;
   for (Index i = 0; i < result.rows(); ++i) {
@@ -148,6 +155,11 @@ RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, P
 
 Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const ChainInfo& chain,
                   const Leg& leg) {
+  if (leg.parameters.size() != static_cast<Index>(chain.parameters.size())) {
+    throw InvalidInput("the leg has " + std::to_string(leg.parameters.size()) +
+                       " parameters; chain " + std::string(chain.name) + " has " +
+                       std::to_string(chain.parameters.size()));
+  }
   const Isometries image = isometries(group, element);
   Leg result = leg;
   double& offset = result.parameters[result.parameters.size() - 1];

@@ -7,7 +7,8 @@
 namespace symkin {
 
 // How a group element acts on what describes a mechanism (theory: the table of actions in
-// docs/theory.md). All of them together leave every closure h unchanged.
+// docs/theory.md). All of them together leave every closure h unchanged. They throw InvalidInput
+// for poses or parameters of another number than the pose space or the chain has.
 
 // Poses, one a row (Eqs. 14, 22; planar rotations leave the orientation as it is).
 RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, PoseSpace space,

@@ -10,6 +10,7 @@ namespace symkin {
 namespace {
 
 constexpr double kPi = 3.141592653589793238463;
+constexpr int kMostRotations = 100'000;  // no mechanism has so many legs
 
 // The number behind the first letter; -1 if there is none.
 int number_after_letter(std::string_view text) {
@@ -28,9 +29,9 @@ int number_after_letter(std::string_view text) {
 
 SymmetryGroup::SymmetryGroup(int order_of_rotation, bool dihedral, SymmetryFrame frame)
     : rotations_(order_of_rotation), dihedral_(dihedral), frame_(std::move(frame)) {
-  if (rotations_ < 1) {
-    throw InvalidInput("a symmetry group has at least one rotation; got " +
-                       std::to_string(rotations_));
+  if (rotations_ < 1 || rotations_ > kMostRotations) {
+    throw InvalidInput("a symmetry group has 1 to " + std::to_string(kMostRotations) +
+                       " rotations; got " + std::to_string(rotations_));
   }
 }
 
@@ -64,11 +65,14 @@ std::vector<SymmetryElement> SymmetryGroup::elements() const {
 
 // An element is Rot(m) Ref^f, and Ref Rot(m) = Rot(-m) Ref.
 SymmetryElement SymmetryGroup::compose(SymmetryElement outer, SymmetryElement inner) const {
+  check(outer);
+  check(inner);
   const int turn = outer.reflection ? -inner.rotation : inner.rotation;
   return {wrap(outer.rotation + turn), outer.reflection != inner.reflection};
 }
 
 SymmetryElement SymmetryGroup::inverse(SymmetryElement element) const {
+  check(element);
   return element.reflection ? element : SymmetryElement{wrap(-element.rotation), false};
 }
 
@@ -81,15 +85,27 @@ SymmetryElement SymmetryGroup::parse(std::string_view label) const {
   const bool reflection = !label.empty() && label.front() == 's';
   const bool known = !label.empty() && (label.front() == 'r' || (reflection && dihedral_));
   if (!known || rotation < 0 || rotation >= rotations_) {
-    throw InvalidInput("\"" + std::string(label) + "\" is no element of " + name() +
-                       "; expected r0 to r" + std::to_string(rotations_ - 1) +
-                       (dihedral_ ? " or s0 to s" + std::to_string(rotations_ - 1) : ""));
+    throw InvalidInput("\"" + std::string(label) + "\" is no element of " + name() + "; " +
+                       expected_labels());
   }
   return {rotation, reflection};
 }
 
+void SymmetryGroup::check(SymmetryElement element) const {
+  if (element.rotation < 0 || element.rotation >= rotations_ ||
+      (element.reflection && !dihedral_)) {
+    throw InvalidInput(label(element) + " is no element of " + name() + "; " + expected_labels());
+  }
+}
+
 double SymmetryGroup::angle(SymmetryElement element) const {
+  check(element);
   return (element.reflection ? kPi : 2 * kPi) * element.rotation / rotations_;
+}
+
+std::string SymmetryGroup::expected_labels() const {
+  const std::string last = std::to_string(rotations_ - 1);
+  return "expected r0 to r" + last + (dihedral_ ? " or s0 to s" + last : "");
 }
 
 int SymmetryGroup::wrap(int rotation) const {

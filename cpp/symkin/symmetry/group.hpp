@@ -47,7 +47,7 @@ class SymmetryGroup {
   std::string name() const;        // "C_3", "D_3"
   std::string paper_name() const;  // "C_3", "D_6"
 
-  // r0, r1, ..., s0, s1, ...
+  // r0, r1, ..., s0, s1, ... An element of another group throws InvalidInput everywhere.
   std::vector<SymmetryElement> elements() const;
   SymmetryElement compose(SymmetryElement outer, SymmetryElement inner) const;
   SymmetryElement inverse(SymmetryElement element) const;
@@ -59,6 +59,8 @@ class SymmetryGroup {
   double angle(SymmetryElement element) const;
 
  private:
+  void check(SymmetryElement element) const;
+  std::string expected_labels() const;
   int wrap(int rotation) const;
 
   int rotations_;

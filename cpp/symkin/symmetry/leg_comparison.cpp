@@ -4,8 +4,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
+#include "symkin/error.hpp"
 #include "symkin/symmetry/leg_ends.hpp"
 
 namespace symkin {
@@ -180,6 +182,14 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
 }
 
 }  // namespace
+
+void SymmetryTolerance::check() const {
+  for (const double value : {length, angle, gain}) {
+    if (!(value >= 0)) {
+      throw InvalidInput("symmetry tolerance " + std::to_string(value) + "; expected zero or more");
+    }
+  }
+}
 
 ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
   const ChainInfo& chain = mechanism.model().info();

@@ -12,6 +12,8 @@ struct SymmetryTolerance {
   double length = 1e-6;  // m
   double angle = 1e-6;   // rad
   double gain = 1e-6;
+
+  void check() const;  // throws InvalidInput
 };
 
 // The image of a leg differs from a leg by the errors of both and by what all legs' errors do to

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <sstream>
+#include <string>
 
 #include "symkin/error.hpp"
 #include "symkin/symmetry/action.hpp"
@@ -42,6 +43,7 @@ std::string describe(const SymmetryElement& element, const LegDeviation& deviati
 
 ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& group,
                            SymmetryElement element, const SymmetryTolerance& tolerance) {
+  tolerance.check();
   ElementImage result;
   result.element = element;
   std::vector<bool> hit(static_cast<std::size_t>(mechanism.leg_count()), false);
@@ -85,6 +87,7 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
 
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance) {
+  tolerance.check();
   const ChainInfo& chain = mechanism.model().info();
   const ComparisonUnits units = comparison_units(mechanism, tolerance);
   std::vector<Carrier> carriers;

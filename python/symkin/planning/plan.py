@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError
-from symkin.measurements import Measurements
+from symkin.measurements import Measurements, make_arrays
 from symkin.observability import RowKind
 from symkin.planning.designs import Design
 from symkin.planning.limits import Clearance
@@ -105,6 +105,14 @@ class Plan:
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
+        make_arrays(
+            self,
+            poses=(2, "float"),
+            readings=(2, "float"),
+            leg_sets=(1, "int"),
+            order=(1, "int"),
+            spare=(1, "bool"),
+        )
         rows = len(self.poses)
         for name in ("leg_sets", "order", "spare", "readings"):
             count = len(getattr(self, name))

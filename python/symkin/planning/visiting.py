@@ -20,6 +20,7 @@ def travel_length(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
 
     A rotation counts as the way of a point at the characteristic length from the centre.
     """
+    poses = np.atleast_2d(poses)
     stations = np.vstack([mechanism.home, poses])
     distances = _distances(mechanism, stations)
     return float(distances[np.arange(len(poses)), np.arange(1, len(stations))].sum())

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
 #include "selection/small_problems.hpp"
 #include "support/mechanisms.hpp"
 #include "symkin/error.hpp"
@@ -98,8 +100,22 @@ TEST_F(GeneratedRows, OfACandidateOutOfReachAreRefusedByItsIndexUnlessForbidden)
   }
 }
 
+// Poses that would be gone before they are used do not compile.
+static_assert(std::is_constructible_v<LegRows, Mechanism, Index, const RowMatrix&, RowKind>);
+static_assert(!std::is_constructible_v<LegRows, Mechanism, Index, RowMatrix, RowKind>);
+static_assert(!std::is_constructible_v<RowsInMemory, CandidateRows>);
+
+TEST_F(GeneratedRows, OutliveTheMechanism) {
+  const LegRows generated(paper_3rrr(), 0, poses, RowKind::paper);
+  RowMatrix part(5, 8);
+  generated.fill(777, 5, part.data());
+  EXPECT_EQ(part, observability_rows(mechanism, 0, poses, RowKind::paper).middleRows(777, 5));
+}
+
 TEST_F(GeneratedRows, NeedAnOrbitWithElementsAndALegThatExists) {
   EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, {group, {}}), InvalidInput);
+  EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, {group, {{0, true}}}),
+               InvalidInput);
   EXPECT_THROW(LegRows(mechanism, 3, poses, RowKind::paper), InvalidInput);
   const RowMatrix flat = poses.leftCols(2);
   EXPECT_THROW(LegRows(mechanism, 0, flat, RowKind::paper), InvalidInput);

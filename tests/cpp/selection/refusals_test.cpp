@@ -31,6 +31,19 @@ void expect_refusal(const RowMatrix& rows, const SelectionOptions& options,
 
 SelectionOptions six() { return options_for(6, SelectionMethod::exchange); }
 
+// A prior may show what few poses do not; one of zeros shows nothing.
+TEST(Refusals, PosesThatWithThePriorDoNotShowEveryParameterByAnyCriterion) {
+  SelectionOptions options = options_for(4, SelectionMethod::exchange);
+  options.prior = RowMatrix::Zero(8, 8);
+  options.error_weight = RowMatrix::Identity(8, 8);
+  for (const Criterion criterion : {Criterion::O1, Criterion::O2, Criterion::O3, Criterion::O4,
+                                    Criterion::O5, Criterion::expected_error}) {
+    options.criterion = criterion;
+    const std::string text = message<NotIdentifiable>(random_rows(50, 8, 1), options);
+    EXPECT_NE(text.find("does not show"), std::string::npos) << text;
+  }
+}
+
 TEST(Refusals, TooFewPosesForTheParameters) {
   expect_refusal(random_rows(20, 4, 1), options_for(3, SelectionMethod::exchange),
                  "3 poses of 1 row cannot show 4 parameters; expected at least 4 poses");

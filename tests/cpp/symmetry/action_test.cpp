@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/mechanisms.hpp"
+#include "symkin/error.hpp"
 #include "symkin/kinematics.hpp"
 #include "symkin/random.hpp"
 
@@ -74,6 +75,16 @@ TEST_P(Action, ComposesAsTheGroupDoes) {
       }
     }
   }
+}
+
+TEST(Action, RefusesPosesAndLegsOfOtherShapes) {
+  const SymmetryGroup group = SymmetryGroup::named("C3");
+  const Mechanism mechanism = testing::paper_3rrr();
+  EXPECT_THROW(transform_poses(group, {1, false}, PoseSpace::spatial, RowMatrix::Zero(2, 3)),
+               InvalidInput);
+  const Leg three{Vector::Ones(3), 1};
+  EXPECT_THROW(transform_leg(group, {1, false}, mechanism.model().info(), three), InvalidInput);
+  EXPECT_THROW(generate_legs(group, mechanism.model(), three, {{1, false}}), InvalidInput);
 }
 
 }  // namespace

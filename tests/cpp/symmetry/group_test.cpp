@@ -45,5 +45,14 @@ TEST(SymmetryGroup, RefusesUnknownNamesAndElements) {
   EXPECT_THROW(SymmetryGroup::named("D3").parse("r3"), InvalidInput);
 }
 
+TEST(SymmetryGroup, RefusesElementsOfOtherGroups) {
+  const SymmetryGroup group = SymmetryGroup::named("C3");
+  for (const SymmetryElement element : {SymmetryElement{3, false}, {-1, false}, {0, true}}) {
+    EXPECT_THROW(group.angle(element), InvalidInput);
+    EXPECT_THROW(group.inverse(element), InvalidInput);
+    EXPECT_THROW(group.compose({0, false}, element), InvalidInput);
+  }
+}
+
 }  // namespace
 }  // namespace symkin

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace symkin {
+
+// Long computations ask a few times a second whether to go on: the hook of the program throws if
+// not, and what it throws leaves the computation. It is asked on the thread that called the
+// library. Null (the default): they run to the end.
+void set_interrupt_hook(void (*hook)());
+
+// What long loops call, as often as they like.
+void check_interrupt();
+
+}  // namespace symkin

@@ -1,0 +1,397 @@
+# SPDX-License-Identifier: MIT
+"""Every public callable that takes arrays, with arguments that it accepts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import symkin
+from symkin import _core
+
+MECHANISMS = ("3RRR", "5bar", "hexapod_jugglebot")
+
+
+@dataclass(frozen=True)
+class Call:
+    """A callable, the arguments that are arrays, and how to call it with them."""
+
+    name: str
+    arrays: dict[str, np.ndarray]
+    run: Callable[..., Any]
+    numbers: dict[str, int] = field(default_factory=dict)  # leg indices, counts
+
+    def __call__(self, **changes: Any) -> Any:
+        return self.run(**(self.arrays | self.numbers | changes))
+
+
+def calls() -> Iterator[Call]:
+    """All of them, in a fixed order."""
+    for name in MECHANISMS:
+        mechanism = symkin.load_mechanism(name)
+        poses = symkin.sample_workspace(mechanism, 24, seed=1).poses
+        for call in (*_of_core(mechanism, poses), *_of_package(mechanism, poses)):
+            yield Call(f"{name}: {call.name}", call.arrays, call.run, call.numbers)
+    yield from _of_selection()
+
+
+def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
+    core, legs = mechanism.core, len(mechanism.legs)
+    readings = mechanism.inverse_kinematics(poses)
+    noise = _core.MeasurementNoise(1e-4, 1e-4, 1e-4)
+    group = symkin.symmetry.symmetry_group(mechanism)
+    element = group.elements[-1]
+    kind = _core.RowKind.noise_aware
+    leg = {"leg": 0}
+
+    yield Call(
+        "_core.Mechanism",
+        {"parameters": core.parameters, "working_modes": np.array(mechanism.working_modes)},
+        lambda parameters, working_modes: _core.Mechanism(
+            "m", mechanism.chain, mechanism.platform, parameters, working_modes
+        ),
+    )
+    yield Call(
+        "_core.Mechanism.with_parameters",
+        {"parameters": core.parameters},
+        lambda parameters: core.with_parameters(parameters).parameters,
+    )
+    yield Call(
+        "_core.Mechanism.joint_centres",
+        {"pose": poses[0]},
+        lambda leg, pose: core.joint_centres(leg, pose, 0.1),
+        leg,
+    )
+    for name in ("inverse_kinematics", "reach_margin", "pose_jacobian"):
+        function = getattr(_core, name)
+        yield Call(
+            f"_core.{name}",
+            {"poses": poses},
+            lambda poses, function=function: function(core, poses),
+        )
+    for name in ("closure", "linearise"):
+        function = getattr(_core, name)
+        yield Call(
+            f"_core.{name}",
+            {"poses": poses, "readings": readings[:, 0]},
+            lambda leg, poses, readings, function=function: function(core, leg, poses, readings),
+            leg,
+        )
+    yield Call(
+        "_core.parameter_jacobian",
+        {"poses": poses},
+        lambda leg, poses: _core.parameter_jacobian(core, leg, poses),
+        leg,
+    )
+    yield Call(
+        "_core.singularity_measures",
+        {"poses": poses},
+        lambda poses: _core.singularity_measures(core, poses, 1.0),
+    )
+    yield Call(
+        "_core.forward_kinematics",
+        {"readings": readings, "start": poses},
+        lambda readings, start: _core.forward_kinematics(core, readings, start),
+    )
+    yield Call(
+        "_core.observability_rows",
+        {"poses": poses},
+        lambda leg, poses: _core.observability_rows(core, leg, poses, kind, noise),
+        leg,
+    )
+    yield Call(
+        "_core.mechanism_rows",
+        {"poses": poses},
+        lambda poses: _core.mechanism_rows(core, poses, kind, noise),
+    )
+    rows = _core.observability_rows(core, 0, poses, kind, noise)
+    tolerances = symkin.observability.tolerances_of(mechanism.tolerances)
+    yield Call(
+        "_core.analyse_observability",
+        {"rows": rows, "scale": tolerances.deviations(core, 0)},
+        _core.analyse_observability,
+    )
+    yield Call("_core.Tolerances.deviations", {}, lambda leg: tolerances.deviations(core, leg), leg)
+    yield Call(
+        "_core.accuracy_weights",
+        {"poses": poses},
+        lambda poses: _core.accuracy_weights(core, poses),
+    )
+    weights = _core.accuracy_weights(core, poses)
+    yield Call(
+        "_core.expected_accuracy",
+        {"covariance": np.eye(len(weights.position))},
+        lambda covariance: _core.expected_accuracy(weights, covariance),
+    )
+    yield Call(
+        "_core.command_errors",
+        {"commanded": poses},
+        lambda commanded: _core.command_errors(core, core, commanded),
+    )
+    yield Call(
+        "_core.measurement_errors",
+        {"measured": poses, "readings": readings},
+        lambda measured, readings: _core.measurement_errors(core, measured, readings),
+    )
+    yield Call(
+        "_core.transform_poses",
+        {"poses": poses},
+        lambda poses: _core.transform_poses(group, element, core, poses),
+    )
+    yield Call(
+        "_core.transform_leg",
+        {"parameters": core.parameters[0]},
+        lambda parameters: _core.transform_leg(group, element, core, parameters, 1),
+    )
+    yield Call(
+        "_core.generate_legs",
+        {"parameters": core.parameters[0]},
+        lambda parameters: _core.generate_legs(
+            group, mechanism.chain, mechanism.platform, parameters, 1, group.elements
+        ),
+    )
+    yield Call(
+        "_core.inside_workspace",
+        {"poses": poses},
+        lambda poses: _core.inside_workspace(core, _options(mechanism), poses),
+    )
+    settings = mechanism.workspace
+    assert settings is not None
+    for name in ("sample_workspace", "verify_workspace_symmetry"):
+        yield Call(
+            f"_core.{name}",
+            {
+                "lower": np.array(settings.lower),
+                "upper": np.array(settings.upper),
+                "home": mechanism.home,
+            },
+            lambda name=name, count=0, **box: _in_box(name, mechanism, box, count),
+            {"count": 5},
+        )
+    yield Call(
+        "_core.simulate",
+        {"poses": poses},
+        lambda leg, poses, wanted: _core.simulate(
+            core, core, [_core.PoseSet(leg, poses, wanted)], noise, 1
+        ),
+        {"leg": 0, "wanted": 12},
+    )
+    yield Call(
+        "_core.identify",
+        {"poses": poses, "readings": readings, "leg_sets": np.arange(len(poses)) % legs},
+        lambda poses, readings, leg_sets: _core.identify(
+            core,
+            _core.MeasurementSet(poses, readings, leg_sets),
+            _core.Estimator.implicit,
+            _core.PoseUse.all,
+            noise,
+            _core.LossKind.none,
+            0.0,
+            20,
+        ),
+    )
+    yield Call(
+        "_core.LegRows",
+        {"poses": poses},
+        lambda leg, poses: _core.select_poses(
+            _core.LegRows(core, leg, poses, kind, noise, group, [element]), _select_ten()
+        ),
+        leg,
+    )
+    yield Call(
+        "_core.LegRows of a pose that is gone",
+        {"poses": poses},
+        lambda leg, poses: _kept_alone(mechanism, leg, poses),
+        leg,
+    )
+
+
+def _options(mechanism: symkin.Mechanism) -> _core.WorkspaceOptions:
+    return symkin.workspace.workspace_options(mechanism)
+
+
+def _in_box(name: str, mechanism: symkin.Mechanism, box: dict[str, Any], count: int) -> Any:
+    options = _options(mechanism)
+    for key, value in box.items():
+        setattr(options, key, value)
+    if name == "sample_workspace":
+        return _core.sample_workspace(mechanism.core, options, count, 1)
+    group = symkin.symmetry.symmetry_group(mechanism)
+    element = group.elements[-1]
+    return _core.verify_workspace_symmetry(mechanism.core, options, group, element, count, 1)
+
+
+def _select_ten() -> _core.SelectionOptions:
+    options = _core.SelectionOptions()
+    options.count, options.kicks, options.threads = 10, 2, 1
+    return options
+
+
+def _kept_alone(mechanism: symkin.Mechanism, leg: int, poses: Any) -> Any:
+    """Rows that outlive the names of all that they were made of."""
+    rows = symkin.LegRows(mechanism.replace(), leg, poses + 0)
+    rows.core.size  # noqa: B018
+    spoilt = [np.full_like(poses, 7) for _ in range(4)]
+    del spoilt
+    return symkin.select_poses(rows, 10, threads=1)
+
+
+def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
+    readings = mechanism.inverse_kinematics(poses)
+    legs, p = mechanism.parameters.shape
+    leg = {"leg": 0}
+    yield Call(
+        "Mechanism",
+        {"deviations": np.ones((legs, p))},
+        lambda deviations: mechanism.replace(deviations=deviations).deviations,
+    )
+    yield Call(
+        "Mechanism.with_parameters",
+        {"parameters": mechanism.parameters, "deviations": np.ones((legs, p))},
+        lambda parameters, deviations: mechanism.with_parameters(parameters, deviations).parameters,
+    )
+    for name in ("inverse_kinematics", "pose_jacobian", "singularity_measures"):
+        yield Call(f"Mechanism.{name}", {"poses": poses}, getattr(mechanism, name))
+    yield Call(
+        "Mechanism.forward_kinematics",
+        {"readings": readings, "start": poses},
+        mechanism.forward_kinematics,
+    )
+    yield Call(
+        "Mechanism.closure", {"poses": poses, "readings": readings[:, 0]}, mechanism.closure, leg
+    )
+    yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
+    for name in ("analyse_observability", "observability_rows"):
+        function = getattr(symkin, name)
+        yield Call(
+            name,
+            {"poses": poses},
+            lambda leg, poses, function=function: function(mechanism, leg, poses, "noise_aware"),
+            leg,
+        )
+    yield Call(
+        "LegRows", {"poses": poses}, lambda leg, poses: symkin.LegRows(mechanism, leg, poses), leg
+    )
+    for name in ("error_weight", "mechanism_rows", "travel_length"):
+        function = getattr(symkin, name)
+        yield Call(
+            name, {"poses": poses}, lambda poses, function=function: function(mechanism, poses)
+        )
+    yield Call(
+        "expected_accuracy",
+        {"poses": poses, "covariance": np.eye(legs * p)},
+        lambda poses, covariance: symkin.expected_accuracy(mechanism, poses, covariance),
+    )
+    yield Call(
+        "map_poses", {"poses": poses}, lambda poses: symkin.map_poses(mechanism, "r0", poses)
+    )
+    yield Call(
+        "evaluate",
+        {"poses": poses},
+        lambda poses: symkin.evaluate(mechanism, actual=mechanism, poses=poses),
+    )
+    measured = {"poses": poses, "readings": readings, "leg_sets": np.arange(len(poses)) % legs + 1}
+    yield Call(
+        "Measurements",
+        measured | {"row_numbers": np.arange(len(poses))},
+        lambda **given: symkin.identify(mechanism, symkin.Measurements(**given)),
+    )
+    yield Call(
+        "Measurements.of",
+        measured,
+        lambda **given: symkin.evaluate(mechanism, measurements=symkin.Measurements.of(**given)),
+    )
+    whole = symkin.Measurements.of(**measured)
+    yield Call("Measurements.subset", {"rows": np.arange(10)}, whole.subset)
+    yield Call(
+        "make_plan",
+        {"candidates": poses, "required": poses[:2]},
+        lambda candidates, required: symkin.make_plan(
+            mechanism, candidates, 12, required=required, margin_sigmas=0.0, threads=1, spares=0
+        ),
+    )
+    yield Call(
+        "pose_count_curve",
+        {
+            "candidates": symkin.sample_workspace(mechanism, 100, seed=2).poses,
+            "counts": np.array([9, 10]),
+        },
+        lambda candidates, counts: symkin.pose_count_curve(mechanism, candidates, counts),
+    )
+    plan = {
+        "leg_sets": np.zeros(len(poses), dtype=np.intp),
+        "order": np.arange(len(poses)),
+        "spare": np.zeros(len(poses), dtype=bool),
+        "poses": poses,
+        "readings": readings,
+    }
+    yield Call("Plan", plan, lambda **given: symkin.simulate(mechanism, symkin.Plan(**given), 1))
+    made = symkin.Plan(**plan)
+    yield Call(
+        "predict_accuracy",
+        {"workspace": poses},
+        lambda workspace: symkin.predict_accuracy(mechanism, made, workspace),
+    )
+
+
+def _of_selection() -> Iterator[Call]:
+    rows = np.random.default_rng(3).normal(size=(40, 5))
+    options = {
+        "forbidden": np.arange(40) % 7 == 3,
+        "required": np.array([1, 2]),
+        "prior": np.eye(5),
+        "coordinates": rows[:, :2] + 0,
+        "scale": np.full(5, 0.5),
+        "error_weight": np.eye(5),
+    }
+    for method, criterion in (
+        ("exchange", "O1"),
+        ("exchange", "O3"),
+        ("exchange", "expected_error"),
+        ("sun_hollerbach", "O1"),
+        ("exhaustive", "O1"),
+        ("random", "O2"),
+        ("all", "O1"),
+    ):
+        own = options if method != "exhaustive" else options | {"coordinates": None}
+        yield Call(
+            f"select_poses by {method} and {criterion}",
+            {"rows": rows} | {key: value for key, value in own.items() if value is not None},
+            lambda method=method, criterion=criterion, count=0, spares=0, **arrays: (
+                symkin.select_poses(
+                    **arrays,
+                    count=count,
+                    spares=spares,
+                    minimum_distance=0.0 if method == "exhaustive" else 0.01,
+                    method=method,
+                    criterion=criterion,
+                    time_limit=0.2,
+                    threads=1,
+                )
+            ),
+            {"count": 7, "spares": 2},
+        )
+    yield Call(
+        "select_poses of orbits",
+        {"rows": rows.reshape(20, 2, 5)},
+        lambda rows: symkin.select_poses(rows, 6, threads=1),
+    )
+    yield Call(
+        "_core.select_poses",
+        {"rows": rows, "prior": np.eye(5), "error_weight": np.eye(5), "column_scale": np.ones(5)},
+        _select_in_core,
+        {"rows_per_pose": 1},
+    )
+
+
+def _select_in_core(rows: Any, rows_per_pose: int, **arrays: Any) -> Any:
+    options = _select_ten()
+    options.criterion = _core.Criterion.expected_error
+    for key, value in arrays.items():
+        before = getattr(options, key)
+        setattr(options, key, value)
+        before.sum()  # not a view of what is no more
+    return _core.select_poses(rows, rows_per_pose, options)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""Ctrl-C ends long computations."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+START = """
+import numpy, symkin
+rows = numpy.random.default_rng(1).normal(size=(3000, 24))
+paper = symkin.load_mechanism("3RRR")
+print("begun", flush=True)
+"""
+LONG = {
+    "proof": "symkin.select_poses(rows, 60, method='exhaustive', time_limit=1e6, threads=1)",
+    "exchange": "symkin.select_poses(numpy.tile(rows, (100, 1)), 500, criterion='O3')",
+    "active calibration": "symkin.select_poses(rows, 1500, method='sun_hollerbach')",
+    "sampling": "symkin.sample_workspace(paper, 20_000_000)",
+    "forward kinematics": (
+        "p = numpy.tile(symkin.sample_workspace(paper, 1000).poses, (5000, 1));"
+        "paper.forward_kinematics(paper.inverse_kinematics(p) + 0.01, p)"
+    ),
+}
+COMMAND = "['plan', '3RRR', '--out', sys.argv[1], '--candidates', '50000000']"
+
+
+@pytest.mark.parametrize("code", LONG.values(), ids=LONG.keys())
+def test_a_long_call_is_interrupted(code: str) -> None:
+    _, errors = _interrupted(["-c", START + code])
+    assert errors.rstrip().endswith("KeyboardInterrupt")
+
+
+def test_an_interrupted_command_ends_with_code_130(tmp_path: Path) -> None:
+    code = f"print('begun', flush=True); from symkin.cli import main; sys.exit(main({COMMAND}))"
+    returncode, errors = _interrupted(["-c", f"import sys; {code}", str(tmp_path / "plan.csv")])
+    assert returncode == 130
+    assert "Traceback" not in errors
+
+
+def _interrupted(arguments: list[str]) -> tuple[int, str]:
+    """Exit code and errors of a process that gets SIGINT a while after it has begun."""
+    with subprocess.Popen(
+        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "begun\n"
+            time.sleep(1.5)
+            assert process.poll() is None, "it ended before it could be interrupted"
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=10)
+        finally:
+            process.kill()
+        return process.returncode, errors
