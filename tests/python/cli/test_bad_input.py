@@ -101,8 +101,8 @@ def _in_degrees(text: str) -> str:
         (_empty, "the file is empty"),
         (_without_rows, "no rows below the header"),
         (_without_a_column, 'column "phi_rad"'),
-        (_with_nan, 'row 2 has nan in column "x_m"'),
-        (_with_a_repeated_row, "row 31 repeats row 30"),
+        (_with_nan, 'row 3 has nan in column "x_m"'),
+        (_with_a_repeated_row, "row 32 repeats row 31"),
         (_in_degrees, "stated in rad but fit in deg"),
     ],
 )
