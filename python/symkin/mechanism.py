@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.chains import chain_info
-from symkin.errors import MechanismError, did_you_mean
+from symkin.errors import MechanismError, did_you_mean, printable
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -133,6 +133,10 @@ class Mechanism:
         measurement_columns: MeasurementColumns | None = None,
         source: Path | None = None,
     ) -> None:
+        if not name.isprintable():
+            raise MechanismError(
+                f'the name "{printable(name)}" has characters that cannot be printed'
+            )
         legs = tuple(legs)
         info = chain_info(_common_chain(legs), platform)
         values = np.array([_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)])

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.errors import MechanismFileError, did_you_mean, named_legs
+from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.files.column_mapping import check_columns, columns_of_section
 from symkin.files.mechanism_schema import COORDINATES, MechanismHeader, mechanism_model
 from symkin.files.toml_source import TomlSource, read_toml
@@ -65,7 +65,7 @@ def load_mechanism(
     mechanism = source.call(
         ("reference_leg",) if file.legs is None else ("legs",),
         lambda: Mechanism(
-            file.name or source.path.stem,
+            file.name or printable(source.path.stem),
             legs,
             platform=file.platform,
             reading_unit=file.reading_unit,

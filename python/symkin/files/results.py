@@ -7,6 +7,7 @@ import dataclasses
 import json
 import math
 import os
+import reprlib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import ResultsError
+from symkin.files.sources import file_bytes
 
 __all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
 
@@ -58,18 +60,20 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
         If the file is missing, is not JSON, or is of another version.
     """
     path = Path(path)
+    data = file_bytes(path, lambda message: ResultsError(f"{path}: {message}"))
     try:
-        document: Any = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise ResultsError(f"{path}: no such file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
+        document: Any = json.loads(data)
     except json.JSONDecodeError as error:
         raise ResultsError(f"{path}:{error.lineno}: is not valid JSON: {error.msg}") from error
+    except UnicodeDecodeError as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    except (ValueError, RecursionError) as error:  # integers of many digits, lists in lists
+        raise ResultsError(f"{path}: is not a results file: {error}") from error
     version = document.get("schema") if isinstance(document, dict) else None
-    if version != SCHEMA_VERSION:
+    if version != SCHEMA_VERSION or isinstance(version, bool | float):
         raise ResultsError(
-            f"{path}: is not a results file of version {SCHEMA_VERSION}: its schema is {version!r}"
+            f"{path}: is not a results file of version {SCHEMA_VERSION}: its schema is "
+            f"{reprlib.repr(version)}"
         )
     return {name: value for name, value in document.items() if name != "schema"}
 
