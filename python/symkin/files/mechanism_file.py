@@ -105,11 +105,11 @@ def _shipped_folder() -> Path:
 def _located(path_or_name: str | os.PathLike[str]) -> Path:
     path = Path(path_or_name)
     is_name = path.name == os.fspath(path_or_name) and path.suffix != ".toml"
-    if path.exists() or not is_name:
+    if os.path.exists(path) or not is_name:  # noqa: PTH110  # for any name, unlike Path.exists
         return path
     shipped = _shipped_folder() / f"{path}.toml"
-    if not shipped.is_file():
-        names = shipped_mechanisms()
+    names = shipped_mechanisms()
+    if shipped.stem not in names:
         raise MechanismFileError(
             "is neither a file nor a shipped mechanism"
             f"{did_you_mean(path.name, names)} (shipped: {', '.join(names)})",

@@ -39,7 +39,9 @@ def results_text(results: Mapping[str, Any]) -> str:
         If a value has no JSON form, naming its key.
     """
     document = {"schema": SCHEMA_VERSION, **_plain(results, "")}
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    # A file's name may have bytes that are no character: JSON has an escape for them.
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def write_results(results: Mapping[str, Any], path: str | os.PathLike[str]) -> None:

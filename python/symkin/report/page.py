@@ -39,7 +39,7 @@ def write_page(summary: Summary, sections: Sequence[Section], path: Path) -> Pat
     for section in sections:
         for figure in section.images:
             (path.parent / f"{figure.name}.png").write_bytes(figure.png)
-    path.write_text(render_page(summary, sections), encoding="utf-8")
+    path.write_text(render_page(summary, sections), encoding="utf-8", errors="backslashreplace")
     return path
 
 
