@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import logging
 import os
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -77,8 +78,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = [argument for argument in given if argument != _DEBUG] or ["--help"]
     with _own_streams(debug) if arguments is None else contextlib.nullcontext():
         return exit_code_of(
-            lambda: app(args=given, prog_name="symkin", standalone_mode=False), debug
+            lambda: _command()(args=given, prog_name="symkin", standalone_mode=False), debug
         )
+
+
+@functools.cache
+def _command() -> Any:
+    return typer.main.get_command(app)
 
 
 @contextlib.contextmanager

@@ -230,7 +230,15 @@ def _scaled(
         factor = unit_factor(unit, si_unit)
     except QuantityError as error:
         raise table.error(f'column "{column}" ({purpose}): {error}') from error
-    return table.numbers(column, empty_allowed=empty_allowed) * factor
+    values = table.numbers(column, empty_allowed=empty_allowed)
+    with np.errstate(over="ignore"):
+        scaled = values * factor
+    if np.isinf(scaled).any():
+        index = int(np.argmax(np.isinf(scaled)))
+        raise table.row_error(
+            index, f'has {values[index]:g} {unit} in column "{column}": too large'
+        )
+    return scaled
 
 
 def _column_and_unit(
@@ -257,7 +265,8 @@ def _quaternions(table: Table, names: Sequence[str]) -> NDArray[np.float64]:
     for name in names:
         table.require(name, _QUATERNION_PURPOSE)
     quaternions = np.column_stack([table.numbers(name) for name in names])
-    norms = np.linalg.norm(quaternions, axis=1)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(norms - 1) > _QUATERNION_NORM_TOLERANCE
     if wrong.any():
         index = int(np.argmax(wrong))
