@@ -76,6 +76,8 @@ def evaluate(
     """
     if measurements is not None and actual is None and poses is None:
         complete = np.isfinite(measurements.readings).all(axis=1)
+        if not complete.any():
+            raise SymkinError("no pose has readings of all legs, so none can be evaluated")
         errors = _core.measurement_errors(
             model.core, measurements.poses[complete], measurements.readings[complete]
         )

@@ -23,11 +23,12 @@ class Measurements:
     poses : ndarray, shape (N, coordinates)
         ``x, y, phi`` (planar), ``x, y`` (point) or ``x, y, z, qx, qy, qz, qw`` (spatial); m, rad.
     readings : ndarray, shape (N, legs)
-        In the sensor's unit, rad or m; NaN where a leg was not measured.
+        In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
         The leg, from 1, whose set of poses the row belongs to; 0 for all legs.
     row_numbers : ndarray of int, shape (N,)
-        Rows of the source, from 1 without the header.
+        Where the rows stand in the source, from 1: lines of a CSV, header and comments included,
+        or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
     """
@@ -56,7 +57,7 @@ class Measurements:
         readings: NDArray[np.float64],
         leg_sets: NDArray[np.intp] | None = None,
     ) -> Measurements:
-        """Measurements from arrays; without `leg_sets`, every row serves all legs."""
+        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
         count = len(poses)
         sets = np.zeros(count, dtype=np.intp) if leg_sets is None else leg_sets
         return cls(poses, readings, sets, np.arange(1, count + 1))

@@ -37,6 +37,8 @@ _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
     "platform"
 )
+# Nothing that was measured is larger, and squares of it can still be added.
+_MOST = 1e12
 # Rounded files keep about four digits; a larger error of the norm means that it is no quaternion.
 _QUATERNION_NORM_TOLERANCE = 1e-3
 
@@ -233,10 +235,12 @@ def _scaled(
     values = table.numbers(column, empty_allowed=empty_allowed)
     with np.errstate(over="ignore"):
         scaled = values * factor
-    if np.isinf(scaled).any():
-        index = int(np.argmax(np.isinf(scaled)))
+    huge = np.abs(scaled) > _MOST
+    if huge.any():
+        index = int(np.argmax(huge))
         raise table.row_error(
-            index, f'has {values[index]:g} {unit} in column "{column}": too large'
+            index,
+            f'has {values[index]:g} in column "{column}"; expected at most {_MOST:g} {si_unit}',
         )
     return scaled
 

@@ -46,6 +46,7 @@ _EXPECTED = {
     "rad/m": 'an angle per length such as "0.2 rev/mm"',
 }
 _MAX_LENGTH = 200
+_MOST = 1e30  # of which squares can still be added
 # Two turns, since what was estimated or added up may be somewhat more than one.
 _MOST_OF_DIRECTION = 4 * math.pi
 
@@ -118,6 +119,8 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
         raise QuantityError(f"{_quoted(value)} is not a number; expected {_EXPECTED[si_unit]}")
     if not math.isfinite(result):
         raise QuantityError(f"{_quoted(value)} is not a finite number")
+    if abs(result) > _MOST:
+        raise QuantityError(f"{_quoted(value)} is too large; expected at most {_MOST:g}")
     if direction and isinstance(evaluated, float) and abs(result) > _MOST_OF_DIRECTION:
         raise QuantityError(
             f"is {_quoted(value)} without a unit, so {abs(result) / math.tau:.3g} turns; write "

@@ -67,12 +67,14 @@ def test_poses_are_read_in_any_unit_that_the_names_state(
         ("x_m,y_m,phi_mm", '"1 mm" is a length; expected an angle'),
         ("x,y_m,phi_rad", 'the unit of column "x" is unknown'),
         ("x_m,x_mm,phi_rad", "columns x_m and x_mm both hold x"),
+        ("x_m,y_m,phi_rad,note", 'row 2 has 1e+13 in column "y_m"; expected at most 1e+12 m'),
     ],
 )
 def test_a_pose_column_that_cannot_be_used_is_named(
     table: Callable[[str, str], Table], header: str, words: str
 ) -> None:
-    data = table(header + ",psi_1_rad", "1,2,3,4")
+    row = "1,1e13,3,4,5" if "note" in header else "1,2,3,4"
+    data = table(header + ",psi_1_rad", row)
     with pytest.raises(MeasurementError) as error:
         read_poses(data, own_columns(data, "planar", 1))
     assert words in str(error.value)

@@ -66,6 +66,7 @@ def test_an_expression_has_its_value_in_si(text: object, unit: str, expected: fl
         (10**400, "m", ["not a finite number"]),
         ("9**9**9**9", "m", ["cannot be evaluated"]),
         ("1e999", "m", ["not a finite number"]),
+        ("1e31", "m", ["too large; expected at most 1e+30"]),
         ("", "m", ["cannot be read"]),
         ("1,5 m", "m", ["cannot be read"]),
         ("sqrt(1, 2)", "m", ["sqrt takes one value, not 2"]),
@@ -116,7 +117,7 @@ def test_any_text_gives_a_number_or_a_quantity_error(text: str) -> None:
         assert math.isfinite(evaluate_quantity(text, "m"))
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
+@given(st.floats(-1e30, 1e30))
 def test_a_printed_number_in_si_reads_back_exactly(value: float) -> None:
     for unit, text in (("m", f"{value!r} m"), ("m/rad", f"{value!r} m/rad"), ("1", repr(value))):
         assert evaluate_quantity(text, unit) == value

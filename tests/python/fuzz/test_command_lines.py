@@ -291,8 +291,8 @@ def _broken_tables(text: str) -> Iterator[bytes]:
 _WORDS = [
     "", " ", "x", "-1", "0", "1", "2", "1e3", "1.5", "nan", "inf", "-inf", "1_0", "0x1F",
     "2147483648", "9223372036854775808", "18446744073709551616", "9" * 400, "True", "-", "--",
-    "--json", "é", "\x1b[31m", "a" * 700, "x=1:2", "x=1:2,x=3:4", "y=:", "phi=30:60", "0,0,0", "0,0.3", "5cm",
-    "/dev/zero", "nosuch/", "all", "none", "paper", "spoilt.toml",
+    "--json", "é", "\x1b[31m", "a" * 700, "x=1:2", "x=1:2,x=3:4", "y=:", "phi=30:60", "0,0,0",
+    "0,0.3", "5cm", "/dev/zero", "nosuch/", "all", "none", "paper", "spoilt.toml",
 ]  # fmt: skip
 # Commands that end at the mechanism, so that what is tried is the option alone, and those that do
 # not take long.
