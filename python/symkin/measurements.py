@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, NotIdentifiableError
+from symkin.mechanism import wrong_quaternion
 
 __all__ = ["Measurements"]
 
@@ -40,12 +41,18 @@ class Measurements:
     source: Path | None = None
 
     def __post_init__(self) -> None:
-        """Check that all arrays have a row for each pose."""
+        """Check that all arrays have a row for each pose, and that quaternions are rotations."""
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers"):
             count = len(getattr(self, name))
             if count != rows:
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
+        wrong = wrong_quaternion(self.poses)
+        if wrong is not None:
+            raise MeasurementError(
+                f"row {self.row_numbers[wrong[0]]} has a quaternion of norm {wrong[1]:.6g}; "
+                "expected 1"
+            )
         legs = self.readings.shape[1]
         if rows and not 0 <= self.leg_sets.min() <= self.leg_sets.max() <= legs:
             raise MeasurementError(f"a leg set is not one of the legs 1 to {legs}, or 0 for all")

@@ -122,7 +122,7 @@ def test_rotation_vectors_in_degrees_are_refused(write: Write, hexapod: Mechanis
             assert np.allclose(read_measurements(path, hexapod).poses, poses)
 
 
-@pytest.mark.parametrize("far", [50.0, 1e150])
+@pytest.mark.parametrize("far", [50.0, 1e9])
 def test_a_single_wrong_pose_is_not_mistaken_for_a_wrong_unit(
     tmp_path: Path, paper: Mechanism, measured: Measurements, far: float
 ) -> None:
