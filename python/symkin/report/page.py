@@ -39,7 +39,7 @@ def write_page(summary: Summary, sections: Sequence[Section], path: Path) -> Pat
     for section in sections:
         for figure in section.images:
             (path.parent / f"{figure.name}.png").write_bytes(figure.png)
-    path.write_text(render_page(summary, sections), encoding="utf-8", errors="backslashreplace")
+    path.write_text(render_page(summary, sections), encoding="utf-8")
     return path
 
 
@@ -55,7 +55,9 @@ def render_page(summary: Summary, sections: Sequence[Section]) -> str:
     environment.tests["image"] = lambda part: isinstance(part, Image)
     environment.filters["symbols"] = _symbols
     template = environment.get_template("report.html")
-    return template.render(summary=summary, sections=sections, version=_version())
+    page = template.render(summary=summary, sections=sections, version=_version())
+    # A file's name may have bytes that are no character.
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _symbols(text: str) -> Markup:

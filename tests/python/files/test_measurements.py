@@ -13,7 +13,10 @@ from symkin.errors import MeasurementError, NotIdentifiableError
 from symkin.files.measurements import read_measurements, write_measurements
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
+from symkin.planning import make_plan
 from symkin.settings import MeasurementColumns
+from symkin.simulation import simulate
+from symkin.workspace import sample_workspace
 
 Write = Callable[..., Path]
 
@@ -31,6 +34,16 @@ def test_measurements_read_back_to_the_same_numbers(
         first = 2 if name.endswith("csv") else 1  # a CSV has its header above
         assert read.row_numbers.tolist() == list(range(first, first + 12))
         assert read.source == tmp_path / name
+
+
+def test_simulated_rows_are_numbered_as_the_table_that_is_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    plan = make_plan(paper, sample_workspace(paper, 60), 8, spares=4)
+    simulated = simulate(paper, plan).measurements
+    write_measurements(simulated, tmp_path / "m.csv", paper)
+    read = read_measurements(tmp_path / "m.csv", paper)
+    assert read.row_numbers.tolist() == simulated.row_numbers.tolist()
 
 
 def test_spatial_poses_read_back_to_the_same_numbers(tmp_path: Path, hexapod: Mechanism) -> None:
