@@ -13,7 +13,11 @@ a row (see `Mechanism`).
 from __future__ import annotations
 
 import importlib
+import os
 from typing import TYPE_CHECKING, Any
+
+# Ceres' messages are not for users: what they are about comes back as results and errors.
+os.environ.setdefault("GLOG_minloglevel", "3")
 
 try:
     from symkin import _core as _core

@@ -18,6 +18,7 @@ __all__ = [
     "SymmetryError",
     "did_you_mean",
     "named_legs",
+    "printable",
 ]
 
 
@@ -72,6 +73,13 @@ class MechanismFileError(SymkinError):
         self.path = path
         self.line = line
         self.key = key
+
+
+def printable(text: str) -> str:
+    """Return text with escapes for what a terminal or a file would not show as it is."""
+    return "".join(
+        char if char.isprintable() else char.encode("unicode_escape").decode() for char in text
+    )
 
 
 def did_you_mean(name: str, valid_names: Iterable[str]) -> str:

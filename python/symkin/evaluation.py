@@ -211,6 +211,8 @@ def evaluate(
     """
     if measurements is not None and actual is None and poses is None:
         complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+        if not len(complete):
+            raise SymkinError("no pose has readings of all legs, so none can be evaluated")
         rows = measurements.poses[complete]
         differences = pose_differences(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:

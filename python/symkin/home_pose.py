@@ -15,13 +15,15 @@ _SINGULAR = 1e8  # condition number that rounding cannot tell from infinity
 _TRIED = 2000  # poses of the box, for one that home could be
 
 
-def require_usable_home(mechanism: Mechanism) -> None:
+def require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     """Refuse a home pose that is not in the workspace whose aspect it defines.
 
     Parameters
     ----------
     mechanism : Mechanism
         With workspace settings.
+    reach_margin : float
+        That every leg must keep, m.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def require_usable_home(mechanism: Mechanism) -> None:
     values = settings.home or (0.0,) * mechanism.core.dof
     home = f"the home pose {_listed(values)}"
     margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
-    if not (margins >= settings.reach_margin).all():
+    if not (margins >= reach_margin).all():
         leg = int(np.argmin(margins))
         inside = f"{margins[leg]:.3g} m within the reach of"
         what = inside if margins[leg] >= 0 else "out of reach of"
@@ -42,7 +44,7 @@ def require_usable_home(mechanism: Mechanism) -> None:
             mechanism,
             "home",
             f"{home} is {what} {named_legs([leg])}, and reach_margin is "
-            f"{settings.reach_margin:g} m; {_another(mechanism)}, or lower reach_margin",
+            f"{reach_margin:g} m; {_another(mechanism, reach_margin)}, or lower reach_margin",
         )
     condition = float(mechanism.singularity_measures(mechanism.home)[2][0])
     if not condition <= settings.conditioning_limit:
@@ -54,12 +56,12 @@ def require_usable_home(mechanism: Mechanism) -> None:
         raise _refusal(
             mechanism,
             "home",
-            f"{home} {what}, and {limit}; {_another(mechanism)}"
+            f"{home} {what}, and {limit}; {_another(mechanism, reach_margin)}"
             + ("" if singular else ", or raise conditioning_limit"),
         )
 
 
-def _another(mechanism: Mechanism) -> str:
+def _another(mechanism: Mechanism, reach_margin: float) -> str:
     """What to try: a well-conditioned pose of the box, if it has one."""
     settings = mechanism.workspace
     assert settings is not None
@@ -69,7 +71,7 @@ def _another(mechanism: Mechanism) -> str:
     readings = mechanism.inverse_kinematics(poses)
     limits = mechanism.joint_limits
     usable = ((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1)
-    usable &= (_core.reach_margin(mechanism.core, poses) >= settings.reach_margin).all(axis=1)
+    usable &= (_core.reach_margin(mechanism.core, poses) >= reach_margin).all(axis=1)
     conditions = np.where(usable, mechanism.singularity_measures(poses)[2], np.nan)
     if not usable.any() or not np.nanmin(conditions) <= settings.conditioning_limit:
         return (

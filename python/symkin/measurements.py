@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, NotIdentifiableError
+from symkin.mechanism import wrong_quaternion
 
 __all__ = ["Measurements"]
 
@@ -23,11 +24,12 @@ class Measurements:
     poses : ndarray, shape (N, coordinates)
         ``x, y, phi`` (planar), ``x, y`` (point) or ``x, y, z, qx, qy, qz, qw`` (spatial); m, rad.
     readings : ndarray, shape (N, legs)
-        In the sensor's unit, rad or m; NaN where a leg was not measured.
+        In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
         The leg, from 1, whose set of poses the row belongs to; 0 for all legs.
     row_numbers : ndarray of int, shape (N,)
-        Rows of the source, from 1 without the header.
+        Where the rows stand in the source, from 1: lines of a CSV, header and comments included,
+        or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
     """
@@ -39,7 +41,7 @@ class Measurements:
     source: Path | None = None
 
     def __post_init__(self) -> None:
-        """Check that all arrays have a row for each pose."""
+        """Check that all arrays have a row for each pose, and that quaternions are rotations."""
         make_arrays(
             self,
             poses=(2, "float"),
@@ -52,6 +54,12 @@ class Measurements:
             count = len(getattr(self, name))
             if count != rows:
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
+        wrong = wrong_quaternion(self.poses)
+        if wrong is not None:
+            raise MeasurementError(
+                f"row {self.row_numbers[wrong[0]]} has a quaternion of norm {wrong[1]:.6g}; "
+                "expected 1"
+            )
         legs = self.readings.shape[1]
         if rows and not 0 <= self.leg_sets.min() <= self.leg_sets.max() <= legs:
             raise MeasurementError(f"a leg set is not one of the legs 1 to {legs}, or 0 for all")
@@ -63,7 +71,7 @@ class Measurements:
         readings: NDArray[np.float64],
         leg_sets: NDArray[np.intp] | None = None,
     ) -> Measurements:
-        """Measurements from arrays; without `leg_sets`, every row serves all legs."""
+        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
         count = len(poses)
         sets = np.zeros(count, dtype=np.intp) if leg_sets is None else leg_sets
         return cls(poses, readings, sets, np.arange(1, count + 1))

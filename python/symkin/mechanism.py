@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.chains import chain_info
-from symkin.errors import MechanismError, did_you_mean
+from symkin.errors import MechanismError, did_you_mean, printable
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -98,7 +98,8 @@ class Mechanism:
     Raises
     ------
     SymkinError
-        Naming the leg and the parameter at fault.
+        Naming the leg and the parameter at fault. The methods that take poses raise it for a
+        quaternion that is not of unit length within 1e-3.
     """
 
     name: str
@@ -133,6 +134,10 @@ class Mechanism:
         measurement_columns: MeasurementColumns | None = None,
         source: Path | None = None,
     ) -> None:
+        if not name.isprintable():
+            raise MechanismError(
+                f'the name "{printable(name)}" has characters that cannot be printed'
+            )
         legs = tuple(legs)
         info = chain_info(_common_chain(legs), platform)
         values = np.array([_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)])
@@ -241,7 +246,7 @@ class Mechanism:
             In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
             cannot reach.
         """
-        return _core.inverse_kinematics(self.core, _rows(poses))
+        return _core.inverse_kinematics(self.core, self._poses(poses))
 
     def forward_kinematics(
         self, readings: ArrayLike, start: ArrayLike | None = None
@@ -263,7 +268,7 @@ class Mechanism:
             Whether the pose solves the closures within the start's aspect.
         """
         begin = self.home if start is None else start
-        result = _core.forward_kinematics(self.core, _rows(readings), _rows(begin))
+        result = _core.forward_kinematics(self.core, _rows(readings), self._poses(begin))
         return result.poses, result.converged
 
     def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
@@ -276,7 +281,7 @@ class Mechanism:
         ndarray, shape (N,)
             m.
         """
-        return _core.closure(self.core, leg, _rows(poses), np.atleast_1d(_floats(readings)))
+        return _core.closure(self.core, leg, self._poses(poses), np.atleast_1d(_floats(readings)))
 
     def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
         """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
@@ -289,7 +294,7 @@ class Mechanism:
         ndarray, shape (N, p)
             In sensor units per parameter unit.
         """
-        return _core.parameter_jacobian(self.core, leg, _rows(poses))
+        return _core.parameter_jacobian(self.core, leg, self._poses(poses))
 
     def pose_jacobian(self, poses: ArrayLike) -> Array:
         """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
@@ -299,7 +304,7 @@ class Mechanism:
         ndarray, shape (N, legs, dof)
             In sensor units per m and rad.
         """
-        rows = _rows(poses)
+        rows = self._poses(poses)
         jacobian = _core.pose_jacobian(self.core, rows)
         return jacobian.reshape(len(rows), len(self.legs), self.core.dof)
 
@@ -319,7 +324,7 @@ class Mechanism:
             is by default the workspace's, else the mean platform radius.
         """
         length = characteristic_length or self.characteristic_length
-        measures = _core.singularity_measures(self.core, _rows(poses), length)
+        measures = _core.singularity_measures(self.core, self._poses(poses), length)
         return measures.serial, measures.parallel, measures.condition
 
     @property
@@ -331,6 +336,29 @@ class Mechanism:
             column = self.parameter_names.index("platform_radius")
             return float(np.mean(np.abs(self.parameters[:, column]))) or 1.0
         return 1.0
+
+    def _poses(self, poses: ArrayLike) -> Array:
+        """Poses as rows; a quaternion that stands for no rotation is refused."""
+        rows = _rows(poses)
+        wrong = wrong_quaternion(rows) if self.pose_space == "spatial" else None
+        if wrong is not None:
+            raise MechanismError(
+                f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"
+            )
+        return rows
+
+
+def wrong_quaternion(poses: Array) -> tuple[int, float] | None:
+    """Return the first of spatial poses whose quaternion is not of unit length, and its norm.
+
+    A norm within 1e-3 of 1 is rounded, and is brought to 1 by the core; NaN is no pose at all.
+    """
+    if poses.ndim != 2 or poses.shape[1] != 7:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        norms = np.linalg.norm(poses[:, 3:], axis=1)
+        wrong = np.flatnonzero(np.abs(norms - 1) > 1e-3)
+    return (int(wrong[0]), float(norms[wrong[0]])) if len(wrong) else None
 
 
 def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:

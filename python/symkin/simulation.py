@@ -93,8 +93,11 @@ def simulate(
     sets = [_core.PoseSet(leg - 1, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(mechanism.noise), seed)
     taken = result.measurements
-    measurements = Measurements.of(
-        taken.poses, taken.readings, np.array(taken.leg_sets, dtype=np.intp) + 1
+    measurements = Measurements(
+        taken.poses,
+        taken.readings,
+        np.array(taken.leg_sets, dtype=np.intp) + 1,
+        np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)

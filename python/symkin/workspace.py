@@ -83,7 +83,7 @@ def sample_workspace(
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
     options = workspace_options(mechanism)
-    require_usable_home(mechanism)
+    require_usable_home(mechanism, least_reach_margin(mechanism))
     sample = _core.sample_workspace(
         mechanism.core,
         options,

@@ -88,3 +88,23 @@ def test_poses_of_another_kind_are_refused(paper):
 def test_the_gain_of_a_motor_that_winds_a_cable_has_its_unit(hexapod, paper):
     assert hexapod.parameter_units[6:] == ("m/rad", "m")
     assert paper.parameter_units[6:] == ("", "rad")
+
+
+@pytest.mark.parametrize("quaternion", [(0, 0, 0, 0), (0, 0, 0, 2), (1e200, 0, 0, 0)])
+def test_a_quaternion_that_is_no_rotation_is_refused(
+    hexapod: symkin.Mechanism, quaternion: tuple[float, ...]
+) -> None:
+    poses = np.array([[0, 0, 0.7, 0, 0, 0, 1], [0, 0, 0.7, *quaternion]])
+    readings = hexapod.inverse_kinematics(poses[:1])
+    for function in (
+        hexapod.inverse_kinematics,
+        hexapod.pose_jacobian,
+        hexapod.singularity_measures,
+        lambda poses: hexapod.closure(0, poses, np.zeros(2)),
+        lambda poses: hexapod.parameter_jacobian(0, poses),
+        lambda poses: hexapod.forward_kinematics(readings, poses[1]),
+    ):
+        with pytest.raises(symkin.MechanismError, match="has a quaternion of norm"):
+            function(poses)
+    with pytest.raises(symkin.MeasurementError, match="row 2 has a quaternion of norm"):
+        symkin.Measurements.of(poses, np.zeros((2, 6)))

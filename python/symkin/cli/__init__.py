@@ -3,9 +3,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import io
+import logging
+import os
 import sys
-from collections.abc import Sequence
-from typing import Annotated
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
 
 import typer
 
@@ -21,6 +27,8 @@ from symkin.cli.simulate import simulate
 from symkin.cli.workspace import workspace
 
 __all__ = ["app", "main"]
+
+_DEBUG = "--debug"
 
 # Plain help starts faster than rich's, and pastes cleanly.
 app = typer.Typer(
@@ -38,6 +46,10 @@ for command in (check, workspace, pose_count, plan, simulate, identify, evaluate
 def overview(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: Annotated[  # noqa: ARG001  # taken out of the command line before it is read
+        bool,
+        typer.Option("--debug", help="Show where an error arose; with any command, anywhere."),
+    ] = False,
 ) -> None:
     """Kinematic identification of symmetric parallel mechanisms.
 
@@ -61,5 +73,35 @@ def overview(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line, by default the program's own, and return its exit code."""
-    given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
-    return exit_code_of(lambda: app(args=given, prog_name="symkin", standalone_mode=False))
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    debug = _DEBUG in given
+    given = [argument for argument in given if argument != _DEBUG] or ["--help"]
+    with _own_streams(debug) if arguments is None else contextlib.nullcontext():
+        return exit_code_of(
+            lambda: _command()(args=given, prog_name="symkin", standalone_mode=False), debug
+        )
+
+
+@functools.cache
+def _command() -> Any:
+    return typer.main.get_command(app)
+
+
+@contextlib.contextmanager
+def _own_streams(debug: bool) -> Iterator[None]:
+    """Keep libraries off stderr, and let any character be printed to a stdout that may be closed.
+
+    A caller in the same process has its own streams and filters.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: PTH123, SIM115  # for all its life
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if debug:
+        yield
+        return
+    logging.disable(logging.WARNING)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -9,14 +9,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from symkin.errors import printable
+
 __all__ = ["print_json", "progress", "say", "show_legs", "show_table"]
 
 _PIPE_WIDTH = 100
 
 
 def say(text: str = "") -> None:
-    """Print a line, however long."""
-    sys.stdout.write(f"{text}\n")
+    """Print a line, however long; what a terminal would obey is escaped."""
+    sys.stdout.write(f"{printable(text)}\n")
 
 
 def print_json(document: Mapping[str, Any]) -> None:

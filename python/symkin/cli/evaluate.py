@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
 
 import symkin
@@ -65,15 +66,16 @@ def evaluate(
         stage("reading the model")
         loaded = symkin.load_mechanism(model)
         stage("evaluating")
+        unread = 0
         if measurements is not None:
-            result = _against_measurements(loaded, measurements, columns)
+            result, unread = _against_measurements(loaded, measurements, columns)
         else:
             robot = symkin.load_mechanism(str(actual))
             result = _against_robot(loaded, robot, poses, candidates, seed)
     if as_json:
         print_json(_document(loaded, result))
     else:
-        _show(loaded, result)
+        _show(loaded, result, unread)
 
 
 def _require_one_robot(
@@ -94,12 +96,16 @@ def _require_one_robot(
         raise typer.BadParameter("--columns goes with --measurements alone")
 
 
-def _against_measurements(model: Mechanism, path: Path, columns: Path | None) -> Evaluation:
+def _against_measurements(
+    model: Mechanism, path: Path, columns: Path | None
+) -> tuple[Evaluation, int]:
+    """The evaluation, and the number of poses at which not all legs were read."""
     from symkin.files.column_mapping import load_columns
 
     mapping = load_columns(columns) if columns else None
     measured = symkin.read_measurements(path, model, mapping)
-    return symkin.evaluate(model, measurements=measured)
+    unread = int(np.isnan(measured.readings).any(axis=1).sum())
+    return symkin.evaluate(model, measurements=measured), unread
 
 
 def _against_robot(
@@ -127,8 +133,10 @@ def _document(model: Mechanism, result: Evaluation) -> dict[str, Any]:
     }
 
 
-def _show(model: Mechanism, result: Evaluation) -> None:
+def _show(model: Mechanism, result: Evaluation, unread: int) -> None:
     say(f"{model.name}: end-effector error over {result.evaluated} poses")
+    if unread:
+        say(f"left out, since not all legs were read there: {unread} poses")
     if result.failed:
         say(f"left out, since they cannot be taken: {result.failed} poses")
     say()

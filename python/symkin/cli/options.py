@@ -27,6 +27,7 @@ __all__ = [
     "PoseUseOption",
     "RowsOption",
     "SeedOption",
+    "ThreadsOption",
 ]
 
 MechanismArgument = Annotated[
@@ -109,6 +110,10 @@ EstimatorOption = Annotated[
         help="Whitened closures of each leg; the paper's Gauss-Newton on g - psi; the same cost by "
         "Levenberg-Marquardt; or all legs together."
     ),
+]
+ThreadsOption = Annotated[
+    int,
+    typer.Option(metavar="N", min=0, max=1024, help="0 for all; the plan is always the same."),
 ]
 PoseUseOption = Annotated[
     PoseUse,

@@ -23,6 +23,7 @@ from symkin.cli.options import (
     PoseCountOption,
     RowsOption,
     SeedOption,
+    ThreadsOption,
 )
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
 from symkin.cli.units import milli, numbers
@@ -99,9 +100,7 @@ def plan(
         float,
         typer.Option(metavar="S", min=0, help="Seconds for the proof of the method exhaustive."),
     ] = 10.0,
-    threads: Annotated[
-        int, typer.Option(metavar="N", min=0, help="0 for all; the plan is always the same.")
-    ] = 0,
+    threads: ThreadsOption = 0,
     report: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder for plan.html, its figures and plan.json."),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Options that say which poses may and must be measured."""
+"""Options with lengths and angles in them: a list of angles, and which poses may be measured."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from symkin.errors import QuantityError
 from symkin.planning import Region
 
-__all__ = ["AvoidOption", "MinimumDistanceOption", "length", "regions"]
+__all__ = ["AvoidOption", "MinimumDistanceOption", "angles", "length", "regions"]
 
 AvoidOption = Annotated[
     list[str] | None,
@@ -41,7 +41,21 @@ def length(text: str, hint: str) -> float:
 
 def regions(texts: Sequence[str]) -> list[Region]:
     """Read regions to avoid."""
-    return [dict(_limits(part, text) for part in text.split(",")) for text in texts]
+    return [_region(text) for text in texts]
+
+
+def _region(text: str) -> Region:
+    region: dict[str, tuple[float, float]] = {}
+    for part in text.split(","):
+        name, limits = _limits(part, text)
+        if name in region:
+            raise typer.BadParameter(
+                f'"{text}" limits {name} twice; expected each coordinate once (one --avoid for '
+                "each region)",
+                param_hint="--avoid",
+            )
+        region[name] = limits
+    return region
 
 
 def _limits(part: str, text: str) -> tuple[str, tuple[float, float]]:
@@ -59,11 +73,21 @@ def _limits(part: str, text: str) -> tuple[str, tuple[float, float]]:
     )
 
 
+def angles(text: str, hint: str) -> list[float]:
+    """Read a list of different angles, rad."""
+    values = [_quantity(part, "rad", hint) for part in text.split(",")]
+    if len(set(values)) < len(values):
+        raise typer.BadParameter(
+            f'"{text}" has an angle twice; expected each once', param_hint=hint
+        )
+    return values
+
+
 def _quantity(text: str, unit: str, hint: str) -> float:
     from symkin.files.quantities import evaluate_quantity
 
     try:
-        return evaluate_quantity(_spaced(text), unit)
+        return evaluate_quantity(_spaced(text), unit, direction=unit == "rad")
     except QuantityError as error:
         raise typer.BadParameter(str(error), param_hint=hint) from error
 

@@ -13,6 +13,7 @@ import typer
 from symkin.cli.console import print_json, progress, say, show_table
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
+from symkin.cli.plan_options import angles
 from symkin.files.output_files import OutputFiles
 
 if TYPE_CHECKING:
@@ -31,9 +32,9 @@ def workspace(
     orientations: Annotated[
         str | None,
         typer.Option(
-            metavar="RAD,RAD,...",
-            help="Of the constant-orientation workspaces; by default home's, and 0.4 and 0.6 rad "
-            "from there.",
+            metavar="ANGLE,ANGLE,...",
+            help="Of the constant-orientation workspaces, such as 0,0.4 or 0,20deg; by default "
+            "home's, and 0.4 and 0.6 rad from there.",
         ),
     ] = None,
     count: Annotated[
@@ -71,14 +72,14 @@ def workspace(
     from symkin.report.workspace_report import write_workspace_report
     from symkin.workspace_study import study_workspace
 
-    angles = None if orientations is None else _angles(orientations)
+    orientation_list = None if orientations is None else angles(orientations, "--orientations")
     with progress() as stage:
         stage("reading the mechanism")
         loaded = load_mechanism(mechanism)
         with OutputFiles([loaded.source], overwrite) as outputs:
             target = outputs.folder(out, *WORKSPACE_FILES)
             stage("studying the workspace")
-            study = study_workspace(loaded, angles, count, seed, resolution, both_modes)
+            study = study_workspace(loaded, orientation_list, count, seed, resolution, both_modes)
             document = _document(study)
             write_results(document, target / "workspace.json")
             stage("writing the report")
@@ -89,19 +90,6 @@ def workspace(
         _show(study)
         say()
         say(str(out / report.name))
-
-
-def _angles(text: str) -> list[float]:
-    try:
-        angles = [float(part) for part in text.split(",")]
-    except ValueError:
-        angles = [math.nan]
-    if not all(math.isfinite(angle) for angle in angles):
-        raise typer.BadParameter(
-            f'"{text}" is not a list of angles in radians such as 0,0.4,0.6',
-            param_hint="--orientations",
-        )
-    return angles
 
 
 def _document(study: WorkspaceStudy) -> dict[str, Any]:

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from symkin.errors import MeasurementError, QuantityError
+from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.files.mechanism_schema import MappingFile, MeasurementSection
-from symkin.files.quantities import unit_factor
+from symkin.files.quantities import unit_factor, unit_names
 from symkin.files.toml_source import read_toml
 from symkin.files.validation import validate
 from symkin.settings import MeasurementColumns
@@ -25,7 +26,12 @@ _ORIENTATION: dict[str, dict[str, int]] = {
 
 
 def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
-    """Read a column mapping from a TOML file that has a ``[measurements]`` section alone.
+    """Read a column mapping: the ``[measurements]`` section of a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with this section alone, or a mechanism file.
 
     Returns
     -------
@@ -37,7 +43,11 @@ def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
         With the file, the line and the key.
     """
     source = read_toml(Path(path))
-    return columns_of_section(validate(source, MappingFile).measurements)
+    if "chain" not in source.values:
+        return columns_of_section(validate(source, MappingFile).measurements)
+    if "measurements" not in source.values:
+        raise source.error(("measurements",), "this mechanism file has no such section")
+    return columns_of_section(validate(source, MeasurementSection, ("measurements",)))
 
 
 def columns_of_section(section: MeasurementSection) -> MeasurementColumns:
@@ -57,7 +67,8 @@ def check_columns(
     Raises
     ------
     MeasurementError
-        Naming the key of the mapping, its number of columns and the number expected.
+        Naming the key of the mapping, its number of columns and the number expected; a column that
+        it names twice; a unit that is unknown or of another dimension.
     """
     _expect("position", len(columns.position), 3 if pose_space == "spatial" else 2)
     _expect("readings", len(columns.readings), leg_count)
@@ -75,6 +86,7 @@ def check_columns(
             f"the column mapping gives the orientation by {' and '.join(named) or 'nothing'}; "
             f"expected {' or '.join(allowed)}"
         )
+    _check_distinct(columns)
     _check_unit("position_unit", columns.position_unit, "m")
     _check_unit("orientation_unit", columns.orientation_unit, "rad")
     _check_unit("reading_unit", columns.reading_unit, reading_unit)
@@ -87,9 +99,22 @@ def _expect(key: str, count: int, expected: int) -> None:
         )
 
 
+def _check_distinct(columns: MeasurementColumns) -> None:
+    names = [*columns.position, *columns.quaternion, *columns.rotation_vector, *columns.readings]
+    names += [name for name in (columns.angle, columns.leg) if name is not None]
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')
+
+
 def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
     if unit is None:
         return
+    if unit not in unit_names():
+        raise MeasurementError(
+            f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
+            "the name of a unit"
+        )
     try:
         unit_factor(unit, si_unit)
     except QuantityError as error:

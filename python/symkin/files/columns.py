@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,15 @@ from symkin.errors import QuantityError
 from symkin.files.orientation import quaternions_from_rotation_vectors
 from symkin.files.quantities import unit_factor, unit_names
 from symkin.files.tables import Table
-from symkin.files.unit_check import StatedUnit
 from symkin.settings import MeasurementColumns
 
 __all__ = [
+    "PoseValues",
+    "StatedUnit",
+    "has_columns",
     "own_columns",
     "pose_column_names",
+    "read_pose_values",
     "read_poses",
     "read_readings",
     "reading_column_names",
@@ -33,6 +37,8 @@ _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
     "platform"
 )
+# Nothing that was measured is larger, and squares of it can still be added.
+_MOST = 1e12
 # Rounded files keep about four digits; a larger error of the norm means that it is no quaternion.
 _QUATERNION_NORM_TOLERANCE = 1e-3
 
@@ -67,8 +73,66 @@ def uses_own_names(table: Table, pose_space: str) -> bool:
     return all(_with_units(table, name) for name in _POSITION[pose_space])
 
 
-def read_poses(table: Table, columns: MeasurementColumns) -> NDArray[np.float64]:
-    """Return the poses, SI, shape (N, coordinates).
+def has_columns(table: Table, columns: MeasurementColumns) -> bool:
+    """Whether a table has the columns of the pose and at least one of the readings."""
+    angles = _angle_columns(columns)
+    return (
+        all(_is_present(table, name, columns.position_unit) for name in columns.position)
+        and all(_is_present(table, name, columns.orientation_unit) for name, _ in angles)
+        and set(columns.quaternion) <= set(table.names)
+        and any(_is_present(table, name, columns.reading_unit) for name in columns.readings)
+    )
+
+
+@dataclass(frozen=True)
+class StatedUnit:
+    """The unit that a file states for some of its values.
+
+    Attributes
+    ----------
+    values : {"readings", "positions", "angles"}
+        Which values.
+    column : str
+        The first of the columns that hold them.
+    unit, si_unit : str
+        The unit stated, and the one that the values are in now.
+    """
+
+    values: str
+    column: str
+    unit: str
+    si_unit: str
+
+
+@dataclass(frozen=True)
+class PoseValues:
+    """Poses as a table has them, SI.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (N, 2) or (N, 3)
+        m.
+    angles : ndarray, shape (N, 0), (N, 1) or (N, 3)
+        The platform's angle, or its rotation vector, rad.
+    quaternions : ndarray, shape (N, 0) or (N, 4)
+        x, y, z, w.
+    """
+
+    positions: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    quaternions: NDArray[np.float64]
+
+    def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> NDArray[np.float64]:
+        """Return the pose array, its positions and angles times a factor."""
+        orientation = self.angles * angle_factor
+        if orientation.shape[1] == 3:
+            orientation = quaternions_from_rotation_vectors(orientation)
+        parts = [self.positions * length_factor, orientation, self.quaternions]
+        return np.ascontiguousarray(np.hstack(parts))
+
+
+def read_pose_values(table: Table, columns: MeasurementColumns) -> PoseValues:
+    """Return what the columns of the pose hold.
 
     Raises
     ------
@@ -76,20 +140,24 @@ def read_poses(table: Table, columns: MeasurementColumns) -> NDArray[np.float64]
         If a column is missing, its unit is unknown or of another dimension, a cell is not a finite
         number, or a quaternion is not of unit length within 1e-3; closer ones are normalised.
     """
-    parts = [
+    positions = [
         _scaled(table, name, columns.position_unit, "m", "position") for name in columns.position
     ]
-    if columns.angle is not None:
-        parts.append(_scaled(table, columns.angle, columns.orientation_unit, "rad", _ANGLE_PURPOSE))
-    if columns.quaternion:
-        parts.extend(_quaternions(table, columns.quaternion).T)
-    if columns.rotation_vector:
-        vectors = [
-            _scaled(table, name, columns.orientation_unit, "rad", "rotation vector")
-            for name in columns.rotation_vector
-        ]
-        parts.extend(quaternions_from_rotation_vectors(np.column_stack(vectors)).T)
-    return np.ascontiguousarray(np.column_stack(parts))
+    angles = [
+        _scaled(table, name, columns.orientation_unit, "rad", purpose)
+        for name, purpose in _angle_columns(columns)
+    ]
+    none = np.empty((table.row_count, 0))
+    return PoseValues(
+        np.column_stack(positions),
+        np.column_stack(angles) if angles else none,
+        _quaternions(table, columns.quaternion) if columns.quaternion else none,
+    )
+
+
+def read_poses(table: Table, columns: MeasurementColumns) -> NDArray[np.float64]:
+    """Return the poses, SI, shape (N, coordinates); errors are those of `read_pose_values`."""
+    return read_pose_values(table, columns).poses()
 
 
 def read_readings(
@@ -124,12 +192,20 @@ def stated_units(table: Table, columns: MeasurementColumns, reading_unit: str) -
         ("readings", reading, columns.reading_unit, reading_unit),
         ("positions", columns.position[0], columns.position_unit, "m"),
     ]
-    if columns.angle is not None:
-        groups.append(("angles", columns.angle, columns.orientation_unit, "rad"))
+    angles = [name for name, _ in _angle_columns(columns)]
+    if angles:
+        groups.append(("angles", angles[0], columns.orientation_unit, "rad"))
     return [
         StatedUnit(values, *_column_and_unit(table, name, unit, si_unit, values), si_unit)
         for values, name, unit, si_unit in groups
     ]
+
+
+def _angle_columns(columns: MeasurementColumns) -> list[tuple[str, str]]:
+    """Columns of angles with their purpose."""
+    if columns.angle is not None:
+        return [(columns.angle, _ANGLE_PURPOSE)]
+    return [(name, "rotation vector") for name in columns.rotation_vector]
 
 
 def _with_units(table: Table, stem: str) -> list[str]:
@@ -156,7 +232,17 @@ def _scaled(
         factor = unit_factor(unit, si_unit)
     except QuantityError as error:
         raise table.error(f'column "{column}" ({purpose}): {error}') from error
-    return table.numbers(column, empty_allowed=empty_allowed) * factor
+    values = table.numbers(column, empty_allowed=empty_allowed)
+    with np.errstate(over="ignore"):
+        scaled = values * factor
+    huge = np.abs(scaled) > _MOST
+    if huge.any():
+        index = int(np.argmax(huge))
+        raise table.row_error(
+            index,
+            f'has {values[index]:g} in column "{column}"; expected at most {_MOST:g} {si_unit}',
+        )
+    return scaled
 
 
 def _column_and_unit(
@@ -183,13 +269,14 @@ def _quaternions(table: Table, names: Sequence[str]) -> NDArray[np.float64]:
     for name in names:
         table.require(name, _QUATERNION_PURPOSE)
     quaternions = np.column_stack([table.numbers(name) for name in names])
-    norms = np.linalg.norm(quaternions, axis=1)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(norms - 1) > _QUATERNION_NORM_TOLERANCE
     if wrong.any():
-        row = int(np.argmax(wrong)) + 1
-        raise table.error(
-            f"row {row} has a quaternion ({', '.join(names)}) of norm {norms[row - 1]:.6g}; "
-            "expected 1"
+        index = int(np.argmax(wrong))
+        raise table.row_error(
+            index,
+            f"has a quaternion ({', '.join(names)}) of norm {norms[index]:.6g}; expected 1",
         )
     # Left alone at rounding level, so that what symkin wrote reads back to the same numbers.
     norms[np.abs(norms - 1) < 1e-12] = 1.0

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from symkin.files.column_mapping import check_columns
 from symkin.files.columns import (
+    has_columns,
     own_columns,
     pose_column_names,
-    read_poses,
+    read_pose_values,
     read_readings,
     reading_column_names,
     stated_units,
@@ -43,42 +44,44 @@ def read_measurements(
     Parameters
     ----------
     path : str or path
-        Parquet by the extension ``.parquet`` or ``.pq``, else CSV.
+        Parquet by the extension ``.parquet`` or ``.pq``, else CSV with commas, semicolons or tabs.
     mechanism : Mechanism
         Gives the kind of pose, the number of legs and the readings' unit.
     columns : MeasurementColumns, optional
-        Which columns hold what. By default the columns that symkin writes (``x_m``, ``phi_rad``,
-        ``psi_1_rad``, ..., with any unit in the name); if the table does not have them, the
-        ``[measurements]`` section of the mechanism's file.
+        Which columns hold what. By default what the ``[measurements]`` section of the mechanism's
+        file says, if the table has its columns; else the columns that symkin writes (``x_m``,
+        ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name).
 
     Returns
     -------
     Measurements
-        In SI units. A leg without a reading column has NaN, as has an empty cell in a row of
-        another leg's set.
+        In SI units. A reading that was not taken, because its cell is empty or its leg has no
+        column, is NaN. Row numbers are lines of the file.
 
     Raises
     ------
     MeasurementError
         Naming the file, the row and the column: a missing column, a cell that is no finite number,
-        a quaternion that is not of unit length, a repeated row, or values whose unit is
-        evidently another than stated.
+        a quaternion that is not of unit length, a row without any reading, a repeated row, or
+        values whose units are evidently others than stated.
     NotIdentifiableError
         If all legs are measured, with fewer poses than a leg has parameters.
     """
     table = read_table(Path(path))
     columns = columns or _columns_for(table, mechanism)
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
+    values = read_pose_values(table, columns)
     measurements = Measurements(
-        poses=read_poses(table, columns),
+        poses=values.poses(),
         readings=read_readings(table, columns, mechanism.reading_unit),
         leg_sets=_leg_sets(table, columns, len(mechanism.legs)),
-        row_numbers=np.arange(1, table.row_count + 1),
+        row_numbers=table.row_numbers,
         source=table.path,
     )
-    _check_gaps(table, measurements)
+    _check_unread_rows(table, measurements)
     _check_repeated_rows(table, measurements)
-    check_units(measurements, mechanism, stated_units(table, columns, mechanism.reading_unit))
+    stated = stated_units(table, columns, mechanism.reading_unit)
+    check_units(values, measurements, mechanism, stated)
     if len(measurements.measured_legs) == len(mechanism.legs):
         # A leg may be identified from the sets of all legs, so these count too.
         everything = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
@@ -110,6 +113,8 @@ def write_measurements(
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     mapped = mechanism.measurement_columns
+    if mapped is not None and has_columns(table, mapped):
+        return mapped
     if mapped is None or uses_own_names(table, mechanism.pose_space):
         return own_columns(table, mechanism.pose_space, len(mechanism.legs))
     return mapped
@@ -122,15 +127,13 @@ def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDAr
     return table.whole_numbers(columns.leg, 0, leg_count)
 
 
-def _check_gaps(table: Table, measurements: Measurements) -> None:
-    """A row may leave out legs that have no column, and legs whose set it does not belong to."""
-    missing = np.isnan(measurements.readings)
-    measured = ~missing.all(axis=0)
-    for leg in np.flatnonzero(measured):
-        own = (measurements.leg_sets == 0) | (measurements.leg_sets == leg + 1)
-        if (missing[:, leg] & own).any():
-            row = int(np.argmax(missing[:, leg] & own)) + 1
-            raise table.error(f"row {row} has no reading of leg {leg + 1}; expected a number")
+def _check_unread_rows(table: Table, measurements: Measurements) -> None:
+    unread = np.isnan(measurements.readings).all(axis=1)
+    if unread.any():
+        raise table.row_error(
+            int(np.argmax(unread)),
+            "has no reading of any leg; fill in what was read, or take the row out",
+        )
 
 
 def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
@@ -140,9 +143,10 @@ def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
     _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))
     if len(repeated):
-        original = first[inverse.ravel()[repeated[0]]]
+        original = table.row_numbers[first[inverse.ravel()[repeated[0]]]]
         more = f" ({len(repeated)} repeated rows in all)" if len(repeated) > 1 else ""
-        raise table.error(
-            f"row {repeated[0] + 1} repeats row {original + 1}{more}; a repeated row adds no "
-            "information but looks as if it did"
+        raise table.row_error(
+            int(repeated[0]),
+            f"repeats row {original}{more}; a repeated row adds no information but looks as if it "
+            "did",
         )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.errors import MechanismFileError, did_you_mean, named_legs
+from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.files.column_mapping import check_columns, columns_of_section
 from symkin.files.mechanism_schema import COORDINATES, MechanismHeader, mechanism_model
 from symkin.files.toml_source import TomlSource, read_toml
@@ -65,7 +65,7 @@ def load_mechanism(
     mechanism = source.call(
         ("reference_leg",) if file.legs is None else ("legs",),
         lambda: Mechanism(
-            file.name or source.path.stem,
+            file.name or printable(source.path.stem),
             legs,
             platform=file.platform,
             reading_unit=file.reading_unit,
@@ -107,11 +107,12 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     # A folder is no mechanism, so one with the name of a shipped mechanism does not hide it, not
     # even with the slash that completion adds.
     is_name = path.name == os.fspath(path_or_name).rstrip(os.sep) and path.suffix != ".toml"
-    if not is_name or (path.exists() and not path.is_dir()):
+    exists = os.path.exists(path)  # noqa: PTH110  # for any name, unlike Path.exists
+    if not is_name or (exists and not path.is_dir()):
         return path
     shipped = _shipped_folder() / f"{path}.toml"
-    if not shipped.is_file():
-        names = shipped_mechanisms()
+    names = shipped_mechanisms()
+    if shipped.stem not in names:
         raise MechanismFileError(
             "is neither a file nor a shipped mechanism"
             f"{did_you_mean(path.name, names)} (shipped: {', '.join(names)})",

@@ -11,8 +11,9 @@ import functools
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, create_model
+from pydantic import AfterValidator, BeforeValidator, Field, create_model
 
+from symkin.errors import printable
 from symkin.files.quantity_fields import (
     Estimate,
     EstimateOf,
@@ -38,15 +39,36 @@ COORDINATES: dict[str, dict[str, str]] = {
     "point": {"x": "m", "y": "m"},
     "spatial": {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"},
 }
-_Count = Annotated[int, Field(strict=True, ge=1)]
+# More would be slow beyond use, and no such mechanism is known.
+_MOST_LEGS = 64
+_LegCount = Annotated[int, Field(strict=True, ge=1, le=_MOST_LEGS)]
+
+
+def _check_plain(value: object) -> object:
+    """TOML's true and 1.0 equal 1, but are not meant."""
+    if isinstance(value, bool | float):
+        raise ValueError(f"is {str(value).lower()}; expected a whole number")
+    return value
+
+
+_WholeNumber = BeforeValidator(_check_plain)
+
+
+def _check_name(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError(f"is {printable(name)!r}; expected characters that can be printed")
+    return name
 
 
 def _check_group(group: str) -> str:
-    if not re.fullmatch("[CD][1-9][0-9]*", group):
+    number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
+    if not number:
         raise ValueError(
             f'is "{group}"; expected C (rotations) or D (rotations and reflections) and the number '
             'of rotations, such as "C3" or "D3"'
         )
+    if len(number[1]) > len(str(_MOST_LEGS)) or int(number[1]) > _MOST_LEGS:
+        raise ValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
     return group
 
 
@@ -54,8 +76,8 @@ class SymmetrySection(Section):
     """The group that carries the reference leg to all legs."""
 
     group: Annotated[str, AfterValidator(_check_group)]
-    legs: _Count | None = None
-    axis: Annotated[float, Quantity("rad")] = 0.0
+    legs: _LegCount | None = None
+    axis: Annotated[float, Quantity("rad", direction=True)] = 0.0
     elements: list[str] | None = None
 
 
@@ -77,9 +99,9 @@ class NoiseSection(Section):
 class ProtocolSection(Section):
     """Defaults of the protocol."""
 
-    pose_count: _Count = 24
-    candidates: _Count = 30000
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    pose_count: Annotated[int, Field(strict=True, ge=1, le=10**6)] = 24
+    candidates: Annotated[int, Field(strict=True, ge=1, le=10**7)] = 30000
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)] = 1
 
 
 class MeasurementSection(Section):
@@ -113,8 +135,10 @@ class WorkspaceSection(Section):
 class MechanismHeader(Section):
     """The keys that every mechanism file may have, and those that decide about the others."""
 
-    schema_version: Literal[1] = Field(alias="schema")
-    name: Annotated[str, Field(min_length=1)] | None = None
+    schema_version: Annotated[Literal[1], _WholeNumber] = Field(alias="schema")
+    name: (
+        Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_check_name)] | None
+    ) = None
     chain: str
     platform: Literal["rigid", "point"] = "rigid"
     reading_unit: Literal["rad", "m"] | None = None
@@ -162,7 +186,7 @@ def mechanism_model(chain: str, platform: str, reading_unit: str | None) -> type
         "platform": (Literal[platform], ... if platform == "point" else platform),
         "symmetry": (SymmetrySection | None, None),
         "reference_leg": (reference_leg | None, None),
-        "legs": (Annotated[list[leg], Field(min_length=1)] | None, None),  # type: ignore[valid-type]
+        "legs": (Annotated[list[leg], Field(min_length=1, max_length=_MOST_LEGS)] | None, None),  # type: ignore[valid-type]
         "workspace": (_workspace_model(info.pose_space) | None, None),
         "noise": _section(_noise_model(reading_unit or info.reading_unit)),
         "tolerances": _section(ToleranceSection),
@@ -184,7 +208,7 @@ def _model(title: str, base: type[Section], fields: dict[str, tuple[Any, Any]]) 
 
 
 def _leg_model(title: str, parameters: dict[str, Any]) -> Any:
-    mode = {"working_mode": (Literal[-1, 1], -1)}
+    mode = {"working_mode": (Annotated[Literal[-1, 1], _WholeNumber], -1)}
     return _model(title, Section, mode | {name: (kind, ...) for name, kind in parameters.items()})
 
 
@@ -199,7 +223,7 @@ def _parameter(chain: str, name: str, unit: str) -> Quantity:
     elif name.endswith("_radius") and end != "P":
         sign = "not negative"  # a guide's distance from the centre is signed, a point's is not
     note = "active joint per sensor reading" if name == "sensor_gain" else ""
-    return Quantity(unit, sign, note)
+    return Quantity(unit, sign, note, direction=unit == "rad")
 
 
 @functools.cache

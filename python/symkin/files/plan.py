@@ -62,7 +62,7 @@ def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
     ------
     MeasurementError
         Naming the file, the row and the column: a missing column, a cell that is no number, a leg
-        that the mechanism does not have, an unknown role.
+        that the mechanism does not have, an unknown role; or that the plan has spares only.
     """
     table = read_table(Path(path))
     leg_count = len(mechanism.legs)
@@ -76,12 +76,15 @@ def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
     readings = read_readings(table, columns, mechanism.reading_unit)
     missing = np.isnan(readings)
     if missing.any():
-        row, leg = (int(index[0]) + 1 for index in np.nonzero(missing))
-        raise table.error(f"row {row} has no reading of leg {leg}; a plan commands every leg")
+        index, leg = (int(found[0]) for found in np.nonzero(missing))
+        raise table.row_error(index, f"has no reading of leg {leg + 1}; a plan commands every leg")
+    spare = np.array([role == "spare" for role in table.words("role", _ROLES)])
+    if spare.all():
+        raise table.error("has spares only; expected primary poses that they stand in for")
     return Plan(
         leg_sets=table.whole_numbers("leg", 0, leg_count),
         order=table.whole_numbers("order", 1, table.row_count),
-        spare=np.array([role == "spare" for role in table.words("role", _ROLES)]),
+        spare=spare,
         poses=read_poses(table, columns),
         readings=readings,
     )

@@ -46,6 +46,9 @@ _EXPECTED = {
     "rad/m": 'an angle per length such as "0.2 rev/mm"',
 }
 _MAX_LENGTH = 200
+_MOST = 1e30  # of which squares can still be added
+# Two turns, since what was estimated or added up may be somewhat more than one.
+_MOST_OF_DIRECTION = 4 * math.pi
 
 _TOKEN = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -56,7 +59,7 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
+    ast.Pow: lambda base, exponent: _real(base**exponent),
     ast.UAdd: operator.pos,
     ast.USub: operator.neg,
 }
@@ -79,7 +82,7 @@ def unit_factor(unit: str, si_unit: str) -> float:
     return 1.0 if unit == si_unit else evaluate_quantity(f"1 {unit}", si_unit)
 
 
-def evaluate_quantity(value: object, si_unit: str) -> float:
+def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -> float:
     """Evaluate a number or an expression with units to a float in `si_unit`.
 
     Parameters
@@ -91,6 +94,8 @@ def evaluate_quantity(value: object, si_unit: str) -> float:
         divisor with a unit wants parentheses. An expression without any unit is in `si_unit`.
     si_unit : {"m", "rad", "1", "m/rad", "rad/m"}
         The expected dimension and the unit of the result.
+    direction : bool
+        Whether the angle is a direction, so that many turns without a unit are degrees in truth.
 
     Returns
     -------
@@ -99,16 +104,28 @@ def evaluate_quantity(value: object, si_unit: str) -> float:
     Raises
     ------
     QuantityError
-        If the expression cannot be read, is of another dimension, or is not finite.
+        If the expression cannot be read, is of another dimension, is not finite, or is a direction
+        of many turns without a unit.
     """
     if isinstance(value, str):
-        result = _to_si(_evaluate_text(value), si_unit, value)
+        evaluated = _evaluate_text(value)
+        result = _to_si(evaluated, si_unit, value)
     elif isinstance(value, int | float) and not isinstance(value, bool):
-        result = float(value)
+        try:
+            evaluated = result = float(value)
+        except OverflowError:
+            evaluated = result = math.inf
     else:
-        raise QuantityError(f"{value!r} is not a number; expected {_EXPECTED[si_unit]}")
+        raise QuantityError(f"{_quoted(value)} is not a number; expected {_EXPECTED[si_unit]}")
     if not math.isfinite(result):
         raise QuantityError(f"{_quoted(value)} is not a finite number")
+    if abs(result) > _MOST:
+        raise QuantityError(f"{_quoted(value)} is too large; expected at most {_MOST:g}")
+    if direction and isinstance(evaluated, float) and abs(result) > _MOST_OF_DIRECTION:
+        raise QuantityError(
+            f"is {_quoted(value)} without a unit, so {abs(result) / math.tau:.3g} turns; write "
+            f'"{value} deg" if these are degrees, "{value} rad" if not'
+        )
     return result
 
 
@@ -157,7 +174,7 @@ def _evaluate_text(text: str) -> Any:
             return _walk(ast.parse(python, mode="eval").body, text)
     except QuantityError:
         raise
-    except (SyntaxError, RecursionError, MemoryError) as error:
+    except (SyntaxError, RecursionError, MemoryError, ValueError) as error:
         raise QuantityError(f'"{text}" cannot be read as a number with a unit') from error
     except (ArithmeticError, TypeError) as error:  # pint's dimension errors are TypeErrors
         raise QuantityError(f'"{text}" cannot be evaluated: {error}') from error
@@ -209,9 +226,13 @@ def _walk(node: ast.expr, text: str) -> Any:
     raise QuantityError(f'"{text}" cannot be read as a number with a unit')
 
 
+def _real(result: Any) -> Any:
+    if isinstance(getattr(result, "magnitude", result), complex):
+        raise ArithmeticError("a root of a negative number is not real")
+    return result
+
+
 def _to_si(result: Any, si_unit: str, text: str) -> float:
-    if isinstance(result, complex):
-        raise QuantityError(f'"{text}" is not a real number')
     if isinstance(result, float):
         return result
     target = _registry().Unit("" if si_unit == "1" else si_unit)
@@ -229,4 +250,9 @@ def _described(quantity: Any) -> str:
 
 
 def _quoted(value: object) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    try:
+        text = str(value)
+    except ValueError:  # Python writes no integer of thousands of digits
+        text = "a number of thousands of digits"
+    shown = text if len(text) <= _MAX_LENGTH else f"{text[:40]}..."
+    return f'"{shown}"' if isinstance(value, str) else shown

@@ -53,10 +53,11 @@ class Quantity(_Field):
     unit: str
     sign: Sign = "any"
     note: str = ""
+    direction: bool = False
 
     def read(self, raw: Any) -> float:
         """Return the value in SI; QuantityError names the unit or the sign expected."""
-        value = evaluate_quantity(raw, self.unit)
+        value = evaluate_quantity(raw, self.unit, direction=self.direction)
         if not _ACCEPTS[self.sign](value):
             raise QuantityError(f"is {raw}; expected a value that is {self.sign}")
         return value
@@ -74,7 +75,7 @@ class Quantity(_Field):
 
 @dataclass(frozen=True)
 class QuantityList(_Field):
-    """A list of quantities, each with its own unit."""
+    """A list of coordinates of a pose, each with its own unit."""
 
     units: tuple[str, ...]
 
@@ -86,7 +87,7 @@ class QuantityList(_Field):
                 f"has {count} values; expected {len(self.units)}, in {', '.join(self.units)}"
             )
         pairs = zip(raw, self.units, strict=True)
-        return tuple(evaluate_quantity(item, unit) for item, unit in pairs)
+        return tuple(evaluate_quantity(item, unit, direction=unit == "rad") for item, unit in pairs)
 
     def json_schema(self) -> JsonSchemaValue:
         """An array of the right length."""

@@ -7,6 +7,7 @@ import dataclasses
 import json
 import math
 import os
+import reprlib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 
 from symkin.errors import ResultsError
 from symkin.files.output_files import OutputFiles
+from symkin.files.sources import file_bytes
 
 __all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
 
@@ -38,7 +40,9 @@ def results_text(results: Mapping[str, Any]) -> str:
         If a value has no JSON form, naming its key.
     """
     document = {"schema": SCHEMA_VERSION, **_plain(results, "")}
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    # A file's name may have bytes that are no character: JSON has an escape for them.
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def write_results(
@@ -66,18 +70,20 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
         If the file is missing, is not JSON, or is of another version.
     """
     path = Path(path)
+    data = file_bytes(path, lambda message: ResultsError(f"{path}: {message}"))
     try:
-        document: Any = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise ResultsError(f"{path}: no such file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultsError(f"{path}: cannot be read: {error}") from error
+        document: Any = json.loads(data)
     except json.JSONDecodeError as error:
         raise ResultsError(f"{path}:{error.lineno}: is not valid JSON: {error.msg}") from error
+    except UnicodeDecodeError as error:
+        raise ResultsError(f"{path}: cannot be read: {error}") from error
+    except (ValueError, RecursionError) as error:  # integers of many digits, lists in lists
+        raise ResultsError(f"{path}: is not a results file: {error}") from error
     version = document.get("schema") if isinstance(document, dict) else None
-    if version != SCHEMA_VERSION:
+    if version != SCHEMA_VERSION or isinstance(version, bool | float):
         raise ResultsError(
-            f"{path}: is not a results file of version {SCHEMA_VERSION}: its schema is {version!r}"
+            f"{path}: is not a results file of version {SCHEMA_VERSION}: its schema is "
+            f"{reprlib.repr(version)}"
         )
     return {name: value for name, value in document.items() if name != "schema"}
 

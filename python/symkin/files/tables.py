@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,8 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from symkin.errors import MeasurementError, did_you_mean
+from symkin.files.csv_text import number, read_cells
+from symkin.files.sources import file_bytes
 
 __all__ = ["Table", "read_table", "write_table"]
 
@@ -22,7 +23,7 @@ _PARQUET = (".parquet", ".pq")
 
 
 class Table:
-    """Named columns of equal length. Rows are counted from 1, without the header.
+    """Named columns of equal length.
 
     Attributes
     ----------
@@ -32,17 +33,29 @@ class Table:
         Columns, in the file's order.
     row_count : int
         Number of rows.
+    row_numbers : ndarray of int, shape (N,)
+        Where the rows stand in the file, from 1: lines of a CSV, whose header is row 1 if nothing
+        stands above it, and rows of a Parquet table. Messages quote these.
     """
 
-    def __init__(self, path: Path, data: pa.Table) -> None:
+    def __init__(
+        self, path: Path, data: pa.Table, row_numbers: Sequence[int], separator: str = ""
+    ) -> None:
         self.path = path
         self.names: list[str] = list(data.column_names)
         self.row_count: int = data.num_rows
+        self.row_numbers = np.array(row_numbers, dtype=np.intp)
         self._data = data
+        self._separator = separator
+        self._marked: tuple[str, str] | None = None
 
     def error(self, message: str) -> MeasurementError:
         """An error about this table."""
         return MeasurementError(f"{self.path}: {message}")
+
+    def row_error(self, index: int, message: str) -> MeasurementError:
+        """An error about a row, from 0."""
+        return self.error(f"row {self.row_numbers[index]} {message}")
 
     def require(self, name: str, purpose: str) -> None:
         """Refuse a table without this column, naming those that it has."""
@@ -70,12 +83,16 @@ class Table:
             values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
         empty = np.asarray(column.is_null().to_numpy(), dtype=bool)
         if empty.any() and not empty_allowed:
-            raise self.error(f'row {_first(empty)} is empty in column "{name}"; expected a number')
+            raise self.row_error(
+                int(np.argmax(empty)), f'is empty in column "{name}"; expected a number'
+            )
         strange = ~np.isfinite(values) & ~empty
         if strange.any():
-            row = _first(strange)
-            raise self.error(
-                f'row {row} has {values[row - 1]} in column "{name}"; expected a finite number'
+            index = int(np.argmax(strange))
+            instead = ", or an empty cell for what was not read" if empty_allowed else ""
+            raise self.row_error(
+                index,
+                f'has {values[index]} in column "{name}"; expected a finite number{instead}',
             )
         return np.where(empty, np.nan, values)
 
@@ -84,59 +101,73 @@ class Table:
         values = self.numbers(name)
         wrong = (values != np.round(values)) | (values < least) | (values > most)
         if wrong.any():
-            row = _first(wrong)
-            raise self.error(
-                f'row {row} has {values[row - 1]:g} in column "{name}"; '
-                f"expected a whole number from {least} to {most}"
+            index = int(np.argmax(wrong))
+            raise self.row_error(
+                index,
+                f'has {values[index]:g} in column "{name}"; '
+                f"expected a whole number from {least} to {most}",
             )
         return values.astype(np.intp)
 
     def words(self, name: str, allowed: Sequence[str]) -> list[str]:
         """Return a column of words out of a few."""
-        values = [str(value) for value in self._data.column(name).to_pylist()]
-        for row, value in enumerate(values, start=1):
+        values = [str(value or "") for value in self._data.column(name).to_pylist()]
+        for index, value in enumerate(values):
             if value not in allowed:
-                raise self.error(
-                    f'row {row} has "{value}" in column "{name}"; expected {" or ".join(allowed)}'
+                raise self.row_error(
+                    index, f'has "{value}" in column "{name}"; expected {" or ".join(allowed)}'
                 )
         return values
 
     def _parsed(self, name: str, cells: list[str | None]) -> NDArray[np.float64]:
         values = np.full(len(cells), np.nan)
-        for row, cell in enumerate(cells, start=1):
+        for index, cell in enumerate(cells):
+            if cell is None:
+                continue
             try:
-                values[row - 1] = np.nan if cell is None else float(cell)
+                values[index], mark = number(cell, self._separator)
             except ValueError as error:
-                raise self.error(
-                    f'row {row} has "{cell}" in column "{name}"; expected a number'
+                raise self.row_error(
+                    index, f'has "{cell}" in column "{name}"; expected a number'
                 ) from error
+            self._check_mark(cell, mark)
         return values
+
+    def _check_mark(self, cell: str, mark: str) -> None:
+        """A comma may divide thousands where others have a decimal point, so nobody can tell."""
+        if not mark:
+            return
+        if self._marked is None:
+            self._marked = cell, mark
+        elif self._marked[1] != mark:
+            raise self.error(
+                f'has "{self._marked[0]}" and "{cell}"; expected one kind of decimal mark'
+            )
 
 
 def read_table(path: Path) -> Table:
-    """Read a table; ``.parquet`` and ``.pq`` are Parquet, everything else is CSV with commas.
+    """Read a table; ``.parquet`` and ``.pq`` are Parquet, everything else is CSV.
+
+    CSV is separated by commas, semicolons or tabs; with the latter two, the decimal mark may be a
+    comma. Lines that begin with ``#`` are comments. Latin-1 is read where UTF-8 does not fit.
 
     Raises
     ------
     MeasurementError
         If the file is missing, empty, has a header only, or has rows of unequal length.
     """
-    if not path.exists():
-        raise MeasurementError(f"{path}: no such file")
-    if path.is_dir():
-        raise MeasurementError(f"{path}: is a directory, not a table")
-    if path.stat().st_size == 0:
-        raise MeasurementError(f"{path}: the file is empty")
-    try:
-        data = _read_parquet(path) if path.suffix in _PARQUET else _read_csv(path)
-    except (pa.ArrowException, OSError, UnicodeError) as error:
-        raise MeasurementError(f"{path}: {_in_rows(str(error))}") from error
-    table = Table(path, data.rename_columns([name.strip() for name in data.column_names]))
-    repeated = [name for name, count in Counter(table.names).items() if count > 1]
+
+    def error(message: str) -> MeasurementError:
+        return MeasurementError(f"{path}: {message}")
+
+    data = file_bytes(path, error)
+    table = _parquet_table(path, data) if path.suffix in _PARQUET else _csv_table(path, data, error)
+    counts = Counter(name for name in table.names if name)
+    repeated = [name for name, count in counts.items() if count > 1]
     if repeated:
-        raise table.error(f'column "{repeated[0]}" occurs twice')
+        raise error(f'column "{repeated[0]}" occurs twice')
     if table.row_count == 0:
-        raise table.error("there are no rows below the header")
+        raise error("there are no rows below the header")
     return table
 
 
@@ -158,43 +189,28 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
             csv.write_csv(data, file, csv.WriteOptions(include_header=False, quoting_style="none"))
 
 
-def _read_csv(path: Path) -> pa.Table:
-    with path.open("rb") as file:
-        header = file.readline().decode("utf-8-sig")
-    if "," not in header:
-        for separator, name in ((";", "semicolons"), ("\t", "tabs")):
-            if separator in header:
-                raise MeasurementError(f"{path}: is separated by {name}; expected commas")
-    # One thread, since only then does an error about a ragged row name the row.
-    return csv.read_csv(
-        path,
-        csv.ReadOptions(use_threads=False),
-        convert_options=csv.ConvertOptions(null_values=[""], strings_can_be_null=True),
+def _csv_table(path: Path, data: bytes, error: Callable[[str], MeasurementError]) -> Table:
+    cells = read_cells(data, error)
+    columns = [
+        pa.array([cell or None for cell in column], pa.large_string())
+        for column in zip(*cells.rows, strict=True)
+    ]
+    return Table(
+        path, pa.Table.from_arrays(columns, cells.names), cells.row_numbers, cells.separator
     )
 
 
-def _read_parquet(path: Path) -> pa.Table:
+def _parquet_table(path: Path, data: bytes) -> Table:
     from pyarrow import parquet
 
-    return parquet.read_table(path)
+    try:
+        read = parquet.read_table(pa.BufferReader(data))
+    except (pa.ArrowException, OSError, UnicodeError) as error:
+        raise MeasurementError(f"{path}: cannot be read: {error}") from error
+    names = [name.strip() for name in read.column_names]
+    return Table(path, read.rename_columns(names), range(1, read.num_rows + 1))
 
 
 def _is_number(kind: pa.DataType) -> bool:
     # A column of empty cells only has the type null.
     return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind))
-
-
-def _first(rows: NDArray[np.bool_]) -> int:
-    return int(np.argmax(rows)) + 1
-
-
-def _in_rows(message: str) -> str:
-    """pyarrow's message in one line, its row number without the header."""
-    message = " ".join(message.split()).removeprefix("CSV parse error: ")
-    ragged = re.match(r"Row #(\d+): Expected (\d+) columns, got (\d+)", message)
-    if ragged:
-        row, expected, got = map(int, ragged.groups())
-        return f"row {row - 1} has {got} cells; expected {expected}"
-    if message.startswith("Empty CSV"):
-        return "there are no rows below the header"
-    return f"cannot be read: {message}"

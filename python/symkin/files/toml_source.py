@@ -14,6 +14,7 @@ from tomlkit.exceptions import ParseError, TOMLKitError
 from tomlkit.items import AoT, Table
 
 from symkin.errors import MechanismFileError
+from symkin.files.sources import file_bytes
 
 __all__ = ["MARK", "KeyPath", "TomlSource", "at", "dotted", "line_of_item", "read_toml"]
 
@@ -21,6 +22,8 @@ KeyPath = tuple[str | int, ...]
 # Stands for a place in a text; no file has it.
 MARK = "\u241fhere\u241f"
 _Value = TypeVar("_Value")
+# The parser takes a second for each 100 kB.
+_MOST_BYTES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -75,18 +78,13 @@ def read_toml(path: Path) -> TomlSource:
     MechanismFileError
         If it is not a readable file, is empty, or is not TOML; the last with the line.
     """
+    data = file_bytes(path, lambda message: MechanismFileError(message, path))
+    if len(data) > _MOST_BYTES:
+        raise MechanismFileError(f"has {len(data)} bytes; expected at most {_MOST_BYTES}", path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise MechanismFileError("no such file", path) from error
-    except IsADirectoryError as error:
-        raise MechanismFileError("is a directory, not a file", path) from error
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise MechanismFileError("is not a text file in UTF-8", path) from error
-    except OSError as error:
-        raise MechanismFileError(f"cannot be read: {error.strerror}", path) from error
-    if not text.strip():
-        raise MechanismFileError("the file is empty", path)
     try:
         values = tomlkit.parse(text).unwrap()
     except ParseError as error:

@@ -63,7 +63,9 @@ def render_page(summary: Summary, sections: Sequence[Section]) -> str:
     environment.tests["image"] = lambda part: isinstance(part, Image)
     environment.filters["symbols"] = _symbols
     template = environment.get_template("report.html")
-    return template.render(summary=summary, sections=sections, version=_version())
+    page = template.render(summary=summary, sections=sections, version=_version())
+    # A file's name may have bytes that are no character.
+    return page.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _symbols(text: str) -> Markup:

@@ -3,13 +3,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from symkin.errors import MeasurementError, MechanismFileError
-from symkin.files.column_mapping import load_columns
+from symkin.files.column_mapping import check_columns, load_columns
 from symkin.files.columns import (
     own_columns,
     pose_column_names,
@@ -21,6 +23,7 @@ from symkin.files.tables import Table, read_table
 from symkin.settings import MeasurementColumns
 
 Write = Callable[..., Path]
+MECHANISMS = Path(__file__).parents[3] / "mechanisms"
 
 
 @pytest.fixture
@@ -64,12 +67,14 @@ def test_poses_are_read_in_any_unit_that_the_names_state(
         ("x_m,y_m,phi_mm", '"1 mm" is a length; expected an angle'),
         ("x,y_m,phi_rad", 'the unit of column "x" is unknown'),
         ("x_m,x_mm,phi_rad", "columns x_m and x_mm both hold x"),
+        ("x_m,y_m,phi_rad,note", 'row 2 has 1e+13 in column "y_m"; expected at most 1e+12 m'),
     ],
 )
 def test_a_pose_column_that_cannot_be_used_is_named(
     table: Callable[[str, str], Table], header: str, words: str
 ) -> None:
-    data = table(header + ",psi_1_rad", "1,2,3,4")
+    row = "1,1e13,3,4,5" if "note" in header else "1,2,3,4"
+    data = table(header + ",psi_1_rad", row)
     with pytest.raises(MeasurementError) as error:
         read_poses(data, own_columns(data, "planar", 1))
     assert words in str(error.value)
@@ -91,7 +96,7 @@ def test_a_quaternion_is_normalised_within_a_thousandth_and_refused_beyond(
     quaternion = read_poses(data, own_columns(data, "spatial", 6))[0, 3:]
     assert np.allclose(quaternion, [0, 0, 0.6, 0.8], atol=1e-15)
     data = table(header, "1,2,3,0,0,0.6,0.9")
-    with pytest.raises(MeasurementError, match=r"row 1 .* norm 1\.08167; expected 1"):
+    with pytest.raises(MeasurementError, match=r"row 2 .* norm 1\.08167; expected 1"):
         read_poses(data, own_columns(data, "spatial", 6))
 
 
@@ -135,6 +140,34 @@ def test_a_mapping_file_names_foreign_columns_and_units(
     data = table("set,motor a,motor b,turn,px,py", "2,1,0.5,180,1,2")
     assert np.allclose(read_poses(data, columns), [[1e-3, 2e-3, math.pi]])
     assert np.allclose(read_readings(data, columns, "rad"), [[2 * math.pi, math.pi]])
+
+
+def test_the_mapping_of_a_mechanism_file_is_read(write: Write) -> None:
+    columns = load_columns(MECHANISMS / "hexapod_jugglebot.toml")
+    assert columns.position == ("position_x", "position_y", "position_z")
+    assert columns.reading_unit == "rev"
+    with pytest.raises(MechanismFileError, match=r"measurements: .* no such section"):
+        load_columns(MECHANISMS / "3RRR.toml")
+    assert load_columns(write('chain = "[R]RR"\n' + MAPPING)).leg == "set"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"readings": ("a", "b", "a")}, 'names column "a" twice'),
+        ({"angle": "x"}, 'names column "x" twice'),
+        ({"leg": "b"}, 'names column "b" twice'),
+        ({"position_unit": "mm*0"}, 'position_unit of the column mapping is "mm*0"; did you mean'),
+        ({"position_unit": "deg"}, "is an angle; expected a length"),
+        ({"reading_unit": ""}, 'reading_unit of the column mapping is ""; expected'),
+    ],
+)
+def test_a_mapping_that_cannot_be_meant_is_refused(change: dict[str, Any], words: str) -> None:
+    columns = MeasurementColumns(("x", "y"), ("a", "b", "c"), angle="t")
+    check_columns(columns, "planar", 3, "rad")
+    with pytest.raises(MeasurementError) as error:
+        check_columns(replace(columns, **change), "planar", 3, "rad")
+    assert words in str(error.value)
 
 
 def test_a_mapping_may_leave_the_units_to_the_names(table: Callable[[str, str], Table]) -> None:

@@ -13,7 +13,10 @@ from symkin.errors import MeasurementError, NotIdentifiableError
 from symkin.files.measurements import read_measurements, write_measurements
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
+from symkin.planning import make_plan
 from symkin.settings import MeasurementColumns
+from symkin.simulation import simulate
+from symkin.workspace import sample_workspace
 
 Write = Callable[..., Path]
 
@@ -28,8 +31,19 @@ def test_measurements_read_back_to_the_same_numbers(
         assert np.array_equal(read.poses, measured.poses)
         assert np.array_equal(read.readings, measured.readings)
         assert np.array_equal(read.leg_sets, sets)
-        assert read.row_numbers.tolist() == list(range(1, 13))
+        first = 2 if name.endswith("csv") else 1  # a CSV has its header above
+        assert read.row_numbers.tolist() == list(range(first, first + 12))
         assert read.source == tmp_path / name
+
+
+def test_simulated_rows_are_numbered_as_the_table_that_is_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    plan = make_plan(paper, sample_workspace(paper, 60), 8, spares=4)
+    simulated = simulate(paper, plan).measurements
+    write_measurements(simulated, tmp_path / "m.csv", paper)
+    read = read_measurements(tmp_path / "m.csv", paper)
+    assert read.row_numbers.tolist() == simulated.row_numbers.tolist()
 
 
 def test_spatial_poses_read_back_to_the_same_numbers(tmp_path: Path, hexapod: Mechanism) -> None:
@@ -127,9 +141,43 @@ def test_cells_of_legs_that_a_row_does_not_serve_may_be_empty(
     read = read_measurements(path, paper)
     assert read.leg_sets.tolist() == sets.tolist()
     assert read.rows_of(1).tolist() == list(range(12, 24))
-    path.write_text(path.read_text().replace("\n2,", "\n1,", 1))
-    with pytest.raises(MeasurementError, match="row 13 has no reading of leg 1"):
+
+
+@pytest.mark.parametrize("sets", [np.zeros(12, dtype=np.intp), np.repeat([1, 2, 3], 4)])
+def test_an_empty_cell_is_a_reading_that_was_not_taken(
+    tmp_path: Path, paper: Mechanism, measured: Measurements, sets: np.ndarray
+) -> None:
+    readings = measured.readings.copy()
+    readings[2, 0] = readings[7, 0] = readings[7, 1] = np.nan
+    path = tmp_path / "m.csv"
+    write_measurements(replace(measured, readings=readings, leg_sets=sets), path, paper)
+    read = read_measurements(path, paper)
+    assert np.array_equal(read.readings, readings, equal_nan=True)
+    assert 2 not in read.rows_of(0)
+    path.write_text(path.read_text().replace(f",{float(readings[7, 2])!r}\n", ",\n"))
+    with pytest.raises(MeasurementError, match="row 9 has no reading of any leg"):
         read_measurements(path, paper)
+
+
+def test_a_mapping_of_the_mechanism_goes_before_the_standard_names(
+    write: Write, paper: Mechanism, measured: Measurements
+) -> None:
+    path = write("", "m.csv")
+    write_measurements(measured, path, paper)
+    header, *rows = path.read_text().splitlines()
+    tracker = [f"{row},{row.split(',')[0]}" for row in rows]
+    wider = write("\n".join([f"{header},tx_m", *tracker]) + "\n", "wider.csv")
+    columns = MeasurementColumns(
+        ("tx_m", "y_m"), tuple(f"psi_{leg}_rad" for leg in (1, 2, 3)), angle="phi_rad"
+    )
+    mapped = paper.replace(measurement_columns=columns)
+    wrong_x = wider.read_text().replace("x_m", "commanded_x_m", 1)
+    read = read_measurements(write(wrong_x, "mapped.csv"), mapped)
+    assert np.array_equal(read.poses, measured.poses)
+    shifted = "\n".join([f"{header},tx_m", *(f"{row},{k}" for k, row in enumerate(rows))]) + "\n"
+    read = read_measurements(write(shifted, "shifted.csv"), mapped)
+    assert read.poses[:, 0].tolist() == list(range(12))
+    assert np.array_equal(read_measurements(path, mapped).poses, measured.poses)
 
 
 def test_repeated_rows_are_refused_and_named(
@@ -138,7 +186,7 @@ def test_repeated_rows_are_refused_and_named(
     path = write("", "m.csv")
     write_measurements(measured, path, paper, overwrite=True)
     lines = path.read_text().splitlines()
-    with pytest.raises(MeasurementError, match=r"row 13 repeats row 3 \(2 repeated rows in all\)"):
+    with pytest.raises(MeasurementError, match=r"row 14 repeats row 4 \(2 repeated rows in all\)"):
         read_measurements(write("\n".join(lines + lines[3:5]), "repeated.csv"), paper)
 
 
@@ -160,7 +208,7 @@ def test_a_leg_number_that_the_mechanism_does_not_have_is_refused(
     path = write("", "m.csv")
     write_measurements(replace(measured, leg_sets=np.full(12, 3)), path, paper, overwrite=True)
     text = path.read_text().replace("\n3,", "\n4,", 1)
-    with pytest.raises(MeasurementError, match='row 1 has 4 in column "leg"'):
+    with pytest.raises(MeasurementError, match='row 2 has 4 in column "leg"'):
         read_measurements(write(text, "leg4.csv"), paper)
 
 

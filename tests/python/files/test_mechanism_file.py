@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from symkin.errors import MechanismFileError
+from symkin.errors import MechanismError, MechanismFileError
 from symkin.files.mechanism_file import load_mechanism, shipped_mechanisms
 from symkin.mechanism import Mechanism
 from symkin.settings import JointLimits, NoiseSettings, ProtocolSettings, Tolerances
@@ -299,3 +300,70 @@ def test_a_folder_does_not_hide_a_shipped_mechanism(
     (tmp_path / "3RRR").mkdir()
     monkeypatch.chdir(tmp_path)
     assert load_mechanism(name).name == "3RRR"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("schema = 1", "schema = true", "schema", ["is true; expected a whole number"]),
+        ("schema = 1", "schema = 1.0", "schema", ["is 1.0; expected a whole number"]),
+        ("schema = 1", 'schema = "' + "1" * 9999 + '"', "schema", ["expected 1"]),
+        ("working_mode = -1", "working_mode = true", "reference_leg.working_mode",
+         ["is true"]),
+        ('group = "C3"', f'group = "C{"9" * 5000}"', "symmetry.group", ["at most 64"]),
+        ('group = "C3"', 'group = "C65"', "symmetry.group", ["at most 64 rotations"]),
+        ('group = "C3"', 'group = "C\u0663"', "symmetry.group", ["expected C"]),
+        ("legs = 3", "legs = 1000", "symmetry.legs", ["less than or equal to 64"]),
+        ('"1.5 m"', "1" + "0" * 400, "reference_leg.proximal_length", ["finite"]),
+        ('"1.5 m"', '"(-1)**0.5"', "reference_leg.proximal_length", ["not real"]),
+        ('"210 deg"', "210", "reference_leg.base_angle", ['write "210 deg"']),
+        ('"pi/6 rad"', "30", "reference_leg.sensor_offset", ['write "30 deg"']),
+        ('["-0.4 rad", "0.9 rad"]', "[-20, 50]", "workspace.phi", ['write "-20 deg"']),
+        ("seed = 1", f"seed = {2**64}", "protocol.seed", ["less than or equal to"]),
+        ("candidates = 30000", f"candidates = {10**400}", "protocol.candidates",
+         ["less than or equal to"]),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_meant_is_refused_at_its_line(
+    refused: Refused, paper_text: str, old: str, new: str, key: str, words: list[str]
+) -> None:
+    assert old in paper_text
+    text = paper_text.replace(old, new, 1)
+    refused(text, new, key, *words)
+
+
+@pytest.mark.parametrize("name", [r"a\u001b[31mb", r"a\nb", r"a\u202eb", r"a\u0000b"])
+def test_a_name_that_a_terminal_would_not_show_as_it_is_is_refused(
+    refused: Refused, paper_text: str, name: str
+) -> None:
+    old = next(line for line in paper_text.splitlines() if line.startswith("name ="))
+    refused(paper_text.replace(old, f'name = "{name}"'), "name =", "name", "can be printed")
+
+
+def test_a_mechanism_without_a_name_is_named_by_its_file_in_printed_characters(
+    write: Write, listed_text: str
+) -> None:
+    assert load_mechanism(write(listed_text, "a\x1bb.toml")).name == r"a\x1bb"
+
+
+def test_a_name_that_cannot_be_printed_is_refused_in_code_too(paper: Mechanism) -> None:
+    with pytest.raises(MechanismError, match=r'the name "a\\nb" has characters'):
+        paper.replace(name="a\nb")
+
+
+def test_a_file_that_never_ends_is_refused(tmp_path: Path, paper_text: str) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    long = tmp_path / "long.toml"
+    long.write_text(paper_text + "#" * 1_000_000)
+    loop = tmp_path / "loop.toml"
+    loop.symlink_to(loop)
+    for path, words in (
+        (pipe, "a device or a pipe"),
+        (Path("/dev/zero"), "a device or a pipe"),
+        (long, "expected at most 1000000"),
+        (loop, "cannot be read: Too many levels"),
+        (tmp_path / ("x" * 300), "cannot be read: File name too long"),
+    ):
+        with pytest.raises(MechanismFileError, match=words):
+            load_mechanism(path)

@@ -236,6 +236,9 @@ positive = st.floats(1e-6, 10)
 deviation = st.one_of(st.just(math.nan), st.floats(0, 1))
 
 
+_PRINTED = st.characters(codec="utf-8", exclude_categories=("C", "Z"))
+
+
 @st.composite
 def mechanisms(draw: st.DrawFn) -> Mechanism:
     names = symkin.chain_info("U[P]S").parameter_names
@@ -250,9 +253,9 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
         for _ in range(count)
     ]
     deviations = [[draw(deviation) for _ in names] for _ in range(count)]
-    lower = tuple(draw(finite) for _ in range(6))
+    lower = tuple(draw(st.floats(-2, 2)) + 0.0 for _ in range(6))
     return Mechanism(
-        draw(st.text(min_size=1, max_size=10, alphabet=st.characters(codec="utf-8"))),
+        draw(st.text(min_size=1, max_size=10, alphabet=_PRINTED)),
         legs,
         reading_unit=draw(st.sampled_from(["m", "rad"])),
         deviations=None if np.isnan(deviations).all() else np.array(deviations),

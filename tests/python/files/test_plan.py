@@ -44,9 +44,9 @@ def test_a_plan_names_its_columns_with_units(tmp_path: Path, paper: Mechanism, p
     ("old", "new", "words"),
     [
         ("leg,order", "leg,place", 'column "order" .the place in the set. is missing'),
-        ("\n2,", "\n5,", 'row 5 has 5 in column "leg"; expected a whole number from 0 to 3'),
-        (",spare,", ",extra,", 'row 4 has "extra" in column "role"; expected primary or spare'),
-        ("psi_2_rad", "psi_4_rad", "row 1 has no reading of leg 2"),
+        ("\n2,", "\n5,", 'row 6 has 5 in column "leg"; expected a whole number from 0 to 3'),
+        (",spare,", ",extra,", 'row 5 has "extra" in column "role"; expected primary or spare'),
+        ("psi_2_rad", "psi_4_rad", "row 2 has no reading of leg 2"),
         ("phi_rad", "fi_rad", 'column "phi_rad"'),
     ],
 )
@@ -57,6 +57,14 @@ def test_a_wrong_plan_is_refused_in_words(
     write_plan(plan, path, paper)
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(MeasurementError, match=words):
+        read_plan(path, paper)
+
+
+def test_a_plan_of_spares_alone_is_refused(tmp_path: Path, paper: Mechanism, plan: Plan) -> None:
+    path = tmp_path / "plan.csv"
+    write_plan(plan, path, paper)
+    path.write_text(path.read_text().replace("primary", "spare"))
+    with pytest.raises(MeasurementError, match="has spares only; expected primary poses"):
         read_plan(path, paper)
 
 

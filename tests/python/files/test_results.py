@@ -64,7 +64,12 @@ def test_a_value_without_a_json_form_is_named() -> None:
     ("text", "words"),
     [
         ("{", "is not valid JSON"),
-        ("", "is not valid JSON"),
+        ("", "the file is empty"),
+        ('{"schema": true}', "its schema is True"),
+        ('{"schema": 1.0}', "its schema is 1.0"),
+        ('{"schema": "' + "x" * 9999 + '"}', "xxx\\.\\.\\.xxx"),
+        ("[" * 99_999, "is not a results file"),
+        ('{"schema": ' + "1" * 9999 + "}", "is not a results file"),
         ("[]", "not a results file of version 1"),
         ('{"a": 1}', "its schema is None"),
         ('{"schema": 2}', "its schema is 2"),
@@ -78,5 +83,5 @@ def test_a_file_that_holds_no_results_is_refused(write: Write, text: str, words:
 def test_an_absent_results_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="no such file"):
         read_results(tmp_path / "results.json")
-    with pytest.raises(ResultsError, match="cannot be read"):
+    with pytest.raises(ResultsError, match="is a directory"):
         read_results(tmp_path)
