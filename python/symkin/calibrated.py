@@ -28,6 +28,11 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _TURN = 2 * np.pi
+_FARTHEST = 1e12  # m and rad, which no file may hold either
+_LOOK_FOR = (
+    "look for readings in another unit, of another leg, or with another sign, zero or working mode "
+    "than the mechanism has, and for poses in another unit or frame"
+)
 
 
 def calibrated_mechanism(
@@ -56,6 +61,13 @@ def calibrated_mechanism(
         If no mechanism has such parameters.
     """
     values, signs = canonical(nominal, parameters)
+    far = np.argwhere(~(np.abs(values) < _FARTHEST))
+    if len(far):
+        leg, parameter = far[0]
+        raise FailedFitError(
+            f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
+            f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
+        )
     covariance = covariance * np.outer(signs, signs)
     deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
     with fit_that_may_fail():
@@ -76,9 +88,7 @@ def fit_that_may_fail() -> Iterator[None]:
         yield
     except MechanismError as error:
         raise FailedFitError(
-            f"the estimate is no mechanism: {error}. Look for readings in another unit, of another "
-            "leg, or with another sign, zero or working mode than the mechanism has, and for poses "
-            "in another unit or frame"
+            f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
 
 

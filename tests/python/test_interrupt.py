@@ -27,7 +27,7 @@ LONG = {
         "paper.forward_kinematics(paper.inverse_kinematics(p) + 0.01, p)"
     ),
 }
-COMMAND = "['plan', '3RRR', '--out', sys.argv[1], '--candidates', '50000000']"
+COMMAND = "['plan', '3RRR', '--out', sys.argv[1], '--candidates', '10000000']"
 
 
 @pytest.mark.parametrize("code", LONG.values(), ids=LONG.keys())

@@ -12,6 +12,7 @@ import tomlkit
 from tomlkit.items import AoT, Table
 
 from symkin.files.mechanism_schema import COORDINATES
+from symkin.files.quantities import MOST, MOST_OF_DIRECTION
 from symkin.files.toml_source import MARK
 
 if TYPE_CHECKING:
@@ -46,9 +47,11 @@ def leg_values(mechanism: Mechanism, leg: int) -> Values:
     """Return the table of a leg (from 0), each standard deviation beside its parameter."""
     values: Values = {"working_mode": int(mechanism.legs[leg].working_mode)}
     for index, name in enumerate(mechanism.parameter_names):
-        value = float(mechanism.legs[leg].parameters[name])
+        value: float | str = float(mechanism.legs[leg].parameters[name])
+        if mechanism.parameter_units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
+            value = f"{value!r} rad"  # without its unit a file with it would be refused
         deviations = mechanism.deviations
-        if deviations is None or not math.isfinite(deviations[leg, index]):
+        if deviations is None or not deviations[leg, index] < MOST:
             values[name] = value
         else:
             deviation = float(deviations[leg, index])

@@ -24,7 +24,7 @@ from symkin.errors import QuantityError, did_you_mean
 if TYPE_CHECKING:
     import pint
 
-__all__ = ["evaluate_quantity", "unit_factor", "unit_names"]
+__all__ = ["MOST", "MOST_OF_DIRECTION", "evaluate_quantity", "unit_factor", "unit_names"]
 
 # Factors to the SI unit, lengths and angles apart.
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "inch": 0.0254, "ft": 0.3048}
@@ -46,9 +46,9 @@ _EXPECTED = {
     "rad/m": 'an angle per length such as "0.2 rev/mm"',
 }
 _MAX_LENGTH = 200
-_MOST = 1e30  # of which squares can still be added
+MOST = 1e30  # of which squares can still be added
 # Two turns, since what was estimated or added up may be somewhat more than one.
-_MOST_OF_DIRECTION = 4 * math.pi
+MOST_OF_DIRECTION = 4 * math.pi
 
 _TOKEN = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -119,9 +119,9 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
         raise QuantityError(f"{_quoted(value)} is not a number; expected {_EXPECTED[si_unit]}")
     if not math.isfinite(result):
         raise QuantityError(f"{_quoted(value)} is not a finite number")
-    if abs(result) > _MOST:
-        raise QuantityError(f"{_quoted(value)} is too large; expected at most {_MOST:g}")
-    if direction and isinstance(evaluated, float) and abs(result) > _MOST_OF_DIRECTION:
+    if abs(result) > MOST:
+        raise QuantityError(f"{_quoted(value)} is too large; expected at most {MOST:g}")
+    if direction and isinstance(evaluated, float) and abs(result) > MOST_OF_DIRECTION:
         raise QuantityError(
             f"is {_quoted(value)} without a unit, so {abs(result) / math.tau:.3g} turns; write "
             f'"{value} deg" if these are degrees, "{value} rad" if not'

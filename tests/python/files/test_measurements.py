@@ -163,7 +163,7 @@ def test_a_mapping_of_the_mechanism_goes_before_the_standard_names(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(measured, path, paper)
+    write_measurements(measured, path, paper, overwrite=True)
     header, *rows = path.read_text().splitlines()
     tracker = [f"{row},{row.split(',')[0]}" for row in rows]
     wider = write("\n".join([f"{header},tx_m", *tracker]) + "\n", "wider.csv")
