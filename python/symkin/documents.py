@@ -68,7 +68,7 @@ def measured_document(result: MeasuredIdentification, **settings: Any) -> Docume
         "command": "identify",
         "mechanism": result.nominal.name,
         "measurements": {
-            "file": measurements.source.name if measurements.source else None,
+            "file": measurements.source_name if measurements.source else None,
             "poses": len(measurements.poses),
         },
         "settings": settings,

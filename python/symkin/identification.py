@@ -17,6 +17,7 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, tolerances_of, with_combinations
 from symkin.settings import NoiseSettings
+from symkin.undefined_angles import undefined_angles
 
 if TYPE_CHECKING:
     from symkin.diagnosis import Diagnosis
@@ -327,7 +328,11 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
 def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
     scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
-    return with_combinations(error, mechanism.parameter_names, scale)
+    named = with_combinations(error, mechanism.parameter_names, scale)
+    causes = [
+        each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)
+    ]
+    return NotIdentifiableError("; ".join([str(named), *causes]))
 
 
 def _explained(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import MeasurementError, NotIdentifiableError
+from symkin.errors import MeasurementError, NotIdentifiableError, printable
 from symkin.mechanism import wrong_quaternion
 
 __all__ = ["Measurements"]
@@ -75,6 +75,11 @@ class Measurements:
         count = len(poses)
         sets = np.zeros(count, dtype=np.intp) if leg_sets is None else leg_sets
         return cls(poses, readings, sets, np.arange(1, count + 1))
+
+    @property
+    def source_name(self) -> str:
+        """Name of the file, as it can be printed; empty without one."""
+        return printable(self.source.name) if self.source else ""
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
         """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading.

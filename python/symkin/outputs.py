@@ -43,6 +43,7 @@ IDENTIFICATION_FILES = (
     "poses.png",
     "observability.png",
     "residuals.png",
+    "dependence.png",
     "error_histogram.png",
     "error_map.png",
 )
@@ -215,7 +216,7 @@ def _write_calibrated(
 ) -> None:
     from symkin.files.mechanism_writer import save_mechanism
 
-    origin = measurements.source.name if measurements.source else "simulated measurements"
+    origin = measurements.source_name if measurements.source else "simulated measurements"
     header = (
         f"Identified by symkin: {nominal.name}, {len(measurements.poses)} poses ({origin}), "
         f"estimator {identification.estimator}.\n"

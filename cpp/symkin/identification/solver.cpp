@@ -3,6 +3,8 @@
 
 #include <ceres/solver.h>
 
+#include "symkin/interrupt.hpp"
+
 namespace symkin {
 namespace {
 
@@ -35,6 +37,7 @@ SolverOutcome fit_until_still(Eigen::Ref<Vector> parameters,
   SolverOutcome total;
   double change = 0;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
+    check_interrupt();
     const Vector before = parameters;
     const SolverOutcome last = fit();
     total.iterations += last.iterations;

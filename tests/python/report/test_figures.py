@@ -4,6 +4,7 @@
 import io
 import subprocess
 import sys
+from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
@@ -128,6 +129,21 @@ def test_errors_beyond_the_interval_stand_out():
     inside, outside = (line.get_xdata() for line in figure.axes[1].lines[-2:])
     assert list(outside) == [2.5]
     assert 2.5 not in inside
+
+
+def test_residuals_are_drawn_against_what_they_depend_on_most(planar_result):
+    identification = planar_result.identification
+    measurements = planar_result.simulation.measurements
+    bent = [
+        replace(fit, residuals=1e-3 * measurements.readings[fit.rows, leg] ** 2)
+        for leg, fit in enumerate(identification.legs)
+    ]
+    found = replace(identification, legs=tuple(bent))
+    figure = figures.dependence_figure(measurements, found)
+    assert len(figure.axes) == 3
+    for axes, fit in zip(figure.axes, found.legs, strict=True):
+        assert "reading explains 100%" in axes.get_title()
+        np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * fit.residuals)
 
 
 def test_residuals_show_every_pose_of_every_leg(planar_result):

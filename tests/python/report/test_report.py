@@ -16,6 +16,7 @@ RUN_FIGURES = {
     "observability",
     "parameter_errors",
     "residuals",
+    "dependence",
     "error_histogram",
     "error_map",
 }

@@ -6,11 +6,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.errors import named_legs
 from symkin.identification import Identification, LegFit
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.report.content import Group, Section, Table, image
-from symkin.report.figures import parameter_errors_figure, residuals_figure
+from symkin.report.content import Group, Image, Section, Table, image
+from symkin.report.figures import (
+    dependence_figure,
+    parameter_errors_figure,
+    residuals_figure,
+)
 from symkin.report.figures.parameters import INTERVAL
 from symkin.report.wording import (
     NONE,
@@ -37,20 +42,29 @@ def identification_section(
         f"{plural(nominal.parameters.size, 'parameter')} of {plural(len(nominal.legs), 'leg')} "
         f"identified from {plural(len(measurements.poses), 'measured pose')} with the estimator "
         f"\N{LEFT DOUBLE QUOTATION MARK}{identification.estimator}\N{RIGHT DOUBLE QUOTATION MARK}. "
-        "Standard deviations follow from the declared noise, scaled up where the residuals are "
-        "larger than it explains, which is a chi-square of 1 per degree of freedom."
+        f"Standard deviations follow {_origin_of_deviations(identification)}."
     )
+    notes = [f"{note[0].upper()}{note[1:]}." for note in identification.diagnosis.notes]
     residuals = image(
         residuals_figure(measurements, identification),
         "residuals",
         alternative="Closure of every leg at every measured pose.",
         caption="What the identified parameters leave of the closures, at every pose of every leg.",
     )
+    dependence = image(
+        dependence_figure(measurements, identification),
+        "dependence",
+        alternative="Closures of every leg against the variable that they depend on most.",
+        caption="The same against what they depend on most: the reading, a coordinate of the pose "
+        "or the order of measuring. The line is a parabola; noise alone makes it explain a few "
+        "percent.",
+    )
+    left: list[Table | Image] = [_test_table(identification), residuals, dependence]
     parameters = _parameter_table(nominal, identification, actual)
     fits = _fit_table(nominal, measurements, identification)
     if actual is None:
         return Section(
-            "identification", "Identification", [paragraph], [parameters, fits, residuals]
+            "identification", "Identification", [paragraph, *notes], [parameters, fits, *left]
         )
     errors = in_sigmas(identification, actual)
     figure = image(
@@ -63,9 +77,20 @@ def identification_section(
     return Section(
         "identification",
         "Identification",
-        [paragraph, _coverage(errors)],
-        [parameters, figure, fits, residuals],
+        [paragraph, *notes, _coverage(errors)],
+        [parameters, figure, fits, *left],
     )
+
+
+def _origin_of_deviations(identification: Identification) -> str:
+    if not any(fit.unexplained for fit in identification.goodness):
+        return "from the declared noise, which explains the residuals"
+    if identification.estimator == "joint":
+        return (
+            "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
+            "since the residuals are larger than it explains"
+        )
+    return "from the residuals, since these are larger than the declared noise explains"
 
 
 def in_sigmas(identification: Identification, actual: Mechanism) -> NDArray[np.float64]:
@@ -160,6 +185,42 @@ def _fit_table(
         )
     ]
     return Table("How the legs fit", columns, [Group(rows)])
+
+
+_SUSPECTS = {
+    "sensor_curvature": "square of the reading",
+    "sensor_eccentricity": "period of a turn in the reading",
+    "geometry": "coordinates of the pose and their squares",
+    "order": "likeness of neighbours in the order of measuring",
+    "legs": "likeness of two legs",
+    "estimators": "disagreement of implicit and joint",
+}
+
+
+def _test_table(identification: Identification) -> Table:
+    """The most suspicious test of each kind."""
+    columns = ("Residuals tested for", "Worst in", "Statistic", "Probability", "Alarm below", "")
+    rows = []
+    for suspect, words in _SUSPECTS.items():
+        tests = [test for test in identification.diagnosis.tests if test.suspect == suspect]
+        if not tests:
+            continue
+        worst = min(tests, key=lambda test: (test.p_value, -abs(test.statistic)))
+        everywhere = len(worst.legs) == len(identification.legs)
+        terms, spare = worst.freedom
+        rows.append(
+            (
+                words + (f" (most {worst.term})" if worst.term else ""),
+                "all legs" if everywhere else named_legs(worst.legs),
+                f"{worst.statistic:+.2f} standard deviations"
+                if suspect in ("order", "legs")
+                else f"F({terms}, {spare}) = {significant(worst.statistic)}",
+                f"{worst.p_value:.2g}",
+                f"{worst.limit:.2g}",
+                "found" if worst.alarms else "not found",
+            )
+        )
+    return Table("What the model may lack", columns, [Group(rows)])
 
 
 def _rejected(measurements: Measurements, fit: LegFit) -> str:

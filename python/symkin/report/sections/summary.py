@@ -43,7 +43,7 @@ def identification_summary(
     validation: CrossValidation | None,
 ) -> Summary:
     """Sum up an identification from measurements."""
-    source = f" ({measurements.source.name})" if measurements.source else ""
+    source = f" ({measurements.source_name})" if measurements.source else ""
     done = (
         f"{plural(len(measurements.poses), 'measured pose')}{source} "
         f"{'was' if len(measurements.poses) == 1 else 'were'} used to identify the "

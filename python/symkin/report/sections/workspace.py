@@ -70,6 +70,6 @@ def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> 
         alternative="Scatter plots of the measured poses.",
         caption="The measured poses.",
     )
-    file = f" from {measurements.source.name}" if measurements.source else ""
+    file = f" from {measurements.source_name}" if measurements.source else ""
     paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
     return Section("poses", "Measured poses", [paragraph], [poses])
