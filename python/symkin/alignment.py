@@ -9,7 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Transform", "align", "moved", "rotations_from_vectors", "vectors_from_rotations"]
+from symkin.rotations import (
+    Transform,
+    cross_matrices,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
+
+__all__ = ["align", "moved"]
 
 Array = NDArray[np.float64]
 
@@ -17,26 +24,6 @@ _STEPS = 50
 _CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
 _DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
 _FEW = 500  # poses that decide which start is the best
-
-
-class Transform(NamedTuple):
-    """Rigid motions: each point turned, then moved.
-
-    Attributes
-    ----------
-    rotation : ndarray, shape (..., 3, 3)
-        Rotation matrices.
-    translation : ndarray, shape (..., 3)
-        m.
-    """
-
-    rotation: Array
-    translation: Array
-
-    def __matmul__(self, other: Transform) -> Transform:
-        """First the other, then this one."""
-        moved = np.einsum("...ij,...j->...i", self.rotation, other.translation)
-        return Transform(self.rotation @ other.rotation, moved + self.translation)
 
 
 def align(
@@ -169,7 +156,7 @@ class _Problem(NamedTuple):
         found = base @ self.poses @ tool
         columns = np.zeros((len(found.translation), 6, 12))
         columns[:, :3, :3] = np.eye(3)
-        columns[:, :3, 3:6] = -_crossed(found.translation - base.translation) / self.length
+        columns[:, :3, 3:6] = -cross_matrices(found.translation - base.translation) / self.length
         columns[:, 3:, 3:6] = np.eye(3) if self.tool_free else 0.0
         columns[:, :3, 6:9] = base.rotation @ self.poses.rotation
         columns[:, 3:, 9:] = found.rotation
@@ -198,38 +185,3 @@ def _nearest_rotation(matrix: Array) -> Array:
     left, _, right = np.linalg.svd(matrix)
     left[:, 2] *= np.linalg.det(left @ right)
     return np.asarray(left @ right)
-
-
-def _crossed(vectors: Array) -> Array:
-    """Matrices of the vector product, shape (N, 3, 3)."""
-    crossed: Array = np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
-    return crossed
-
-
-def rotations_from_vectors(vectors: Array) -> Array:
-    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3), rad."""
-    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
-    crossed = _crossed(vectors)
-    # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
-    once, twice = np.sinc(angles / np.pi), np.sinc(angles / (2 * np.pi)) ** 2 / 2
-    return np.asarray(np.eye(3) + once * crossed + twice * crossed @ crossed)
-
-
-def vectors_from_rotations(rotations: Array) -> Array:
-    """Rotation vectors (N, 3), rad, of rotation matrices (N, 3, 3)."""
-    skew = np.stack(
-        [rotations[:, k, j] - rotations[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1
-    )
-    sines = np.linalg.norm(skew, axis=1) / 2
-    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1) / 2
-    angles = np.arctan2(sines, cosines)
-    # sin(angle) / angle, which is nothing at half a turn: there the axis is a column of R + I.
-    vectors = skew / (2 * np.sinc(angles / np.pi))[:, None]
-    half_turn = (sines < 1e-6) & (cosines < 0)
-    if half_turn.any():
-        columns = np.swapaxes(rotations[half_turn] + np.eye(3), 1, 2)
-        longest = np.linalg.norm(columns, axis=2).argmax(axis=1)
-        axes = columns[np.arange(len(columns)), longest]
-        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-        vectors[half_turn] = angles[half_turn, None] * axes
-    return np.asarray(vectors)

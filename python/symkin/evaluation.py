@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.alignment import (
-    Transform,
-    align,
-    moved,
-    rotations_from_vectors,
-    vectors_from_rotations,
-)
+from symkin.alignment import align, moved
 from symkin.errors import SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
+from symkin.rotations import (
+    Transform,
+    rotations_from_quaternions,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
 
 __all__ = ["AlignedErrors", "Evaluation", "evaluate", "pose_differences"]
 
@@ -170,15 +170,10 @@ def _figures(differences: Array) -> tuple[float, float, float, float]:
 def _transforms(poses: Array) -> Transform:
     """Poses as motions in space."""
     count, coordinates = poses.shape
-    tangents = np.zeros((count, 6))
     if coordinates == 7:
-        vectors, scalars = poses[:, 3:6], poses[:, 6:]
-        sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
-        angles = 2 * np.arctan2(sizes, scalars)
-        tangents[:, :3] = poses[:, :3]
-        tangents[:, 3:] = vectors * angles / np.where(sizes > 0, sizes, 1.0)
-    else:
-        tangents[:, _COMPONENTS[coordinates]] = poses
+        return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
+    tangents = np.zeros((count, 6))
+    tangents[:, _COMPONENTS[coordinates]] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 

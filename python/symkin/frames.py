@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
+from symkin.rotations import Transform, rotations_from_vectors, vectors_from_rotations
 
 __all__ = ["anchor", "with_moved_workspace"]
 
@@ -33,27 +33,7 @@ def anchor(mechanism: Mechanism, end: str) -> str:
     return "line" if f"{end}_radius" in names else "direction"
 
 
-class _Motion(NamedTuple):
-    """A rigid motion in space: points are turned, then moved; shapes (..., 3, 3) and (..., 3)."""
-
-    rotation: Array
-    translation: Array
-
-    def __matmul__(self, other: _Motion) -> _Motion:
-        moved = np.einsum("...ij,...j->...i", self.rotation, other.translation)
-        return _Motion(self.rotation @ other.rotation, moved + self.translation)
-
-    @property
-    def inverse(self) -> _Motion:
-        return _Motion(self.rotation.T, -self.rotation.T @ self.translation)
-
-    @property
-    def turn(self) -> float:
-        """The angle of a motion in the plane."""
-        return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
-
-
-_STAYS = _Motion(np.eye(3), np.zeros(3))
+_STAYS = Transform(np.eye(3), np.zeros(3))
 
 
 def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:
@@ -82,8 +62,8 @@ def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:
 
 def _moved(
     mechanism: Mechanism,
-    base: _Motion,
-    tool: _Motion,
+    base: Transform,
+    tool: Transform,
     coordinates: Array,
     near: Array | None = None,
 ) -> Array:
@@ -91,8 +71,10 @@ def _moved(
     components = _COMPONENTS[mechanism.pose_space]
     tangents = np.zeros((len(coordinates), 6))
     tangents[:, components] = coordinates
-    found = base @ _Motion(_rotations(tangents[:, 3:]), tangents[:, :3]) @ tool.inverse
-    vectors = _vectors(found.rotation)
+    found = (
+        base @ Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3]) @ tool.inverse
+    )
+    vectors = vectors_from_rotations(found.rotation)
     if mechanism.pose_space == "planar":
         vectors[:, 2] = tangents[:, 5] + base.turn - tool.turn
     elif near is not None and mechanism.pose_space == "spatial":
@@ -100,7 +82,7 @@ def _moved(
     return np.asarray(np.hstack([found.translation, vectors])[:, components])
 
 
-def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> _Motion:
+def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     """The motion of base or platform frame that best explains the parameters of that end.
 
     None at all, as long as the tolerances may do the same.
@@ -136,21 +118,21 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
     return np.asarray(radius[:, None] * unit)
 
 
-def _best_motion(before: Array, after: Array, *, in_plane: bool) -> _Motion:
+def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:
     """Least squares (Kabsch)."""
     centres = before.mean(axis=0), after.mean(axis=0)
     left, _, right = np.linalg.svd((after - centres[1]).T @ (before - centres[0]))
     if in_plane:
         product = (after - centres[1]).T @ (before - centres[0])
         turn = np.arctan2(product[1, 0] - product[0, 1], product[0, 0] + product[1, 1])
-        rotation = _rotations(np.array([[0, 0, turn]]))[0]
+        rotation = rotations_from_vectors(np.array([[0, 0, turn]]))[0]
     else:
         left[:, 2] *= np.linalg.det(left @ right)
         rotation = left @ right
-    return _Motion(rotation, centres[1] - rotation @ centres[0])
+    return Transform(rotation, centres[1] - rotation @ centres[0])
 
 
-def _motion_of_lines(nominal: Mechanism, made: Mechanism, end: str) -> _Motion:
+def _motion_of_lines(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     """The turn that all directions share, and the translation that the distances show."""
     angle = nominal.parameter_names.index(f"{end}_angle")
     # The distance of a guide that has none of its own is part of the sensor's offset.
@@ -160,42 +142,12 @@ def _motion_of_lines(nominal: Mechanism, made: Mechanism, end: str) -> _Motion:
     turn = np.angle(np.exp(1j * (after[:, angle] - before[:, angle])).sum())
     normals = np.stack([np.cos(after[:, angle]), np.sin(after[:, angle])], axis=1)
     shift = np.linalg.lstsq(normals, after[:, column] - before[:, column], rcond=1e-9)[0]
-    return _Motion(_rotations(np.array([[0, 0, turn]]))[0], np.array([*shift, 0.0]))
+    return Transform(rotations_from_vectors(np.array([[0, 0, turn]]))[0], np.array([*shift, 0.0]))
 
 
 def _rms(values: Array) -> float:
     """Root mean square over rows."""
     return float(np.sqrt(np.sum(values**2) / len(values)))
-
-
-def _rotations(vectors: Array) -> Array:
-    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
-    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    crossed = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
-    # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
-    once, twice = np.sinc(angles / np.pi), np.sinc(angles / _TURN) ** 2 / 2
-    return np.asarray(np.eye(3) + once * crossed + twice * crossed @ crossed)
-
-
-def _vectors(rotations: Array) -> Array:
-    """Rotation vectors (N, 3) of rotation matrices (N, 3, 3)."""
-    skew = np.stack(
-        [rotations[:, k, j] - rotations[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1
-    )
-    sines = np.linalg.norm(skew, axis=1) / 2
-    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1) / 2
-    angles = np.arctan2(sines, cosines)
-    vectors = skew / 2 / np.sinc(angles / np.pi)[:, None]
-    half_turn = (sines < 1e-6) & (cosines < 0)
-    if half_turn.any():  # there the axis is a column of R + I
-        columns = np.swapaxes(rotations[half_turn] + np.eye(3), 1, 2)
-        longest = np.linalg.norm(columns, axis=2).argmax(axis=1)
-        axes = columns[np.arange(len(columns)), longest]
-        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-        vectors[half_turn] = angles[half_turn, None] * axes
-    return np.asarray(vectors)
 
 
 def _on_the_branch_of(near: Array, vectors: Array) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import named_legs
 from symkin.observability import parameter_tolerances
+from symkin.rotations import cross_matrices, rotations_from_quaternions
 
 if TYPE_CHECKING:
     from symkin.identification import Identification
@@ -146,8 +147,8 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     """Changes of the poses on their tangent, shape (N, dof, movements)."""
     count = len(poses)
     if pose_space == "spatial":
-        cross = _cross(poses[:, :3])
-        rotation = _rotations(poses[:, 3:])
+        cross = cross_matrices(poses[:, :3])
+        rotation = rotations_from_quaternions(poses[:, 3:])
         none, same = np.zeros((count, 3, 3)), np.tile(np.eye(3), (count, 1, 1))
         spatial: dict[str, Array] = {
             "base": np.block([[same, -cross], [none, same]]),
@@ -171,23 +172,6 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     shape = (len(chosen), len(chosen[0]), count)
     movements: Array = np.array(chosen, dtype=float).reshape(shape).transpose(2, 0, 1)
     return movements
-
-
-def _cross(vectors: Array) -> Array:
-    """Matrices of the cross product from the left, shape (N, 3, 3)."""
-    matrices: Array = np.cross(np.eye(3)[None], vectors[:, None])
-    return matrices
-
-
-def _rotations(quaternions: Array) -> Array:
-    x, y, z, w = quaternions.T
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    ).transpose(2, 0, 1)
 
 
 def _in_words(kind: str, amounts: Array) -> str:

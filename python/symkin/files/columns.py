@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import QuantityError
-from symkin.files.orientation import quaternions_from_rotation_vectors
 from symkin.files.quantities import unit_factor, unit_names
 from symkin.files.tables import Table
+from symkin.rotations import quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
 
 __all__ = [

@@ -11,9 +11,9 @@ import pytest
 
 from symkin.errors import MeasurementError
 from symkin.files.measurements import read_measurements, write_measurements
-from symkin.files.orientation import quaternions_from_rotation_vectors
 from symkin.measurements import Measurements
 from symkin.mechanism import Leg, Mechanism
+from symkin.rotations import quaternions_from_rotation_vectors
 
 Write = Callable[..., Path]
 

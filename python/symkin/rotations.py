@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Rotations as vectors, matrices and quaternions, and rigid motions."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Transform",
+    "cross_matrices",
+    "quaternions_from_rotation_vectors",
+    "rotations_from_quaternions",
+    "rotations_from_vectors",
+    "vectors_from_rotations",
+]
+
+Array = NDArray[np.float64]
+
+
+class Transform(NamedTuple):
+    """Rigid motions: each point turned, then moved.
+
+    Attributes
+    ----------
+    rotation : ndarray, shape (..., 3, 3)
+        Rotation matrices.
+    translation : ndarray, shape (..., 3)
+        m.
+    """
+
+    rotation: Array
+    translation: Array
+
+    def __matmul__(self, other: Transform) -> Transform:
+        """First the other, then this one."""
+        moved = np.einsum("...ij,...j->...i", self.rotation, other.translation)
+        return Transform(self.rotation @ other.rotation, moved + self.translation)
+
+    @property
+    def inverse(self) -> Transform:
+        """The motion back, of a single one."""
+        return Transform(self.rotation.T, -self.rotation.T @ self.translation)
+
+    @property
+    def turn(self) -> float:
+        """The angle of a single motion in the plane, rad."""
+        return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+
+
+def cross_matrices(vectors: Array) -> Array:
+    """Matrices of the vector product from the left, shape (N, 3, 3)."""
+    crossed: Array = np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
+    return crossed
+
+
+def rotations_from_vectors(vectors: Array) -> Array:
+    """Rotation matrices (N, 3, 3) of rotation vectors (N, 3), rad."""
+    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
+    crossed = cross_matrices(vectors)
+    # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
+    once, twice = np.sinc(angles / np.pi), np.sinc(angles / (2 * np.pi)) ** 2 / 2
+    return np.asarray(np.eye(3) + once * crossed + twice * crossed @ crossed)
+
+
+def vectors_from_rotations(rotations: Array) -> Array:
+    """Rotation vectors (N, 3), rad, of rotation matrices (N, 3, 3)."""
+    skew = np.stack(
+        [rotations[:, k, j] - rotations[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1
+    )
+    sines = np.linalg.norm(skew, axis=1) / 2
+    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1) / 2
+    angles = np.arctan2(sines, cosines)
+    # sin(angle) / angle, which is nothing at half a turn: there the axis is a column of R + I.
+    vectors = skew / (2 * np.sinc(angles / np.pi))[:, None]
+    half_turn = (sines < 1e-6) & (cosines < 0)
+    if half_turn.any():
+        columns = np.swapaxes(rotations[half_turn] + np.eye(3), 1, 2)
+        longest = np.linalg.norm(columns, axis=2).argmax(axis=1)
+        axes = columns[np.arange(len(columns)), longest]
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        vectors[half_turn] = angles[half_turn, None] * axes
+    return np.asarray(vectors)
+
+
+def rotations_from_quaternions(quaternions: Array) -> Array:
+    """Rotation matrices (N, 3, 3) of unit quaternions (x, y, z, w), shape (N, 4)."""
+    x, y, z, w = quaternions.T
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    ).transpose(2, 0, 1)
+
+
+def quaternions_from_rotation_vectors(vectors: Array) -> Array:
+    """Return unit quaternions (x, y, z, w), shape (N, 4), of rotation vectors (N, 3), rad."""
+    half = np.linalg.norm(vectors, axis=1, keepdims=True) / 2
+    # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
+    return np.hstack([vectors * np.sinc(half / np.pi) / 2, np.cos(half)])
