@@ -26,13 +26,13 @@ using Columns = std::vector<Vector>;  // of a leg's closure at all measured pose
 class Diagnostician {
  public:
   Diagnostician(const Mechanism& mechanism, const MeasurementSet& measurements,
-                const WhitenedClosures& system, std::vector<bool> left_out, double alarm,
+                const WhitenedClosures& system, const std::vector<bool>& left_out, double alarm,
                 Diagnosis& diagnosis)
       : mechanism_(mechanism),
         measurements_(measurements),
         system_(system),
         diagnosis_(diagnosis),
-        projection_(judge_poses(std::move(left_out), alarm)) {
+        projection_(judge_poses(left_out, alarm)) {
     diagnosis_.chi_square += projection_.chi_square();
     diagnosis_.degrees_of_freedom += projection_.degrees_of_freedom();
   }
@@ -217,7 +217,7 @@ class Diagnostician {
   }
 
   // Every pose against the others; those that stand out are left out of what comes after.
-  Projection judge_poses(std::vector<bool> left_out, double alarm) {
+  Projection judge_poses(const std::vector<bool>& left_out, double alarm) {
     const Projection projection(system_, left_out);
     const Index dof = projection.degrees_of_freedom();
     const double chi_square = projection.chi_square();

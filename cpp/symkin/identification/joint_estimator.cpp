@@ -76,7 +76,7 @@ JointEstimate estimate_joint(const Mechanism& mechanism, const MeasurementSet& m
   double spread = options.loss.spread(estimate.system.residual);
   Eigen::Map<Vector> parameters(estimate.parameters.data(), estimate.parameters.size());
   estimate.outcome = fit_until_still(parameters, [&] {
-    const SolverOutcome outcome =
+    SolverOutcome outcome =
         fit(mechanism, measurements, estimate.system, options, spread, estimate.parameters);
     estimate.system = system_at(estimate.parameters);
     spread = options.loss.spread(estimate.system.residual);

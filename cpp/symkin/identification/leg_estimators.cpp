@@ -148,7 +148,7 @@ LegEstimate estimate_implicit(const LegData& data, const Vector& start,
   Vector deviations = closure_deviations(data, start, options.noise, closures);
   double spread = options.loss.spread(closures.cwiseQuotient(deviations));
   estimate.outcome = fit_until_still(estimate.parameters, [&] {
-    const SolverOutcome outcome =
+    SolverOutcome outcome =
         fit(data.model.closure_costs(data.poses, data.readings), deviations.cwiseInverse(),
             options.loss, spread, options.max_iterations, estimate.parameters);
     deviations = closure_deviations(data, estimate.parameters, options.noise, closures);

@@ -20,7 +20,7 @@ LegRows::LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind
                        Eigen::OuterStride<>(poses.outerStride())),
               kind, noise, std::move(orbit)) {}
 
-LegRows::LegRows(Mechanism mechanism, Index leg, RowsView poses, RowKind kind,
+LegRows::LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind kind,
                  const MeasurementNoise& noise, Orbit orbit)
     : mechanism_(std::move(mechanism)),
       leg_(leg),

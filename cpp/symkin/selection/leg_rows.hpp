@@ -27,7 +27,7 @@ class LegRows final : public RowSource {
  public:
   // The poses must outlive it; a temporary does not compile. Throws InvalidInput for a leg that
   // does not exist, poses of other coordinates, or an orbit without elements.
-  LegRows(Mechanism mechanism, Index leg, RowsView poses, RowKind kind,
+  LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind kind,
           const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone());
   LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind kind,
           const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone());

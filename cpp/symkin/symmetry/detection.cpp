@@ -73,7 +73,7 @@ Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, bool platform,
   if (end.azimuth == nullptr) {
     return Eigen::Vector2d::Zero();
   }
-  const Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
+  Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
   if ((platform ? chain.platform_anchor : chain.base_anchor) != Anchor::point) {
     return direction;
   }
