@@ -33,6 +33,7 @@ from symkin.chains import ChainInfo, chain_info, chains
 from symkin.checking import CheckResult, check_mechanism
 from symkin.conditions import Condition, Conditions, check_conditions
 from symkin.cross_validation import CrossValidation, cross_validate
+from symkin.diagnosis import Diagnosis, Outlier, ResidualTest
 from symkin.errors import (
     FailedFitError,
     MeasurementError,
@@ -46,7 +47,7 @@ from symkin.errors import (
 )
 from symkin.evaluation import AlignedErrors, Evaluation, evaluate
 from symkin.groups import NamedGroup
-from symkin.identification import Identification, LegFit, identify
+from symkin.identification import GoodnessOfFit, Identification, LegFit, identify
 from symkin.measurements import Measurements
 from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
 from symkin.observability import (
@@ -119,10 +120,12 @@ __all__ = [
     "CrossValidation",
     "DeclaredSymmetry",
     "DetectedSymmetry",
+    "Diagnosis",
     "ElementCheck",
     "Evaluation",
     "ExpectedAccuracy",
     "FailedFitError",
+    "GoodnessOfFit",
     "Identification",
     "JointLimits",
     "Leg",
@@ -138,6 +141,7 @@ __all__ = [
     "NoiseSettings",
     "NotIdentifiableError",
     "Observability",
+    "Outlier",
     "ParameterDeviation",
     "Plan",
     "PlanBasis",
@@ -145,6 +149,7 @@ __all__ = [
     "ProtocolResult",
     "ProtocolSettings",
     "QuantityError",
+    "ResidualTest",
     "ResultsError",
     "Selection",
     "Simulation",
