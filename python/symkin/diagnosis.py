@@ -20,7 +20,7 @@ from symkin.errors import named_legs
 from symkin.identification import core_measurements
 from symkin.mistakes import coarse_readings, likely_causes, signs_of_mistakes
 from symkin.observability import noise_of
-from symkin.plausibility import implausible_parameters, weak_parameters
+from symkin.plausibility import implausible_parameters, unknown_parameters, weak_parameters
 
 if TYPE_CHECKING:
     from symkin.identification import GoodnessOfFit, Identification
@@ -150,10 +150,13 @@ def diagnose(found: Identification) -> Diagnosis:
     tests = _tests(found, result)
     outliers = _outliers(result)
     doubts = [*_doubts_of_size(found), *_doubts_of_noise(found), *signs_of_mistakes(found)]
-    consequences = [*implausible_parameters(found)]
-    if not _gross(found):
-        rows = _doubts_of_rows(found, outliers)
-        consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
+    consequences = [*unknown_parameters(found)]
+    # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
+    if all(leg.condition <= _CONDITION_LIMIT for leg in found.legs):
+        consequences = [*implausible_parameters(found), *consequences]
+        if not _gross(found):
+            rows = _doubts_of_rows(found, outliers)
+            consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
     if doubts or consequences or not found.converged:
         causes = likely_causes(found)

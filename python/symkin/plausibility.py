@@ -18,7 +18,7 @@ from symkin.rotations import cross_matrices, rotations_from_quaternions
 if TYPE_CHECKING:
     from symkin.identification import Identification
 
-__all__ = ["implausible_parameters", "weak_parameters"]
+__all__ = ["implausible_parameters", "unknown_parameters", "weak_parameters"]
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,14 @@ def implausible_parameters(found: Identification) -> Iterator[str]:
         )
         more = f" and {len(far) - 3} more" if len(far) > 3 else ""
         yield f"parameters are further from the drawing than is plausible: {named}{more}"
-    unknown = np.argwhere(deviations > _UNKNOWN * tolerances)
+
+
+def unknown_parameters(found: Identification) -> Iterator[str]:
+    """Name parameters that the measurements in effect do not show."""
+    deviations = found.mechanism.deviations
+    if deviations is None:
+        return
+    unknown = np.argwhere(deviations > _UNKNOWN * parameter_tolerances(found.nominal))
     if len(unknown):
         yield (
             f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
@@ -70,7 +77,8 @@ def weak_parameters(found: Identification) -> Iterator[str]:
     deviations = found.mechanism.deviations
     if deviations is None:
         return
-    weak = np.argwhere(deviations > parameter_tolerances(found.nominal))
+    shares = deviations / parameter_tolerances(found.nominal)
+    weak = np.argwhere((shares > 1) & (shares <= _UNKNOWN))
     if len(weak):
         yield (
             f"the measurements say less than the tolerances of {_named(found, weak)}: the standard "

@@ -32,7 +32,9 @@ CALLED_BY_OTHERS = {
 }
 # What symkin makes for its user, who only reads it.
 RESULTS = {
+    "AlignedErrors",
     "CrossValidation",
+    "Diagnosis",
     "Evaluation",
     "Identification",
     "LegFit",
