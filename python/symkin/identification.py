@@ -339,7 +339,7 @@ def _explained(
     error: FailedFitError, mechanism: Mechanism, measurements: Measurements
 ) -> FailedFitError:
     """The error with what may be wrong with the measurements."""
-    from symkin.mistakes import better_readings
+    from symkin.corrections import better_readings
 
     causes = better_readings(mechanism, measurements)
     return FailedFitError(f"{error}. Likely cause: {causes[0]}") if causes else error
