@@ -146,8 +146,8 @@ def _lost_turns(found: Identification) -> Iterator[str]:
         away = np.round((readings - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():
             yield (
-                f"leg {leg + 1}: all readings are {turns_in_words(away[0])} away from the sensor's zero "
-                "that the mechanism has, which the gain and the offset then have to explain"
+                f"leg {leg + 1}: all readings are {turns_in_words(away[0])} away from the sensor's "
+                "zero that the mechanism has, which the gain and the offset then have to explain"
             )
         for unbroken in (continuous(readings, turn), by_model):
             if not np.isfinite(unbroken).all():
