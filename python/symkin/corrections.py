@@ -137,7 +137,9 @@ def chi_square_of(found: Identification) -> float:
 def _disagreement(found: Identification) -> float:
     """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
     moved = found.mechanism.parameters - found.nominal.parameters
-    distances = moved / parameter_tolerances(found.nominal)
+    tolerances = parameter_tolerances(found.nominal)
+    deviations = found.mechanism.deviations
+    distances = moved / (tolerances if deviations is None else np.hypot(tolerances, deviations))
     spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
     squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
     return squares / (spare + distances.size)

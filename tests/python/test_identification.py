@@ -109,3 +109,13 @@ def test_a_robot_of_another_kind_than_its_model_is_refused(paper, planned):
             symkin.MechanismError, match=r"3 legs \[R\]RR, planar; expected the same"
         ):
             symkin.simulate(paper, plan, 1, actual=robot)
+
+
+def test_a_joint_at_the_origin_is_refused_as_an_angle_that_is_none(paper, planned):
+    plan, _ = planned
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    parameters = paper.parameters.copy()
+    parameters[0, paper.parameter_names.index("base_radius")] = 0
+    moved = paper.replace(symmetry=None).with_parameters(parameters)
+    with pytest.raises(symkin.NotIdentifiableError, match=r"base_angle is undefined; shift"):
+        symkin.identify(moved, measurements)
