@@ -221,6 +221,15 @@ _FILE_FUNCTIONS = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("symkin")
     if name not in _FILE_FUNCTIONS:
         raise AttributeError(f"module 'symkin' has no attribute {name!r}")
     return getattr(importlib.import_module(f"symkin.files.{_FILE_FUNCTIONS[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Names for completion, those that are resolved when they are first used too."""
+    return sorted({*globals(), *__all__, "__version__"})

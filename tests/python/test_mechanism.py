@@ -108,3 +108,9 @@ def test_a_quaternion_that_is_no_rotation_is_refused(
             function(poses)
     with pytest.raises(symkin.MeasurementError, match="row 2 has a quaternion of norm"):
         symkin.Measurements.of(poses, np.zeros((2, 6)))
+
+
+def test_every_public_name_is_offered_for_completion_and_is_there():
+    assert set(symkin.__all__) <= set(dir(symkin))
+    assert all(hasattr(symkin, name) for name in symkin.__all__)
+    assert symkin.__version__[0].isdigit()

@@ -64,9 +64,9 @@ def overview(
     Exit code: 0; 1 for a result that did not converge; 2 for an input that cannot be used.
     """
     if version:
-        from importlib.metadata import version as version_of
+        import symkin
 
-        typer.echo(f"symkin {version_of('symkin')}")
+        typer.echo(f"symkin {symkin.__version__}")
     elif context.invoked_subcommand is None:
         raise typer.BadParameter("a command is missing")
 
