@@ -27,7 +27,7 @@ _FALSE_ALARMS = 1e-3
 # Times the tolerance: a parameter of such a standard deviation is in effect not measured.
 _UNKNOWN = 10
 # Share of the squared distance from the drawing that a common movement must explain to be named.
-_EXPLAINED = 0.7
+_EXPLAINED = 0.5
 _MOVEMENTS = {
     "base": "the frame of the measured poses is {} against the drawing's base",
     "platform": "the measured target is {} against the drawing's platform frame",
