@@ -133,7 +133,7 @@ class Diagnostician {
   void test_estimators() {
     constexpr double kDirections = 0.01;  // of the largest, in variance
     const Index p = mechanism_.parameter_count();
-    const Eigen::MatrixXd jacobian = projection_kept(system_.jacobian);
+    const Eigen::MatrixXd jacobian = projection_.kept(system_.jacobian);
     const RowMatrix covariance = inverse_information(jacobian);
     if (!covariance.allFinite()) {
       return;
@@ -186,15 +186,6 @@ class Diagnostician {
     const WhitenedPose& which = system_.poses[pose];
     const auto found = std::find(which.legs.begin(), which.legs.end(), leg);
     return found == which.legs.end() ? -1 : which.first + (found - which.legs.begin());
-  }
-
-  Eigen::MatrixXd projection_kept(Eigen::MatrixXd rows) const {
-    for (std::size_t k = 0; k < system_.poses.size(); ++k) {
-      if (!projection_.counts(k)) {
-        rows.middleRows(system_.poses[k].first, system_.poses[k].count()).setZero();
-      }
-    }
-    return rows;
   }
 
   double middle(const Vector& readings) const {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/identification/goodness_of_fit.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
+#include "symkin/identification/projection.hpp"
 #include "symkin/identification/robust_loss.hpp"
 #include "symkin/identification/statistics.hpp"
 
@@ -21,27 +21,15 @@ double GoodnessOfFit::spread() const {
 
 GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
                               Index problems) {
-  Vector residual = system.residual;
-  Eigen::MatrixXd jacobian = system.jacobian;
-  Index kept = 0;
-  for (std::size_t k = 0; k < system.poses.size(); ++k) {
-    const WhitenedPose& pose = system.poses[k];
-    if (weights[static_cast<Index>(k)] < kRejectedWeight) {
-      residual.segment(pose.first, pose.count()).setZero();
-      jacobian.middleRows(pose.first, pose.count()).setZero();
-    } else {
-      kept += pose.count();
-    }
+  std::vector<bool> rejected;
+  for (Index k = 0; k < weights.size(); ++k) {
+    rejected.push_back(weights[k] < kRejectedWeight);
   }
-  Vector lengths = jacobian.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian *
-                                                       lengths.cwiseInverse().asDiagonal());
+  const Projection projection(system, rejected);
   GoodnessOfFit fit;
   fit.legs = system.legs;
-  fit.degrees_of_freedom = kept - qr.rank();
-  residual.applyOnTheLeft(qr.householderQ().setLength(qr.rank()).adjoint());
-  fit.chi_square = residual.tail(residual.size() - qr.rank()).squaredNorm();
+  fit.chi_square = projection.chi_square();
+  fit.degrees_of_freedom = projection.degrees_of_freedom();
   if (fit.degrees_of_freedom > 0) {
     const double alarms = kFalseAlarms / static_cast<double>(problems);
     fit.limit = chi_square_limit(fit.degrees_of_freedom, alarms);

@@ -3,21 +3,16 @@
 
 #include <Eigen/QR>
 #include <cmath>
+#include <utility>
 
 namespace symkin {
 
 Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& left_out)
-    : system_(system), left_out_(left_out), residual_(system.residual) {
-  Eigen::MatrixXd jacobian = system.jacobian;
-  Index kept = 0;
+    : system_(system), left_out_(left_out), residual_(kept(system.residual)) {
+  const Eigen::MatrixXd jacobian = kept(system.jacobian);
+  Index count = 0;
   for (std::size_t k = 0; k < system.poses.size(); ++k) {
-    const WhitenedPose& pose = system.poses[k];
-    if (left_out_[k]) {
-      jacobian.middleRows(pose.first, pose.count()).setZero();
-      residual_.segment(pose.first, pose.count()).setZero();
-    } else {
-      kept += pose.count();
-    }
+    count += left_out_[k] ? 0 : system.poses[k].count();
   }
   Vector lengths = jacobian.colwise().norm();
   lengths = (lengths.array() > 0).select(lengths, 1).cwiseInverse();
@@ -31,15 +26,20 @@ Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& 
                    .solve<Eigen::OnTheRight>(columns.leftCols(rank));
   explained_ = basis_.transpose() * residual_;
   residual_ -= basis_ * explained_;
-  degrees_of_freedom_ = kept - rank;
+  degrees_of_freedom_ = count - rank;
+}
+
+Eigen::MatrixXd Projection::kept(Eigen::MatrixXd rows) const {
+  for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+    if (left_out_[k]) {
+      rows.middleRows(system_.poses[k].first, system_.poses[k].count()).setZero();
+    }
+  }
+  return rows;
 }
 
 Eigen::MatrixXd Projection::unexplained(Eigen::MatrixXd terms) const {
-  for (std::size_t k = 0; k < system_.poses.size(); ++k) {
-    if (left_out_[k]) {
-      terms.middleRows(system_.poses[k].first, system_.poses[k].count()).setZero();
-    }
-  }
+  terms = kept(std::move(terms));
   terms -= basis_ * (basis_.transpose() * terms);
   return terms;
 }

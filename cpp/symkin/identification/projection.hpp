@@ -20,6 +20,9 @@ class Projection {
   double chi_square() const { return residual_.squaredNorm(); }
   Index degrees_of_freedom() const { return degrees_of_freedom_; }
 
+  // Rows of the system with zeros for the poses left out.
+  Eigen::MatrixXd kept(Eigen::MatrixXd rows) const;
+
   // Columns of terms that the model does not have, less what the parameters explain; zero for poses
   // left out.
   Eigen::MatrixXd unexplained(Eigen::MatrixXd terms) const;
