@@ -12,8 +12,8 @@
 
 #include "support/mechanisms.hpp"
 #include "support/paper_leg.hpp"
-#include "symkin/selection/leg_rows.hpp"
-#include "symkin/selection/selection.hpp"
+#include "symkin/design/selection.hpp"
+#include "symkin/estimation/leg_rows.hpp"
 
 namespace symkin::testing {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/identification/diagnosis.hpp"
-#include "symkin/identification/statistics.hpp"
+#include "symkin/estimation/diagnosis.hpp"
+#include "symkin/estimation/statistics.hpp"
 
 void bind_diagnosis(py::module_& module) {
   using symkin::Diagnosis;

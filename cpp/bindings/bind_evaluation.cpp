@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/evaluation.hpp"
+#include "symkin/estimation/evaluation.hpp"
 
 void bind_evaluation(py::module_& module) {
   using symkin::PoseErrors;

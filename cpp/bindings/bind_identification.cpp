@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/identification/identification.hpp"
+#include "symkin/estimation/identification.hpp"
 
 void bind_identification(py::module_& module) {
   using symkin::Estimator;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/forward_kinematics.hpp"
-#include "symkin/kinematics.hpp"
+#include "symkin/kinematics/forward_kinematics.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
 
 void bind_kinematics(py::module_& module) {
   using symkin::ClosureRows;

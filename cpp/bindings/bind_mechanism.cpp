@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/error.hpp"
-#include "symkin/mechanism.hpp"
+#include "symkin/model/mechanism.hpp"
+#include "symkin/support/error.hpp"
 
 namespace {
 

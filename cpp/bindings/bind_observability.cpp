@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/accuracy.hpp"
-#include "symkin/observability.hpp"
+#include "symkin/estimation/accuracy.hpp"
+#include "symkin/estimation/observability.hpp"
 
 void bind_observability(py::module_& module) {
   using symkin::AccuracyWeights;

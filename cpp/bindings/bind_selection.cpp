@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "bindings.hpp"
-#include "symkin/selection/leg_rows.hpp"
-#include "symkin/selection/selection.hpp"
+#include "symkin/design/selection.hpp"
+#include "symkin/estimation/leg_rows.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/error.hpp"
-#include "symkin/simulation.hpp"
+#include "symkin/estimation/simulation.hpp"
+#include "symkin/support/error.hpp"
 
 namespace {
 

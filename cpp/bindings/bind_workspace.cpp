@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/workspace.hpp"
+#include "symkin/kinematics/workspace.hpp"
 
 void bind_workspace(py::module_& module) {
   using symkin::WorkspaceOptions;

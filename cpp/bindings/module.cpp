@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
-#include "symkin/error.hpp"
-#include "symkin/impossible_leg.hpp"
-#include "symkin/interrupt.hpp"
-#include "symkin/selection/not_identifiable.hpp"
+#include "symkin/model/impossible_leg.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+#include "symkin/support/not_identifiable.hpp"
 
 namespace {
 

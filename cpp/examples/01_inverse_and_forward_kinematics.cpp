@@ -3,8 +3,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "symkin/forward_kinematics.hpp"
-#include "symkin/kinematics.hpp"
+#include "symkin/kinematics/forward_kinematics.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/symmetry/generation.hpp"
 
 int main() {

@@ -3,14 +3,14 @@
 #include <cmath>
 #include <iostream>
 
-#include "symkin/evaluation.hpp"
-#include "symkin/identification/identification.hpp"
-#include "symkin/observability.hpp"
-#include "symkin/selection/selection.hpp"
-#include "symkin/simulation.hpp"
+#include "symkin/design/selection.hpp"
+#include "symkin/estimation/evaluation.hpp"
+#include "symkin/estimation/identification.hpp"
+#include "symkin/estimation/observability.hpp"
+#include "symkin/estimation/simulation.hpp"
+#include "symkin/kinematics/workspace.hpp"
 #include "symkin/symmetry/action.hpp"
 #include "symkin/symmetry/generation.hpp"
-#include "symkin/workspace.hpp"
 
 int main() {
   constexpr double kPi = 3.141592653589793;

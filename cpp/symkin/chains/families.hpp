@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "symkin/leg_model.hpp"
+#include "symkin/model/leg_model.hpp"
 
 // The chains that the registry knows, one function a family; each is instantiated in a source
 // file of its own, because the models are the slowest templates to compile.

@@ -7,8 +7,8 @@
 #include <limits>
 #include <tuple>
 
-#include "symkin/chain_info.hpp"
-#include "symkin/pose.hpp"
+#include "symkin/model/chain_info.hpp"
+#include "symkin/model/pose.hpp"
 
 // Plane geometry that the planar leg structs share, for any scalar (double or autodiff).
 namespace symkin {

@@ -2,7 +2,7 @@
 #include "symkin/chains/prp.hpp"
 
 #include "symkin/chains/families.hpp"
-#include "symkin/leg_model_of.hpp"
+#include "symkin/model/leg_model_of.hpp"
 
 namespace symkin::chains {
 

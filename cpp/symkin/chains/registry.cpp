@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "symkin/chains/families.hpp"
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "symkin/leg_model.hpp"
+#include "symkin/model/leg_model.hpp"
 
 namespace symkin {
 

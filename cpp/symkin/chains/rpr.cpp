@@ -3,7 +3,7 @@
 
 #include "symkin/chains/families.hpp"
 #include "symkin/chains/point_platform.hpp"
-#include "symkin/leg_model_of.hpp"
+#include "symkin/model/leg_model_of.hpp"
 
 namespace symkin::chains {
 

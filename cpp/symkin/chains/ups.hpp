@@ -5,8 +5,8 @@
 #include <limits>
 #include <tuple>
 
-#include "symkin/chain_info.hpp"
-#include "symkin/pose.hpp"
+#include "symkin/model/chain_info.hpp"
+#include "symkin/model/pose.hpp"
 
 namespace symkin {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/leg_ends.hpp"
 
 namespace symkin {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/mechanism.hpp"
+#include "symkin/model/mechanism.hpp"
 #include "symkin/symmetry/group.hpp"
 #include "symkin/symmetry/verification.hpp"
 

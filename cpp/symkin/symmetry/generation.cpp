@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/symmetry/generation.hpp"
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
 
 namespace symkin {

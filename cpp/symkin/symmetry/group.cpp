@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {

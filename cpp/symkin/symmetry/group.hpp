@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "symkin/types.hpp"
+#include "symkin/support/types.hpp"
 
 namespace symkin {
 

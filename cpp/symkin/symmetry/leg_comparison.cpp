@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/leg_ends.hpp"
 
 namespace symkin {

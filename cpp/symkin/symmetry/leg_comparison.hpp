@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "symkin/mechanism.hpp"
+#include "symkin/model/mechanism.hpp"
 
 namespace symkin {
 

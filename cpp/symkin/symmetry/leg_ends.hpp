@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/chain_info.hpp"
+#include "symkin/model/chain_info.hpp"
 
 namespace symkin {
 

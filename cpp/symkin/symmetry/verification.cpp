@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
 
 namespace symkin {

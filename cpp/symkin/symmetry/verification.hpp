@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "symkin/mechanism.hpp"
+#include "symkin/model/mechanism.hpp"
 #include "symkin/symmetry/group.hpp"
 #include "symkin/symmetry/leg_comparison.hpp"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "symkin/error.hpp"
-#include "symkin/kinematics.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
 
 namespace symkin {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "symkin/kinematics/workspace.hpp"
 #include "symkin/symmetry/verification.hpp"
-#include "symkin/workspace.hpp"
 
 namespace symkin {
 

@@ -6,7 +6,7 @@
 #include "symkin/chains/planar.hpp"
 #include "symkin/chains/point_platform.hpp"
 #include "symkin/chains/registry.hpp"
-#include "symkin/leg_model_of.hpp"
+#include "symkin/model/leg_model_of.hpp"
 
 namespace symkin::page {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "symkin/chains/registry.hpp"
-#include "symkin/leg_model.hpp"
-#include "symkin/random.hpp"
+#include "symkin/model/leg_model.hpp"
+#include "symkin/support/random.hpp"
 
 // What the suites over all planar chains share: the chains, random legs and their states.
 namespace symkin::testing {

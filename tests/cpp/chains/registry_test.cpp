@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "symkin/chains/registry.hpp"
+#include "symkin/kinematics/workspace.hpp"
 #include "symkin/symmetry/generation.hpp"
-#include "symkin/workspace.hpp"
 
 // The mechanisms that the suites share.
 namespace symkin::testing {

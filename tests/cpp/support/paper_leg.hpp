@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "symkin/random.hpp"
-#include "symkin/types.hpp"
+#include "symkin/support/random.hpp"
+#include "symkin/support/types.hpp"
 
 namespace symkin::testing {
 

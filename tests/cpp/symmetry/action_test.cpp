@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "support/mechanisms.hpp"
-#include "symkin/error.hpp"
-#include "symkin/kinematics.hpp"
-#include "symkin/random.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/random.hpp"
 
 namespace symkin {
 namespace {

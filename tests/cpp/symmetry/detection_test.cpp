@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/mechanisms.hpp"
-#include "symkin/random.hpp"
+#include "symkin/support/random.hpp"
 #include "symkin/symmetry/action.hpp"
 
 namespace symkin {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/mechanisms.hpp"
-#include "symkin/error.hpp"
+#include "symkin/support/error.hpp"
 #include "symkin/symmetry/detection.hpp"
 
 namespace symkin {

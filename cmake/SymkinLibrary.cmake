@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: MIT
+
+# A library of the project with what all have in common; `symkin_room` is symkin::room to its users.
+function(symkin_add_library name)
+  add_library(${name} ${ARGN})
+  string(REGEX REPLACE "^symkin_" "" exported ${name})
+  add_library(symkin::${exported} ALIAS ${name})
+  set_target_properties(
+    ${name}
+    PROPERTIES
+      EXPORT_NAME ${exported}
+      POSITION_INDEPENDENT_CODE ON
+      VERSION ${PROJECT_VERSION}
+      SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+  )
+  target_compile_features(${name} PUBLIC cxx_std_17)
+  target_include_directories(
+    ${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/cpp> $<INSTALL_INTERFACE:include>
+  )
+  symkin_set_warnings(${name})
+endfunction()

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/accuracy.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <string>
+
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+
+AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
+  if (poses.rows() == 0) {
+    throw InvalidInput("there are no poses to average the accuracy over");
+  }
+  const RowMatrix readings = inverse_kinematics(mechanism, poses);
+  const Index legs = mechanism.leg_count();
+  const Index p = mechanism.parameter_count();
+  const Index dof = mechanism.dof();
+  const Index position = position_size(mechanism.pose_space());
+  std::vector<ClosureRows> rows;
+  for (Index leg = 0; leg < legs; ++leg) {
+    rows.push_back(linearise(mechanism, leg, poses, readings.col(leg)));
+  }
+  AccuracyWeights weights;
+  weights.position = RowMatrix::Zero(legs * p, legs * p);
+  weights.orientation = weights.position;
+  Eigen::MatrixXd by_pose(legs, dof);
+  Eigen::MatrixXd effect(dof, legs * p);
+  for (Index i = 0; i < poses.rows(); ++i) {
+    check_interrupt();
+    for (Index leg = 0; leg < legs; ++leg) {
+      by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
+    }
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(by_pose);
+    if (!by_pose.allFinite() || qr.rank() < dof) {
+      ++weights.failed;
+      continue;
+    }
+    const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd::Identity(legs, legs));
+    for (Index leg = 0; leg < legs; ++leg) {
+      effect.middleCols(leg * p, p) =
+          inverse.col(leg) * rows[static_cast<std::size_t>(leg)].by_parameters.row(i);
+    }
+    weights.position.noalias() += effect.topRows(position).transpose() * effect.topRows(position);
+    weights.orientation.noalias() +=
+        effect.bottomRows(dof - position).transpose() * effect.bottomRows(dof - position);
+    ++weights.evaluated;
+  }
+  if (weights.evaluated == 0) {
+    throw InvalidInput("mechanism \"" + mechanism.name() + "\" can take none of the " +
+                       std::to_string(poses.rows()) + " poses over which accuracy is expected");
+  }
+  weights.position /= static_cast<double>(weights.evaluated);
+  weights.orientation /= static_cast<double>(weights.evaluated);
+  return weights;
+}
+
+ExpectedAccuracy expected_accuracy(const AccuracyWeights& weights, ConstRows covariance) {
+  if (covariance.rows() != weights.position.rows() ||
+      covariance.cols() != weights.position.cols()) {
+    throw InvalidInput("the covariance is " + std::to_string(covariance.rows()) + " x " +
+                       std::to_string(covariance.cols()) + "; expected " +
+                       std::to_string(weights.position.rows()) + " x " +
+                       std::to_string(weights.position.cols()) + ", the parameters of all legs");
+  }
+  return {std::sqrt(weights.position.cwiseProduct(covariance).sum()),
+          std::sqrt(weights.orientation.cwiseProduct(covariance).sum())};
+}
+
+}  // namespace symkin

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <memory>
+#include <vector>
+
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+// A cost whose residual is multiplied by a constant: noise weighting wraps a residual and never
+// lives inside one.
+class ScaledCost final : public ceres::CostFunction {
+ public:
+  ScaledCost(std::unique_ptr<ceres::CostFunction> cost, double factor);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  std::unique_ptr<ceres::CostFunction> cost_;
+  double factor_;
+};
+
+// The closures of all legs that were read at one pose, whitened by their common covariance: with
+// the closures h (one a leg, each on its own parameter block) and whitening W, residual = W h.
+class JointCost final : public ceres::CostFunction {
+ public:
+  JointCost(std::vector<std::unique_ptr<ceres::CostFunction>> closures, Eigen::MatrixXd whitening);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  std::vector<std::unique_ptr<ceres::CostFunction>> closures_;
+  Eigen::MatrixXd whitening_;  // legs x legs
+};
+
+}  // namespace symkin

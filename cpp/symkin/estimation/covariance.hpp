@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/estimation/noise.hpp"
+#include "symkin/model/mechanism.hpp"
+
+namespace symkin {
+
+// (A'A)^-1 of N x p rows, computed with columns of length one; infinite if the columns are
+// dependent.
+RowMatrix inverse_information(const Eigen::MatrixXd& rows);
+
+// How a per-leg least-squares estimate answers to errors of its closures: to first order
+// estimate - truth = -influence * h. `rows` are the leg's measured poses.
+struct LegInfluence {
+  std::vector<Index> rows;
+  RowMatrix influence;  // p x n
+  RowMatrix by_pose;    // n x dof, dh/dpose
+  Vector by_reading;    // n, dh/dpsi
+  Vector deleted;       // n, closures as the leg's other poses predict them: h / (1 - leverage)
+};
+
+// The influence of weighted least squares with residuals h * factor (n x 1 each).
+RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
+                                  const Vector& loss_weights);
+
+// Covariance of all legs' parameters, (legs p) x (legs p), from the declared noise: errors of a
+// pose are shared by the legs that use it, errors of a reading belong to one leg.
+RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
+                              const MeasurementNoise& noise);
+
+// The same from the residuals themselves, whatever the noise is and however it is split: the
+// jackknife's covariance, HC3 of MacKinnon and White (1985), the closures of a pose together.
+RowMatrix residual_covariance(const std::vector<LegInfluence>& legs);
+
+}  // namespace symkin

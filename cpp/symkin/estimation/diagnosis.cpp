@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/diagnosis.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "symkin/estimation/covariance.hpp"
+#include "symkin/estimation/projection.hpp"
+#include "symkin/estimation/statistics.hpp"
+#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin {
+namespace {
+
+// Residuals this far below the declared noise, in variance, are those of arithmetic.
+constexpr double kRounding = 1e-10;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+using Columns = std::vector<Vector>;  // of a leg's closure at all measured poses, metres
+
+class Diagnostician {
+ public:
+  Diagnostician(const Mechanism& mechanism, const MeasurementSet& measurements,
+                const WhitenedClosures& system, const std::vector<bool>& left_out, double alarm,
+                Diagnosis& diagnosis)
+      : mechanism_(mechanism),
+        measurements_(measurements),
+        system_(system),
+        diagnosis_(diagnosis),
+        projection_(judge_poses(left_out, alarm)) {
+    diagnosis_.chi_square += projection_.chi_square();
+    diagnosis_.degrees_of_freedom += projection_.degrees_of_freedom();
+  }
+
+  // Whether there is anything to test: exact data leave rounding errors.
+  bool testable() const {
+    return projection_.degrees_of_freedom() > 1 &&
+           projection_.chi_square() >
+               kRounding * static_cast<double>(projection_.degrees_of_freedom());
+  }
+
+  void test_sensors(bool turning) {
+    test_each_and_all(Suspect::sensor_curvature, [this](Index leg) {
+      const Vector readings = measurements_.readings.col(leg);
+      return Columns{through_sensor(leg, (readings.array() - middle(readings)).square())};
+    });
+    if (turning) {
+      test_each_and_all(Suspect::sensor_eccentricity, [this](Index leg) {
+        const Vector readings = measurements_.readings.col(leg);
+        return Columns{through_sensor(leg, readings.array().cos()),
+                       through_sensor(leg, readings.array().sin())};
+      });
+    }
+  }
+
+  void test_geometry() {
+    const PoseSpace space = mechanism_.pose_space();
+    const Index dof = mechanism_.dof();
+    const Index count = measurements_.poses.rows();
+    Eigen::MatrixXd coordinates(count, dof);
+    for (Index i = 0; i < count; ++i) {
+      Vector difference(dof);
+      pose_difference(space, measurements_.poses.row(i).data(),
+                      measurements_.poses.row(count / 2).data(), difference.data());
+      coordinates.row(i) = difference.transpose();
+    }
+    const Eigen::RowVectorXd mean = coordinates.colwise().mean();
+    coordinates.rowwise() -= mean;
+    Columns terms;
+    for (Index c = 0; c < dof; ++c) {
+      terms.emplace_back(coordinates.col(c));
+    }
+    for (Index c = 0; c < dof; ++c) {
+      terms.emplace_back(coordinates.col(c).cwiseAbs2());
+    }
+    for (const Index leg : system_.legs) {
+      ResidualTest test = term_test(Suspect::geometry, leg, {{leg, terms}});
+      double largest = -1;
+      for (std::size_t term = 0; term < terms.size(); ++term) {
+        const double alone = term_test(Suspect::geometry, leg, {{leg, {terms[term]}}}).statistic;
+        if (alone > largest) {
+          largest = alone;
+          test.other = static_cast<Index>(term);
+        }
+      }
+      diagnosis_.tests.push_back(test);
+    }
+  }
+
+  void test_order() {
+    std::vector<std::pair<Index, Index>> pairs;
+    std::vector<Index> last(static_cast<std::size_t>(mechanism_.leg_count()), -1);
+    for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+      const WhitenedPose& pose = system_.poses[k];
+      for (Index i = 0; projection_.counts(k) && i < pose.count(); ++i) {
+        Index& before = last[static_cast<std::size_t>(pose.legs[static_cast<std::size_t>(i)])];
+        if (before >= 0) {
+          pairs.emplace_back(before, pose.first + i);
+        }
+        before = pose.first + i;
+      }
+    }
+    add_pairs(Suspect::order, -1, -1, pairs);
+  }
+
+  void test_legs() {
+    for (const Index a : system_.legs) {
+      for (const Index b : system_.legs) {
+        if (a >= b) {
+          continue;
+        }
+        std::vector<std::pair<Index, Index>> pairs;
+        for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+          const Index first = row_of(k, a);
+          const Index second = row_of(k, b);
+          if (projection_.counts(k) && first >= 0 && second >= 0) {
+            pairs.emplace_back(first, second);
+          }
+        }
+        add_pairs(Suspect::legs, a, b, pairs);
+      }
+    }
+  }
+
+  // The estimate of `implicit` less that of `joint` is linear in the residuals: an F test of the
+  // directions that it depends on. The quadratic form in the inverse covariance of the difference
+  // (Hausman's) would reject too many sound robots.
+  void test_estimators() {
+    constexpr double kDirections = 0.01;  // of the largest, in variance
+    const Index p = mechanism_.parameter_count();
+    const Eigen::MatrixXd jacobian = projection_.kept(system_.jacobian);
+    const RowMatrix covariance = inverse_information(jacobian);
+    if (!covariance.allFinite()) {
+      return;
+    }
+    Eigen::MatrixXd contrast = -covariance * jacobian.transpose();  // parameters x rows
+    for (const Index leg : system_.legs) {
+      const Index position = system_.position(leg);
+      const ClosureRows& rows = system_.rows[static_cast<std::size_t>(position)];
+      std::vector<std::pair<std::size_t, Index>> used;  // pose of the system, leg within it
+      for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+        const Index row = row_of(k, leg);
+        if (projection_.counts(k) && row >= 0) {
+          used.emplace_back(k, row - system_.poses[k].first);
+        }
+      }
+      RowMatrix by_parameters(static_cast<Index>(used.size()), p);
+      Vector factors(static_cast<Index>(used.size()));
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        const WhitenedPose& pose = system_.poses[used[i].first];
+        by_parameters.row(static_cast<Index>(i)) = rows.by_parameters.row(pose.row);
+        factors[static_cast<Index>(i)] = 1 / pose.factor.row(used[i].second).norm();
+      }
+      const RowMatrix influence =
+          least_squares_influence(by_parameters, factors, Vector::Ones(factors.size()));
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        const WhitenedPose& pose = system_.poses[used[i].first];
+        contrast.block(position * p, pose.first, p, pose.count()) +=
+            influence.col(static_cast<Index>(i)) * pose.factor.row(used[i].second);
+      }
+    }
+    contrast = covariance.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * contrast;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(contrast * contrast.transpose());
+    const Vector& squares = eigen.eigenvalues();  // ascending
+    const double largest = squares[squares.size() - 1];
+    if (!(largest > 1e-12)) {  // of a standard deviation: the estimators are the same
+      return;
+    }
+    const Index terms = (squares.array() > kDirections * largest).count();
+    const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(terms).transpose() * contrast;
+    const Vector values =
+        (directions * projection_.residual()).cwiseQuotient(squares.tail(terms).cwiseSqrt());
+    ResidualTest test{Suspect::estimators};
+    set_f(test, values.squaredNorm(), terms);
+    diagnosis_.tests.push_back(test);
+  }
+
+ private:
+  // Row of a leg's closure at a pose of the system; -1 if it was not read there.
+  Index row_of(std::size_t pose, Index leg) const {
+    const WhitenedPose& which = system_.poses[pose];
+    const auto found = std::find(which.legs.begin(), which.legs.end(), leg);
+    return found == which.legs.end() ? -1 : which.first + (found - which.legs.begin());
+  }
+
+  double middle(const Vector& readings) const {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (Index i = 0; i < readings.size(); ++i) {
+      if (std::isfinite(readings[i])) {
+        least = std::min(least, readings[i]);
+        most = std::max(most, readings[i]);
+      }
+    }
+    return (least + most) / 2;
+  }
+
+  // A term of the reading as it shows in the leg's closure.
+  template <typename Term>
+  Vector through_sensor(Index leg, const Term& term) const {
+    const auto position = static_cast<std::size_t>(system_.position(leg));
+    return system_.rows[position].by_reading.array() * term;
+  }
+
+  // Every pose against the others; those that stand out are left out of what comes after.
+  Projection judge_poses(const std::vector<bool>& left_out, double alarm) {
+    const Projection projection(system_, left_out);
+    const Index dof = projection.degrees_of_freedom();
+    const double chi_square = projection.chi_square();
+    const bool exact = chi_square <= kRounding * static_cast<double>(dof);
+    std::vector<bool> outliers = left_out;
+    for (std::size_t k = 0; k < system_.poses.size() && !exact && dof > 0; ++k) {
+      const WhitenedPose& pose = system_.poses[k];
+      const auto [error, covariance] = projection.predicted(k);
+      const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(covariance);
+      const Vector solved = solver.solve(error);
+      const Index n = solver.rank();
+      // A pose that counts is taken out of the chi-square that it is compared with.
+      const bool counts = projection.counts(k);
+      const double square = error.dot(solved);
+      const double others = chi_square - (counts ? square : 0);
+      const Index spare = dof - (counts ? n : 0);
+      const double p =
+          f_tail(square / static_cast<double>(n) / others * static_cast<double>(spare), n, spare);
+      diagnosis_.pose_p[pose.row] = std::min(diagnosis_.pose_p[pose.row], p);
+      const Eigen::MatrixXd units = pose.factor.triangularView<Eigen::Lower>().solve(
+          Eigen::MatrixXd::Identity(pose.count(), pose.count()));
+      const Eigen::MatrixXd directions = solver.solve(units);
+      for (Index i = 0; i < pose.count(); ++i) {
+        const Index leg = pose.legs[static_cast<std::size_t>(i)];
+        const double value =
+            units.col(i).dot(solved) / std::sqrt(units.col(i).dot(directions.col(i)));
+        const double rest = chi_square - (counts ? value * value : 0);
+        const Index freedom = dof - (counts ? 1 : 0);
+        const double student =
+            value / std::sqrt(std::max(rest, 0.0) / static_cast<double>(freedom));
+        diagnosis_.student(pose.row, leg) = student;
+        diagnosis_.student_p(pose.row, leg) = student_tails(student, freedom);
+      }
+      outliers[k] = outliers[k] || p < alarm / static_cast<double>(system_.poses.size());
+    }
+    return {system_, outliers};
+  }
+
+  template <typename TermsOfLeg>
+  void test_each_and_all(Suspect suspect, const TermsOfLeg& terms_of) {
+    std::vector<std::pair<Index, Columns>> all;
+    for (const Index leg : system_.legs) {
+      all.emplace_back(leg, terms_of(leg));
+      diagnosis_.tests.push_back(term_test(suspect, leg, {all.back()}));
+    }
+    if (system_.legs.size() > 1) {
+      diagnosis_.tests.push_back(term_test(suspect, -1, all));
+    }
+  }
+
+  // F test of terms of some legs' closures.
+  ResidualTest term_test(Suspect suspect, Index leg,
+                         const std::vector<std::pair<Index, Columns>>& terms) const {
+    Index count = 0;
+    for (const auto& [of_leg, columns] : terms) {
+      count += static_cast<Index>(columns.size());
+    }
+    Eigen::MatrixXd whitened = Eigen::MatrixXd::Zero(system_.residual.size(), count);
+    Index column = 0;
+    for (const auto& [of_leg, columns] : terms) {
+      for (const Vector& values : columns) {
+        for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+          const WhitenedPose& pose = system_.poses[k];
+          const Index row = row_of(k, of_leg);
+          if (row >= 0) {
+            Vector unit = Vector::Zero(pose.count());
+            unit[row - pose.first] = values[pose.row];
+            whitened.col(column).segment(pose.first, pose.count()) =
+                pose.factor.triangularView<Eigen::Lower>().solve(unit);
+          }
+        }
+        const double length = whitened.col(column).norm();
+        whitened.col(column) /= length > 0 ? length : 1;
+        ++column;
+      }
+    }
+    // What is left of a term that the parameters nearly explain is made by the noise of the poses
+    // at which the jacobian was taken, and so goes with the residuals.
+    constexpr double kUnexplained = 5e-3;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(projection_.unexplained(whitened));
+    const Vector pivots = qr.matrixR().diagonal().cwiseAbs();
+    const Index rank = (pivots.array() > kUnexplained).count();
+    ResidualTest test{suspect, leg};
+    if (rank == 0) {
+      return test;
+    }
+    const Eigen::MatrixXd basis =
+        qr.householderQ() * Eigen::MatrixXd::Identity(whitened.rows(), rank);
+    const Vector values = basis.transpose() * projection_.residual();
+    set_f(test, values.squaredNorm(), rank);
+    test.size = closure_rms(basis * values, terms);
+    return test;
+  }
+
+  // Root mean square, metres, of a whitened vector over the closures of the terms' legs.
+  double closure_rms(const Vector& whitened,
+                     const std::vector<std::pair<Index, Columns>>& terms) const {
+    double sum = 0;
+    Index count = 0;
+    for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+      const WhitenedPose& pose = system_.poses[k];
+      const Vector closures = pose.factor * whitened.segment(pose.first, pose.count());
+      for (const auto& term : terms) {
+        const Index row = row_of(k, term.first);
+        if (row >= 0 && projection_.counts(k)) {
+          sum += closures[row - pose.first] * closures[row - pose.first];
+          ++count;
+        }
+      }
+    }
+    return std::sqrt(sum / static_cast<double>(std::max<Index>(count, 1)));
+  }
+
+  void set_f(ResidualTest& test, double explained, Index terms) const {
+    test.terms = terms;
+    test.spare = projection_.degrees_of_freedom() - terms;
+    const double rest = std::max(projection_.chi_square() - explained, 0.0);
+    test.statistic =
+        explained / static_cast<double>(terms) / rest * static_cast<double>(test.spare);
+    test.p_value = f_tail(test.statistic, terms, test.spare);
+  }
+
+  void add_pairs(Suspect suspect, Index leg, Index other,
+                 const std::vector<std::pair<Index, Index>>& pairs) {
+    if (pairs.size() < 2) {
+      return;
+    }
+    ResidualTest test{suspect, leg, other};
+    test.statistic = projection_.quadratic_form(pairs);
+    test.p_value = std::isfinite(test.statistic) ? normal_tails(test.statistic) : 1;
+    diagnosis_.tests.push_back(test);
+  }
+
+  const Mechanism& mechanism_;
+  const MeasurementSet& measurements_;
+  const WhitenedClosures& system_;
+  Diagnosis& diagnosis_;
+  Projection projection_;
+};
+
+// The closures of a pose have a common covariance that can be inverted; else leg by leg.
+std::vector<WhitenedClosures> systems_of(const Mechanism& mechanism,
+                                         const MeasurementSet& measurements,
+                                         const MeasurementNoise& noise) {
+  const auto whitened = [&](const std::vector<Index>& legs) {
+    return whiten_closures(mechanism.model(), mechanism.parameters(), measurements, legs,
+                           PoseUse::all, noise);
+  };
+  try {
+    return {whitened(all_legs(mechanism.leg_count()))};
+  } catch (const InvalidInput&) {
+    std::vector<WhitenedClosures> systems;
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      systems.push_back(whitened({leg}));
+    }
+    return systems;
+  }
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements,
+                   const MeasurementNoise& noise, const std::vector<Index>& rejected,
+                   bool turning_sensor, double alarm) {
+  check_poses(estimate, measurements.poses);
+  check_readings(estimate, measurements.poses.rows(), measurements.readings);
+  Diagnosis diagnosis;
+  const Index count = measurements.poses.rows();
+  diagnosis.student.setConstant(count, estimate.leg_count(), kNaN);
+  diagnosis.student_p.setConstant(count, estimate.leg_count(), kNaN);
+  diagnosis.pose_p.setOnes(count);
+  for (const WhitenedClosures& system : systems_of(estimate, measurements, noise)) {
+    std::vector<bool> left_out;
+    for (const WhitenedPose& pose : system.poses) {
+      left_out.push_back(std::find(rejected.begin(), rejected.end(), pose.row) != rejected.end());
+    }
+    Diagnostician tests(estimate, measurements, system, left_out, alarm, diagnosis);
+    if (tests.testable()) {
+      tests.test_sensors(turning_sensor);
+      tests.test_geometry();
+      tests.test_order();
+      tests.test_legs();
+      if (system.legs.size() > 1) {
+        tests.test_estimators();
+      }
+    }
+  }
+  return diagnosis;
+}
+
+}  // namespace symkin

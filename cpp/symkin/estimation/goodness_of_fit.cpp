@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/goodness_of_fit.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "symkin/estimation/projection.hpp"
+#include "symkin/estimation/robust_loss.hpp"
+#include "symkin/estimation/statistics.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr double kFalseAlarms = 1e-3;
+
+}  // namespace
+
+double GoodnessOfFit::spread() const {
+  return unexplained() ? std::sqrt(chi_square / static_cast<double>(degrees_of_freedom)) : 1;
+}
+
+GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
+                              Index problems) {
+  std::vector<bool> rejected;
+  for (Index k = 0; k < weights.size(); ++k) {
+    rejected.push_back(weights[k] < kRejectedWeight);
+  }
+  const Projection projection(system, rejected);
+  GoodnessOfFit fit;
+  fit.legs = system.legs;
+  fit.chi_square = projection.chi_square();
+  fit.degrees_of_freedom = projection.degrees_of_freedom();
+  if (fit.degrees_of_freedom > 0) {
+    const double alarms = kFalseAlarms / static_cast<double>(problems);
+    fit.limit = chi_square_limit(fit.degrees_of_freedom, alarms);
+    fit.least = chi_square_limit(fit.degrees_of_freedom, 1 - alarms);
+  } else {
+    fit.limit = fit.least = std::numeric_limits<double>::quiet_NaN();
+  }
+  return fit;
+}
+
+}  // namespace symkin

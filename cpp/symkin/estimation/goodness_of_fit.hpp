@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/estimation/whitened_closures.hpp"
+
+namespace symkin {
+
+// Chi-square of a least-squares problem against its degrees of freedom.
+struct GoodnessOfFit {
+  std::vector<Index> legs;
+  // Squares of the whitened closures, less what a change of the parameters could still explain:
+  // nothing for the estimators that minimise it, and what the unweighted ones leave. Poses that the
+  // robust loss rejects do not count.
+  double chi_square = 0;
+  Index degrees_of_freedom = 0;  // closures less the rank of their jacobian
+  // What chi-square exceeds, and falls short of, in one of 1000 sound robots. NaN without a degree
+  // of freedom.
+  double limit = 0;
+  double least = 0;
+
+  bool unexplained() const { return chi_square > limit; }
+  // Factor on the declared standard deviations: 1, or the root of chi-square per degree of freedom
+  // if that is unexplained.
+  double spread() const;
+};
+
+// `weights` are those of the robust loss, one a pose of the system. `problems` is how many problems
+// of the same robot are tested, so that all of them together keep the rate of false alarms.
+GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
+                              Index problems);
+
+}  // namespace symkin

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/leg_rows.hpp"
+
+#include <utility>
+
+#include "symkin/support/error.hpp"
+#include "symkin/symmetry/action.hpp"
+
+namespace symkin {
+namespace {
+
+bool is_identity(SymmetryElement element) { return element == SymmetryElement{}; }
+
+}  // namespace
+
+LegRows::LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind kind,
+                 const MeasurementNoise& noise, Orbit orbit)
+    : LegRows(std::move(mechanism), leg,
+              RowsView(poses.data(), poses.rows(), poses.cols(),
+                       Eigen::OuterStride<>(poses.outerStride())),
+              kind, noise, std::move(orbit)) {}
+
+LegRows::LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind kind,
+                 const MeasurementNoise& noise, Orbit orbit)
+    : mechanism_(std::move(mechanism)),
+      leg_(leg),
+      poses_(poses),
+      kind_(kind),
+      noise_(noise),
+      orbit_(std::move(orbit)) {
+  static_cast<void>(mechanism_.leg(leg));  // throws if there is none
+  check_poses(mechanism_, poses_);
+  noise.check();
+  if (poses.rows() == 0) {
+    throw InvalidInput("there are no candidate poses to select from");
+  }
+  if (orbit_.elements.empty()) {
+    throw InvalidInput("an orbit needs at least one symmetry element");
+  }
+  for (const SymmetryElement element : orbit_.elements) {
+    static_cast<void>(orbit_.group.angle(element));  // throws if it is none of the group
+  }
+}
+
+void LegRows::fill(Index first, Index count, double* rows) const {
+  const Index r = rows_per_pose();
+  const Index p = parameters();
+  const auto own = poses_.middleRows(first, count);
+  for (Index k = 0; k < r; ++k) {
+    const SymmetryElement element = orbit_.elements[static_cast<std::size_t>(k)];
+    const RowMatrix carried =
+        is_identity(element) ? RowMatrix(own)
+                             : transform_poses(orbit_.group, element, mechanism_.pose_space(), own);
+    // The k-th row of each candidate.
+    Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> of_element(rows + k * p, count, p,
+                                                              Eigen::OuterStride<>(r * p));
+    of_element = observability_rows(mechanism_, leg_, carried, kind_, noise_);
+  }
+}
+
+}  // namespace symkin

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/design/candidate_rows.hpp"
+#include "symkin/estimation/observability.hpp"
+#include "symkin/symmetry/group.hpp"
+
+namespace symkin {
+
+// Elements of a group that carry every candidate pose to its orbit. Measured at whole orbits, legs
+// that the group carries onto each other are all seen equally well.
+struct Orbit {
+  SymmetryGroup group;
+  std::vector<SymmetryElement> elements;  // those given, in this order: no others, r0 neither
+
+  static Orbit pose_alone() { return {SymmetryGroup(1, false), {SymmetryElement{}}}; }
+};
+
+// Rows that somebody else holds. Unlike ConstRows it never holds a copy of its own.
+using RowsView = Eigen::Map<const RowMatrix, 0, Eigen::OuterStride<>>;
+
+// The observability rows of one leg at candidate poses, made when they are asked for. With an orbit
+// a candidate brings one row an element: that of the leg at the pose carried by the element.
+class LegRows final : public RowSource {
+ public:
+  // The poses must outlive it; a temporary does not compile. Throws InvalidInput for a leg that
+  // does not exist, poses of other coordinates, or an orbit without elements.
+  LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind kind,
+          const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone());
+  LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind kind,
+          const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone());
+  LegRows(Mechanism mechanism, Index leg, RowMatrix&& poses, RowKind kind,
+          const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone()) = delete;
+
+  Index size() const override { return poses_.rows(); }
+  Index rows_per_pose() const override { return static_cast<Index>(orbit_.elements.size()); }
+  Index parameters() const override { return mechanism_.parameter_count(); }
+
+  // Rows of NaN where the leg cannot reach.
+  void fill(Index first, Index count, double* rows) const override;
+
+ private:
+  Mechanism mechanism_;
+  Index leg_;
+  RowsView poses_;
+  RowKind kind_;
+  MeasurementNoise noise_;
+  Orbit orbit_;
+};
+
+}  // namespace symkin

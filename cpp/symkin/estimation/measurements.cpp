@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/measurements.hpp"
+
+#include <cmath>
+
+namespace symkin {
+
+std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < measurements.poses.rows(); ++i) {
+    const Index set = measurements.leg_sets[static_cast<std::size_t>(i)];
+    const bool chosen = use == PoseUse::all || set == leg || set < 0;
+    if (chosen && std::isfinite(measurements.readings(i, leg))) {
+      rows.push_back(i);
+    }
+  }
+  return rows;
+}
+
+}  // namespace symkin

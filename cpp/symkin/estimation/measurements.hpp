@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+// Measured poses with the sensor readings of all legs. A NaN reading was not taken.
+struct MeasurementSet {
+  RowMatrix poses;              // N x coordinates
+  RowMatrix readings;           // N x legs
+  std::vector<Index> leg_sets;  // N: the leg for which the pose was chosen, 0-based; -1: for all
+};
+
+// Which of the poses a leg uses.
+enum class PoseUse {
+  all,  // every pose at which it was read
+  own,  // those chosen for it (the paper's divide and conquer), and those chosen for all legs
+};
+
+std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use);
+
+}  // namespace symkin

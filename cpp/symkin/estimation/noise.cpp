@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/noise.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "symkin/support/error.hpp"
+
+namespace symkin {
+namespace {
+
+void check_not_negative(std::initializer_list<std::pair<const char*, double>> values,
+                        const char* what) {
+  for (const auto& [name, value] : values) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      throw InvalidInput(std::string(what) + " " + name + " = " + std::to_string(value) +
+                         "; expected a standard deviation of zero or more");
+    }
+  }
+}
+
+}  // namespace
+
+void MeasurementNoise::check() const {
+  check_not_negative({{"position", position}, {"orientation", orientation}, {"reading", reading}},
+                     "noise");
+  if (position == 0 && orientation == 0 && reading == 0) {
+    throw InvalidInput(
+        "noise is zero throughout; expected a standard deviation above zero for "
+        "the position, the orientation or the reading");
+  }
+}
+
+Vector MeasurementNoise::pose_variances(PoseSpace space) const {
+  Vector variances = Vector::Constant(degrees_of_freedom(space), orientation * orientation);
+  variances.head(position_size(space)).setConstant(position * position);
+  return variances;
+}
+
+Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise) {
+  return rows.by_pose.array().square().matrix() * noise.pose_variances(space) +
+         noise.reading * noise.reading * rows.by_reading.array().square().matrix();
+}
+
+Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
+                                     PoseSpace space, const MeasurementNoise& noise, Index pose) {
+  constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
+  Eigen::MatrixXd covariance =
+      by_pose * noise.pose_variances(space).asDiagonal() * by_pose.transpose();
+  covariance.diagonal() += noise.reading * noise.reading * by_reading.cwiseAbs2();
+  if (!covariance.allFinite()) {
+    return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(),
+                                     std::numeric_limits<double>::quiet_NaN());
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  Eigen::MatrixXd factor = llt.matrixL();
+  const Vector left = factor.diagonal().cwiseAbs2();
+  if (llt.info() != Eigen::Success ||
+      (left.array() < kSingular * covariance.diagonal().array()).any()) {
+    throw InvalidInput("the closures of pose " + std::to_string(pose + 1) +
+                       " have a singular covariance (more legs than degrees of freedom, or a "
+                       "singular pose); declare a noise of the readings above zero");
+  }
+  return factor;
+}
+
+void Tolerances::check() const {
+  check_not_negative({{"length", length}, {"angle", angle}, {"gain", gain}}, "tolerance");
+}
+
+Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) const {
+  if (parameters.size() != static_cast<Index>(chain.parameters.size())) {
+    throw InvalidInput("the leg has " + std::to_string(parameters.size()) +
+                       " parameters; expected " + std::to_string(chain.parameters.size()));
+  }
+  Vector deviations(parameters.size());
+  for (Index i = 0; i < parameters.size(); ++i) {
+    switch (chain.parameters[static_cast<std::size_t>(i)].role) {
+      case ParameterRole::length:
+        deviations[i] = length;
+        break;
+      case ParameterRole::gain:
+        deviations[i] = gain * std::abs(parameters[i]);
+        break;
+      case ParameterRole::offset:
+        deviations[i] = is_angle(chain.active_joint) ? angle : length;
+        break;
+      default:
+        deviations[i] = angle;
+    }
+  }
+  return deviations;
+}
+
+}  // namespace symkin

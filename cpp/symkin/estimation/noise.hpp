@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/model/leg_model.hpp"
+
+namespace symkin {
+
+// Standard deviations of what is measured. Errors of different poses are independent; those of one
+// pose are independent and equal in all directions.
+struct MeasurementNoise {
+  double position = 1e-4;     // m, each coordinate
+  double orientation = 1e-4;  // rad, each component of the rotation vector
+  double reading = 0;         // rad or m at the active joint's sensor
+
+  void check() const;  // throws InvalidInput
+  // Diagonal of Sigma on the pose's tangent.
+  Vector pose_variances(PoseSpace space) const;
+};
+
+// Variance of the closure at each pose, m^2, to first order:
+//   v = (dh/dpose) Sigma (dh/dpose)' + (dh/dpsi)^2 sigma_q^2.
+Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise);
+
+// Cholesky factor L of the covariance of several legs' closures at one pose, which share its error:
+//   L L' = H Sigma H' + diag((dh/dpsi)^2 sigma_q^2), m^2, H the legs' stacked dh/dpose.
+// NaN for derivatives that are not finite. Throws InvalidInput, naming the pose, if the covariance
+// is singular: more legs than degrees of freedom need a noise of the readings.
+Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
+                                     PoseSpace space, const MeasurementNoise& noise, Index pose);
+
+// Standard deviations of what a workshop makes: normal errors of the parameters.
+struct Tolerances {
+  double length = 1e-3;  // m
+  double angle = 1e-3;   // rad
+  double gain = 1e-3;    // relative to the gain
+
+  void check() const;  // throws InvalidInput
+  // One a parameter of the leg, in the chain's order.
+  Vector deviations(const ChainInfo& chain, ConstVector parameters) const;
+};
+
+}  // namespace symkin

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/observability.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+namespace {
+
+// O1 = (s_1 ... s_p)^(1/p) / p as the paper's Eq. 13 has it (Borm and Menq 1989 divide by the root
+// of the number of poses), O2 = s_p/s_1 (Driels and Pathre 1990), O3 = s_p (Nahvi, Hollerbach and
+// Hayward 1994), O4 = s_p^2/s_1 (Nahvi and Hollerbach 1996), O5 = 1/sum(1/s_i) (Sun and Hollerbach
+// 2008, Observability index selection).
+std::array<double, 5> indices_of(const Vector& s) {
+  const auto p = static_cast<double>(s.size());
+  const double largest = s[0];
+  const double smallest = s[s.size() - 1];
+  return {std::exp(s.array().log().sum() / p) / p, smallest / largest, smallest,
+          smallest * smallest / largest, 1 / s.array().inverse().sum()};
+}
+
+ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  const Leg& which = mechanism.leg(leg);
+  Vector readings(poses.rows());
+  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  return linearise(mechanism, leg, poses, readings);
+}
+
+// Each leg's rows in its own columns.
+RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
+  const Index legs = mechanism.leg_count();
+  const Index p = mechanism.parameter_count();
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * p);
+  for (Index leg = 0; leg < legs; ++leg) {
+    const RowMatrix own = parameter_jacobian(mechanism, leg, poses);
+    for (Index i = 0; i < poses.rows(); ++i) {
+      rows.block(i * legs + leg, leg * p, 1, p) = own.row(i);
+    }
+  }
+  return rows;
+}
+
+// The legs' closures at pose i, whitened together; `block` is legs x (legs p) of zeros.
+void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
+                 const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
+  const auto count = static_cast<Index>(legs.size());
+  const Index p = legs.front().by_parameters.cols();
+  Eigen::MatrixXd by_pose(count, legs.front().by_pose.cols());
+  Vector by_reading(count);
+  for (Index leg = 0; leg < count; ++leg) {
+    const ClosureRows& rows = legs[static_cast<std::size_t>(leg)];
+    by_pose.row(leg) = rows.by_pose.row(i);
+    by_reading[leg] = rows.by_reading[i];
+    block.block(leg, leg * p, 1, p) = rows.by_parameters.row(i);
+  }
+  joint_closure_factor(by_pose, by_reading, space, noise, i)
+      .triangularView<Eigen::Lower>()
+      .solveInPlace(block);
+}
+
+}  // namespace
+
+RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
+                             const MeasurementNoise& noise) {
+  if (kind == RowKind::paper) {
+    return parameter_jacobian(mechanism, leg, poses);
+  }
+  noise.check();
+  check_poses(mechanism, poses);
+  const ClosureRows rows = linearise_nominal(mechanism, leg, poses);
+  const Vector variances = closure_variances(rows, mechanism.pose_space(), noise);
+  return rows.by_parameters.array().colwise() / variances.array().sqrt();
+}
+
+RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind kind,
+                         const MeasurementNoise& noise) {
+  if (kind == RowKind::paper) {
+    return paper_rows_of_all(mechanism, poses);
+  }
+  noise.check();
+  check_poses(mechanism, poses);
+  const Index legs = mechanism.leg_count();
+  std::vector<ClosureRows> linearised;
+  for (Index leg = 0; leg < legs; ++leg) {
+    linearised.push_back(linearise_nominal(mechanism, leg, poses));
+  }
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.parameter_count());
+  for (Index i = 0; i < poses.rows(); ++i) {
+    check_interrupt();
+    whiten_pose(linearised, i, mechanism.pose_space(), noise, rows.middleRows(i * legs, legs));
+  }
+  return rows;
+}
+
+Observability analyse_observability(ConstRows rows, ConstVector scale) {
+  const Index p = rows.cols();
+  if (p == 0 || scale.size() != p) {
+    throw InvalidInput("the scale has " + std::to_string(scale.size()) + " values for rows of " +
+                       std::to_string(p) + " parameters; expected one a parameter");
+  }
+  if (!scale.allFinite() || !(scale.minCoeff() > 0)) {
+    throw InvalidInput("the scale of a parameter is not positive; expected typical errors");
+  }
+  if (rows.rows() < p) {
+    throw InvalidInput(std::to_string(rows.rows()) + " rows cannot show " + std::to_string(p) +
+                       " parameters; expected at least as many poses");
+  }
+  if (!rows.allFinite()) {
+    throw InvalidInput("the observability rows are not finite: a pose is out of the leg's reach");
+  }
+  Observability result;
+  const Eigen::MatrixXd matrix = rows;
+  result.r_diagonal =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(matrix).matrixQR().diagonal().cwiseAbs();
+  const Eigen::MatrixXd in_scale = matrix * scale.asDiagonal();
+  result.indices = indices_of(Eigen::JacobiSVD<Eigen::MatrixXd>(in_scale).singularValues());
+
+  Vector lengths = in_scale.colwise().norm();
+  lengths = (lengths.array() > 0).select(lengths, 1);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(in_scale * lengths.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinV);
+  result.singular_values = svd.singularValues();
+  result.condition = result.singular_values[0] / result.singular_values[p - 1];
+  result.rank = (result.singular_values.array() > 1e-10 * result.singular_values[0]).count();
+  result.null_directions =
+      lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - result.rank);
+  result.null_directions.colwise().normalize();
+  return result;
+}
+
+}  // namespace symkin

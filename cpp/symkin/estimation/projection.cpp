@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/projection.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <utility>
+
+namespace symkin {
+
+Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& left_out)
+    : system_(system), left_out_(left_out), residual_(kept(system.residual)) {
+  const Eigen::MatrixXd jacobian = kept(system.jacobian);
+  Index count = 0;
+  for (std::size_t k = 0; k < system.poses.size(); ++k) {
+    count += left_out_[k] ? 0 : system.poses[k].count();
+  }
+  Vector lengths = jacobian.colwise().norm();
+  lengths = (lengths.array() > 0).select(lengths, 1).cwiseInverse();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian * lengths.asDiagonal());
+  const Index rank = qr.rank();
+  basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), rank);
+  const Eigen::MatrixXd columns = system.jacobian * lengths.asDiagonal() * qr.colsPermutation();
+  leverages_ = qr.matrixR()
+                   .topLeftCorner(rank, rank)
+                   .triangularView<Eigen::Upper>()
+                   .solve<Eigen::OnTheRight>(columns.leftCols(rank));
+  explained_ = basis_.transpose() * residual_;
+  residual_ -= basis_ * explained_;
+  degrees_of_freedom_ = count - rank;
+}
+
+Eigen::MatrixXd Projection::kept(Eigen::MatrixXd rows) const {
+  for (std::size_t k = 0; k < system_.poses.size(); ++k) {
+    if (left_out_[k]) {
+      rows.middleRows(system_.poses[k].first, system_.poses[k].count()).setZero();
+    }
+  }
+  return rows;
+}
+
+Eigen::MatrixXd Projection::unexplained(Eigen::MatrixXd terms) const {
+  terms = kept(std::move(terms));
+  terms -= basis_ * (basis_.transpose() * terms);
+  return terms;
+}
+
+std::pair<Vector, Eigen::MatrixXd> Projection::predicted(std::size_t pose) const {
+  const WhitenedPose& which = system_.poses[pose];
+  const Index n = which.count();
+  const auto leverage = leverages_.middleRows(which.first, n);
+  const Eigen::MatrixXd explained = leverage * leverage.transpose();
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+  if (left_out_[pose]) {
+    return {system_.residual.segment(which.first, n) - leverage * explained_, one + explained};
+  }
+  // (I - H)^-1 e has the covariance (I - H)^-1.
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> open(one - explained);
+  return {open.solve(residual_.segment(which.first, n)), open.pseudoInverse()};
+}
+
+double Projection::quadratic_form(const std::vector<std::pair<Index, Index>>& pairs) const {
+  double value = 0;
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(basis_.rows(), basis_.cols());  // M Q
+  for (const auto& [a, b] : pairs) {
+    value += residual_[a] * residual_[b];
+    moved.row(a) += basis_.row(b) / 2;
+    moved.row(b) += basis_.row(a) / 2;
+  }
+  // Moments of e'Me / e'e, from the traces of MR and (MR)^2 with R = I - QQ'.
+  const auto n = static_cast<double>(degrees_of_freedom_);
+  const Eigen::MatrixXd inner = basis_.transpose() * moved;
+  const double trace = -inner.trace();
+  const double square =
+      static_cast<double>(pairs.size()) / 2 - 2 * moved.squaredNorm() + inner.squaredNorm();
+  const double variance = 2 * (n * square - trace * trace) / (n * n * (n + 2));
+  return (value / chi_square() - trace / n) / std::sqrt(variance);
+}
+
+}  // namespace symkin

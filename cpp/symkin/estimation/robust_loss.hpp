@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+
+#include "symkin/support/types.hpp"
+
+namespace ceres {
+class LossFunction;
+}
+
+namespace symkin {
+
+// A pose whose weight falls below this is called rejected.
+inline constexpr double kRejectedWeight = 0.5;
+
+// Loss on the standardised residual, linear or flat beyond `scale` standard deviations.
+struct RobustLoss {
+  enum class Kind { none, huber, cauchy, tukey };
+  Kind kind = Kind::none;
+  // Zero stands for the scale at which the loss keeps 95% efficiency on normal residuals: 1.345
+  // (huber), 2.385 (cauchy), 4.685 (tukey).
+  double scale = 0;
+
+  void check() const;  // throws InvalidInput
+  // For residuals that are `spread` times larger than standard normal ones; null for none.
+  std::unique_ptr<ceres::LossFunction> make(double spread = 1) const;
+  // How much larger than standard normal the bulk of the residuals is, at least 1 (and 1 without a
+  // loss): the median absolute value over that of a standard normal. Keeps the loss from rejecting
+  // everything where the declared noise is too small.
+  double spread(const Vector& standardised) const;
+  // The weight that the loss gives a standardised residual, 1 for none.
+  double weight(double residual, double spread = 1) const;
+};
+
+}  // namespace symkin

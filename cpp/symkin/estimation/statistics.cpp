@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/statistics.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+
+namespace symkin {
+
+double chi_square_limit(Index degrees_of_freedom, double probability) {
+  const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+  return boost::math::quantile(boost::math::complement(distribution, probability));
+}
+
+double chi_square_tail(double value, Index degrees_of_freedom) {
+  if (degrees_of_freedom < 1 || std::isnan(value)) {
+    return 1;
+  }
+  const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+  return std::isinf(value)
+             ? 0
+             : boost::math::cdf(boost::math::complement(distribution, std::max(value, 0.0)));
+}
+
+double f_tail(double value, Index numerator, Index denominator) {
+  if (numerator < 1 || denominator < 1 || std::isnan(value)) {
+    return 1;
+  }
+  if (std::isinf(value)) {
+    return 0;
+  }
+  const boost::math::fisher_f distribution(static_cast<double>(numerator),
+                                           static_cast<double>(denominator));
+  return boost::math::cdf(boost::math::complement(distribution, std::max(value, 0.0)));
+}
+
+double normal_tails(double value) { return std::erfc(std::abs(value) / std::sqrt(2.0)); }
+
+double student_tails(double value, Index degrees_of_freedom) {
+  return f_tail(value * value, 1, degrees_of_freedom);
+}
+
+}  // namespace symkin

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+// Value that chi-square with n >= 1 degrees of freedom exceeds with the given probability.
+double chi_square_limit(Index degrees_of_freedom, double probability);
+
+// Probabilities that a variable is as far out as a value. One where a test has no degree of freedom
+// left, so that it never alarms.
+double chi_square_tail(double value, Index degrees_of_freedom);
+double f_tail(double value, Index numerator, Index denominator);
+double normal_tails(double value);                             // both sides
+double student_tails(double value, Index degrees_of_freedom);  // both sides
+
+}  // namespace symkin

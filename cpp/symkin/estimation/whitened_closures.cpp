@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/whitened_closures.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace symkin {
+namespace {
+
+std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
+                                          const std::vector<Index>& legs, PoseUse use) {
+  std::vector<std::vector<Index>> read(static_cast<std::size_t>(measurements.poses.rows()));
+  for (const Index leg : legs) {
+    for (const Index row : rows_of_leg(measurements, leg, use)) {
+      read[static_cast<std::size_t>(row)].push_back(leg);
+    }
+  }
+  std::vector<WhitenedPose> poses;
+  Index first = 0;
+  for (std::size_t row = 0; row < read.size(); ++row) {
+    if (!read[row].empty()) {
+      poses.push_back({static_cast<Index>(row), std::move(read[row]), first, {}});
+      first += poses.back().count();
+    }
+  }
+  return poses;
+}
+
+}  // namespace
+
+Index WhitenedClosures::position(Index leg) const {
+  return std::find(legs.begin(), legs.end(), leg) - legs.begin();
+}
+
+WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
+                                 const MeasurementSet& measurements, const std::vector<Index>& legs,
+                                 PoseUse use, const MeasurementNoise& noise) {
+  const PoseSpace space = model.info().pose_space;
+  const Index p = model.parameter_count();
+  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use), {}, {}, {}};
+  for (const Index leg : legs) {
+    model.linearise(parameters.row(leg).transpose(), measurements.poses,
+                    measurements.readings.col(leg), system.rows.emplace_back());
+  }
+  const Index m =
+      system.poses.empty() ? 0 : system.poses.back().first + system.poses.back().count();
+  system.residual.resize(m);
+  system.jacobian.setZero(m, static_cast<Index>(legs.size()) * p);
+  for (WhitenedPose& pose : system.poses) {
+    const Index count = pose.count();
+    Eigen::MatrixXd by_pose(count, degrees_of_freedom(space));
+    Vector by_reading(count);
+    for (Index k = 0; k < count; ++k) {
+      const Index position = system.position(pose.legs[static_cast<std::size_t>(k)]);
+      const ClosureRows& leg = system.rows[static_cast<std::size_t>(position)];
+      by_pose.row(k) = leg.by_pose.row(pose.row);
+      by_reading[k] = leg.by_reading[pose.row];
+      system.residual[pose.first + k] = leg.closure[pose.row];
+      system.jacobian.block(pose.first + k, position * p, 1, p) = leg.by_parameters.row(pose.row);
+    }
+    pose.factor = joint_closure_factor(by_pose, by_reading, space, noise, pose.row);
+    const auto factor = pose.factor.triangularView<Eigen::Lower>();
+    factor.solveInPlace(system.residual.segment(pose.first, count));
+    system.jacobian.middleRows(pose.first, count) =
+        factor.solve(system.jacobian.middleRows(pose.first, count));
+  }
+  return system;
+}
+
+std::vector<Index> all_legs(Index count) {
+  std::vector<Index> legs(static_cast<std::size_t>(count));
+  std::iota(legs.begin(), legs.end(), Index{0});
+  return legs;
+}
+
+}  // namespace symkin

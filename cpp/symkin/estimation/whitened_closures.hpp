@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/estimation/measurements.hpp"
+#include "symkin/estimation/noise.hpp"
+#include "symkin/model/leg_model.hpp"
+
+namespace symkin {
+
+// The closures h of the legs that were read at one measured pose, and the Cholesky factor L of
+// their covariance: L^-1 h is standard normal at the true parameters.
+struct WhitenedPose {
+  Index row;                // of the measurements
+  std::vector<Index> legs;  // that were read, ascending
+  Index first;              // row of its first closure in the system
+  Eigen::MatrixXd factor;   // L
+
+  Index count() const { return static_cast<Index>(legs.size()); }
+};
+
+// Closures of some legs, linearised and whitened pose by pose: one least-squares problem in those
+// legs' parameters. Of one leg alone it is the problem of the estimator `implicit`, of all legs
+// that of `joint`.
+struct WhitenedClosures {
+  std::vector<Index> legs;
+  std::vector<WhitenedPose> poses;
+  Vector residual;                // m, L^-1 h
+  Eigen::MatrixXd jacobian;       // m x (legs p), L^-1 dh/dparam
+  std::vector<ClosureRows> rows;  // of each of the legs at all measured poses
+
+  // Column of the jacobian where a leg's parameters begin, and the leg's rows.
+  Index position(Index leg) const;
+};
+
+// At `parameters` of all legs (legs x p), which need not be those of a possible mechanism. Throws
+// InvalidInput, naming the pose, where the covariance of its closures is singular.
+WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
+                                 const MeasurementSet& measurements, const std::vector<Index>& legs,
+                                 PoseUse use, const MeasurementNoise& noise);
+
+// 0, 1, ..., count - 1
+std::vector<Index> all_legs(Index count);
+
+}  // namespace symkin

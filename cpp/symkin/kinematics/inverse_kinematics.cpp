@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/kinematics/inverse_kinematics.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+namespace {
+
+Vector leg_readings(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  Vector readings(poses.rows());
+  const Leg& which = mechanism.leg(leg);
+  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  return readings;
+}
+
+// Eigenvalues of J'J, ascending. The closed form of Eigen for 2 and 3 columns is accurate enough
+// for a condition number of some thousands, and twenty times faster than a decomposition.
+template <int Dof>
+Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, Dof>& gram) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Dof, Dof>> solver;
+  if constexpr (Dof <= 3) {
+    solver.computeDirect(gram, Eigen::EigenvaluesOnly);
+  } else {
+    solver.compute(gram, Eigen::EigenvaluesOnly);
+  }
+  return solver.eigenvalues();
+}
+
+template <int Dof>
+double condition(const double* jacobian, ConstVector gains, Index position, double length) {
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
+  const Eigen::Map<const Jacobian> of_readings(jacobian, gains.size(), Dof);
+  const Jacobian rows = (gains / gains[0]).asDiagonal() * of_readings;
+  Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
+  gram.rightCols(Dof - position) /= length;
+  gram.bottomRows(Dof - position) /= length;
+  if (!gram.allFinite()) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const auto eigenvalues = gram_eigenvalues<Dof>(gram);
+  return eigenvalues[0] > 0 ? std::sqrt(eigenvalues[Dof - 1] / eigenvalues[0])
+                            : std::numeric_limits<double>::infinity();
+}
+
+template <int Dof>
+double determinant(const double* jacobian, Index legs) {
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
+  const Eigen::Map<const Jacobian> rows(jacobian, legs, Dof);
+  if (legs == Dof) {
+    return Eigen::Matrix<double, Dof, Dof>(rows).determinant();
+  }
+  const Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
+  return std::sqrt(std::max(0.0, gram.determinant()));
+}
+
+// dg/dpose of all legs, leg by leg, and dh/dpsi, at given readings.
+struct PoseDerivatives {
+  RowMatrix jacobian;    // N x (legs * dof)
+  RowMatrix by_reading;  // N x legs
+};
+
+PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
+  check_poses(mechanism, poses);
+  check_readings(mechanism, poses.rows(), readings);
+  const Index dof = mechanism.dof();
+  PoseDerivatives all;
+  all.jacobian.resize(poses.rows(), mechanism.leg_count() * dof);
+  all.by_reading.resize(poses.rows(), mechanism.leg_count());
+  ClosureRows rows;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    check_interrupt();
+    mechanism.model().linearise_pose(mechanism.leg(leg).parameters, poses,
+                                     Vector(readings.col(leg)), rows);
+    // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
+    all.jacobian.middleCols(leg * dof, dof) =
+        -(rows.by_pose.array().colwise() / rows.by_reading.array());
+    all.by_reading.col(leg) = rows.by_reading;
+  }
+  return all;
+}
+
+}  // namespace
+
+RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
+  check_poses(mechanism, poses);
+  RowMatrix readings(poses.rows(), mechanism.leg_count());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    check_interrupt();
+    readings.col(leg) = leg_readings(mechanism, leg, poses);
+  }
+  return readings;
+}
+
+RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
+  check_poses(mechanism, poses);
+  RowMatrix margins(poses.rows(), mechanism.leg_count());
+  Vector column(poses.rows());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    mechanism.model().reach_margin(mechanism.leg(leg).parameters, poses, column);
+    margins.col(leg) = column;
+  }
+  return margins;
+}
+
+Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
+  check_poses(mechanism, poses);
+  check_leg_readings(poses.rows(), readings);
+  Vector values(poses.rows());
+  mechanism.model().closure(mechanism.leg(leg).parameters, poses, readings, values);
+  return values;
+}
+
+ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
+                      ConstVector readings) {
+  check_poses(mechanism, poses);
+  check_leg_readings(poses.rows(), readings);
+  ClosureRows rows;
+  mechanism.model().linearise(mechanism.leg(leg).parameters, poses, readings, rows);
+  return rows;
+}
+
+RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  check_poses(mechanism, poses);
+  ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
+  // dg/dparam = -(dh/dparam) / (dh/dpsi).
+  return -(rows.by_parameters.array().colwise() / rows.by_reading.array());
+}
+
+RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
+  return pose_jacobian_at(mechanism, poses, inverse_kinematics(mechanism, poses));
+}
+
+RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
+  return linearise_all(mechanism, poses, readings).jacobian;
+}
+
+Vector sensor_gains(const Mechanism& mechanism) {
+  Vector gains(mechanism.leg_count());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const Vector& parameters = mechanism.leg(leg).parameters;
+    gains[leg] = parameters[parameters.size() - 2];
+  }
+  return gains;
+}
+
+SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
+                                         double characteristic_length) {
+  if (!(characteristic_length > 0)) {
+    throw InvalidInput("characteristic_length = " + std::to_string(characteristic_length) +
+                       " m; expected a positive length");
+  }
+  const Index legs = mechanism.leg_count();
+  const PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
+  SingularityMeasures measures;
+  measures.serial = all.by_reading;
+  measures.parallel.resize(poses.rows());
+  measures.condition.resize(poses.rows());
+  const Vector gains = sensor_gains(mechanism);
+  measures.serial.array().rowwise() /= gains.transpose().array();
+  for (Index i = 0; i < poses.rows(); ++i) {
+    const double* row = all.jacobian.row(i).data();
+    measures.parallel[i] = pose_determinant(row, legs, mechanism.dof());
+    measures.condition[i] =
+        pose_condition(row, gains, mechanism.pose_space(), characteristic_length);
+  }
+  return measures;
+}
+
+double pose_condition(const double* jacobian, ConstVector gains, PoseSpace space,
+                      double characteristic_length) {
+  const Index position = position_size(space);
+  switch (degrees_of_freedom(space)) {
+    case 2:
+      return condition<2>(jacobian, gains, position, characteristic_length);
+    case 3:
+      return condition<3>(jacobian, gains, position, characteristic_length);
+    default:
+      return condition<6>(jacobian, gains, position, characteristic_length);
+  }
+}
+
+double pose_determinant(const double* jacobian, Index legs, Index dof) {
+  switch (dof) {
+    case 2:
+      return determinant<2>(jacobian, legs);
+    case 3:
+      return determinant<3>(jacobian, legs);
+    default:
+      return determinant<6>(jacobian, legs);
+  }
+}
+
+}  // namespace symkin

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What a mechanism does: inverse and forward kinematics, jacobians, singularities, workspace.
+#include "symkin/kinematics/forward_kinematics.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/kinematics/workspace.hpp"

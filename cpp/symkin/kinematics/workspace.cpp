@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/kinematics/workspace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+#include "symkin/support/random.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr Index kBlock = 1024;
+constexpr Index kHopeless = 20000;  // drawn for each pose taken
+
+using Mask = std::vector<bool>;
+
+// Poses that are still admitted, with their readings, their condition numbers and where they came
+// from.
+struct Block {
+  std::vector<Index> origin;
+  RowMatrix poses, readings;
+  Vector conditions;
+
+  Block(ConstRows all, Index legs)
+      : origin(static_cast<std::size_t>(all.rows())),
+        poses(all),
+        readings(all.rows(), legs),
+        conditions(all.rows()) {
+    std::iota(origin.begin(), origin.end(), Index{0});
+  }
+
+  Index size() const { return poses.rows(); }
+
+  void keep(const Mask& mask) {
+    Index kept = 0;
+    for (Index row = 0; row < size(); ++row) {
+      if (mask[static_cast<std::size_t>(row)]) {
+        origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
+        poses.row(kept) = poses.row(row);
+        readings.row(kept) = readings.row(row);
+        conditions[kept] = conditions[row];
+        ++kept;
+      }
+    }
+    origin.resize(static_cast<std::size_t>(kept));
+    poses.conservativeResize(kept, Eigen::NoChange);
+    readings.conservativeResize(kept, Eigen::NoChange);
+    conditions.conservativeResize(kept);
+  }
+};
+
+// The demands of WorkspaceOptions, the cheapest first.
+class Filter {
+ public:
+  Filter(const Mechanism& mechanism, const WorkspaceOptions& options)
+      : mechanism_(mechanism), options_(options), gains_(sensor_gains(mechanism)) {
+    const RowMatrix jacobian = pose_jacobian(mechanism, options.home.transpose());
+    if (mechanism.leg_count() == mechanism.dof()) {
+      home_determinant_ = pose_determinant(jacobian.data(), mechanism.leg_count(), mechanism.dof());
+    }
+  }
+
+  void apply(Block& block, WorkspaceRejections& rejections) const {
+    keep_reachable(block, rejections);
+    keep_within_limits(block, rejections);
+    keep_well_conditioned(block, rejections);
+  }
+
+ private:
+  void keep_reachable(Block& block, WorkspaceRejections& rejections) const {
+    const Index before = block.size();
+    for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
+      Vector margins(block.size());
+      mechanism_.model().reach_margin(mechanism_.leg(leg).parameters, block.poses, margins);
+      Mask mask(static_cast<std::size_t>(block.size()));
+      for (Index i = 0; i < block.size(); ++i) {
+        mask[static_cast<std::size_t>(i)] = margins[i] >= options_.reach_margin;
+      }
+      block.keep(mask);
+    }
+    rejections.reach += before - block.size();
+  }
+
+  void keep_within_limits(Block& block, WorkspaceRejections& rejections) const {
+    const Index before = block.size();
+    block.readings = inverse_kinematics(mechanism_, block.poses);
+    Mask mask(static_cast<std::size_t>(block.size()));
+    for (Index i = 0; i < block.size(); ++i) {
+      const auto readings = block.readings.row(i).array();
+      mask[static_cast<std::size_t>(i)] =
+          (readings >= options_.reading_lower).all() && (readings <= options_.reading_upper).all();
+    }
+    block.keep(mask);
+    rejections.limits += before - block.size();
+  }
+
+  void keep_well_conditioned(Block& block, WorkspaceRejections& rejections) const {
+    const Index legs = mechanism_.leg_count();
+    const Index dof = mechanism_.dof();
+    const RowMatrix jacobian = pose_jacobian_at(mechanism_, block.poses, block.readings);
+    Mask mask(static_cast<std::size_t>(block.size()));
+    for (Index i = 0; i < block.size(); ++i) {
+      const double* row = jacobian.row(i).data();
+      const bool same =
+          home_determinant_ == 0 || pose_determinant(row, legs, dof) * home_determinant_ > 0;
+      if (same) {
+        block.conditions[i] =
+            pose_condition(row, gains_, mechanism_.pose_space(), options_.characteristic_length);
+      }
+      const bool good = same && block.conditions[i] <= options_.conditioning_limit;
+      rejections.aspect += same ? 0 : 1;
+      rejections.conditioning += same && !good ? 1 : 0;
+      mask[static_cast<std::size_t>(i)] = good;
+    }
+    block.keep(mask);
+  }
+
+  const Mechanism& mechanism_;
+  const WorkspaceOptions& options_;
+  Vector gains_;
+  double home_determinant_ = 0;  // 0: any aspect
+};
+
+RowMatrix draw_block(const WorkspaceOptions& options, PoseSpace space, std::uint64_t seed,
+                     std::uint64_t stream) {
+  Random random(seed, stream);
+  const Vector origin = identity_pose(space);
+  Vector step(options.lower.size());
+  RowMatrix poses(kBlock, origin.size());
+  for (Index i = 0; i < kBlock; ++i) {
+    for (Index k = 0; k < step.size(); ++k) {
+      step[k] = options.lower[k] + random.uniform() * (options.upper[k] - options.lower[k]);
+    }
+    poses.row(i) = origin.transpose();
+    move_pose(space, step.data(), poses.row(i).data());
+  }
+  return poses;
+}
+
+void check_count(Index count) {
+  if (count < 1) {
+    throw InvalidInput("asked for " + std::to_string(count) + " poses; expected at least 1");
+  }
+}
+
+std::string most_frequent(const WorkspaceRejections& rejections) {
+  const std::pair<Index, const char*> reasons[] = {
+      {rejections.reach, "out of reach (with reach_margin)"},
+      {rejections.limits, "beyond the joint limits"},
+      {rejections.aspect, "in another aspect than home"},
+      {rejections.conditioning, "conditioned worse than conditioning_limit"}};
+  return std::max_element(std::begin(reasons), std::end(reasons))->second;
+}
+
+void check_home(const Mechanism& mechanism, const WorkspaceOptions& options, const Filter& filter) {
+  WorkspaceRejections rejections;
+  Block block(options.home.transpose(), mechanism.leg_count());
+  filter.apply(block, rejections);
+  if (block.size() == 0) {
+    throw InvalidInput("the home pose of mechanism \"" + mechanism.name() + "\" is " +
+                       most_frequent(rejections));
+  }
+}
+
+}  // namespace
+
+void WorkspaceOptions::check(const Mechanism& mechanism) const {
+  const auto dof = mechanism.dof();
+  if (home.size() != coordinate_count(mechanism.pose_space())) {
+    throw InvalidInput("home has " + std::to_string(home.size()) + " coordinates; a " +
+                       std::string(to_string(mechanism.pose_space())) + " pose has " +
+                       std::to_string(coordinate_count(mechanism.pose_space())));
+  }
+  if (lower.size() != dof || upper.size() != dof) {
+    throw InvalidInput("the workspace box has " + std::to_string(lower.size()) + " and " +
+                       std::to_string(upper.size()) + " bounds; expected " + std::to_string(dof));
+  }
+  for (Index i = 0; i < dof; ++i) {
+    if (!(lower[i] <= upper[i]) || !std::isfinite(upper[i] - lower[i])) {
+      throw InvalidInput("workspace bound " + std::to_string(i + 1) + " runs from " +
+                         std::to_string(lower[i]) + " to " + std::to_string(upper[i]) +
+                         "; expected a finite interval");
+    }
+  }
+  if (!(reach_margin >= 0) || !(conditioning_limit >= 1) || !(characteristic_length > 0)) {
+    throw InvalidInput(
+        "expected reach_margin >= 0, conditioning_limit >= 1 and characteristic_length > 0; got " +
+        std::to_string(reach_margin) + ", " + std::to_string(conditioning_limit) + " and " +
+        std::to_string(characteristic_length));
+  }
+}
+
+WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOptions& options,
+                                 Index count, std::uint64_t seed) {
+  options.check(mechanism);
+  check_count(count);
+  const Filter filter(mechanism, options);
+  check_home(mechanism, options, filter);
+  WorkspaceSample sample;
+  sample.poses.resize(count, coordinate_count(mechanism.pose_space()));
+  sample.readings.resize(count, mechanism.leg_count());
+  sample.conditions.resize(count);
+  Index taken = 0;
+  for (std::uint64_t stream = 0; taken < count; ++stream) {
+    check_interrupt();
+    Block block(draw_block(options, mechanism.pose_space(), seed, stream), mechanism.leg_count());
+    filter.apply(block, sample.rejections);
+    const Index room = std::min(block.size(), count - taken);
+    sample.poses.middleRows(taken, room) = block.poses.topRows(room);
+    sample.readings.middleRows(taken, room) = block.readings.topRows(room);
+    sample.conditions.segment(taken, room) = block.conditions.head(room);
+    taken += room;
+    sample.drawn += kBlock;
+    if (sample.drawn > kHopeless * (taken + 1)) {
+      throw InvalidInput("only " + std::to_string(taken) + " of " + std::to_string(sample.drawn) +
+                         " poses drawn from the workspace box of mechanism \"" + mechanism.name() +
+                         "\" can be used; most are " + most_frequent(sample.rejections));
+    }
+  }
+  return sample;
+}
+
+RowMatrix draw_poses(const Mechanism& mechanism, const WorkspaceOptions& options, Index count,
+                     std::uint64_t seed) {
+  options.check(mechanism);
+  check_count(count);
+  RowMatrix poses(count, coordinate_count(mechanism.pose_space()));
+  for (Index first = 0; first < count; first += kBlock) {
+    check_interrupt();
+    const Index size = std::min(kBlock, count - first);
+    poses.middleRows(first, size) = draw_block(options, mechanism.pose_space(), seed,
+                                               static_cast<std::uint64_t>(first / kBlock))
+                                        .topRows(size);
+  }
+  return poses;
+}
+
+std::vector<bool> inside_workspace(const Mechanism& mechanism, const WorkspaceOptions& options,
+                                   ConstRows poses) {
+  options.check(mechanism);
+  check_poses(mechanism, poses);
+  Block block(poses, mechanism.leg_count());
+  WorkspaceRejections rejections;
+  Filter(mechanism, options).apply(block, rejections);
+  std::vector<bool> inside(static_cast<std::size_t>(poses.rows()), false);
+  for (const Index i : block.origin) {
+    inside[static_cast<std::size_t>(i)] = true;
+  }
+  return inside;
+}
+
+}  // namespace symkin

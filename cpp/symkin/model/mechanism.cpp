@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/model/mechanism.hpp"
+
+#include <cmath>
+
+#include "symkin/model/impossible_leg.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin {
+namespace {
+
+// Radii are left free: the Hesse distance of a guide line may have either sign.
+bool must_be_positive(const ParameterInfo& info) {
+  return info.name == parameter::kProximalLength.name || info.name == parameter::kDistalLength.name;
+}
+
+void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
+  const std::string where = "leg " + std::to_string(number) + " of chain " + std::string(info.name);
+  const auto count = static_cast<Index>(info.parameters.size());
+  if (leg.parameters.size() != count) {
+    throw InvalidInput(where + " has " + std::to_string(leg.parameters.size()) +
+                       " parameters; expected " + std::to_string(count));
+  }
+  for (Index i = 0; i < count; ++i) {
+    const ParameterInfo& parameter = info.parameters[static_cast<std::size_t>(i)];
+    const double value = leg.parameters[i];
+    const std::string what =
+        where + ": " + std::string(parameter.name) + " = " + std::to_string(value);
+    if (!std::isfinite(value)) {
+      throw ImpossibleLeg(what + "; expected a finite number");
+    }
+    if (must_be_positive(parameter) && value <= 0) {
+      throw ImpossibleLeg(what + "; expected a positive length");
+    }
+    if (parameter.role == ParameterRole::gain && value == 0) {
+      throw ImpossibleLeg(what + "; a sensor with zero gain shows nothing");
+    }
+  }
+  if (leg.working_mode != 1 && leg.working_mode != -1) {
+    throw InvalidInput(where + ": working_mode = " + std::to_string(leg.working_mode) +
+                       "; expected 1 or -1");
+  }
+}
+
+}  // namespace
+
+Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs)
+    : name_(std::move(name)), model_(&model), legs_(std::move(legs)) {
+  for (std::size_t i = 0; i < legs_.size(); ++i) {
+    check_leg(model.info(), legs_[i], i + 1);
+  }
+  if (leg_count() < dof()) {
+    throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
+                       " legs; a " + std::string(to_string(pose_space())) + " platform has " +
+                       std::to_string(dof()) + " degrees of freedom and needs as many");
+  }
+}
+
+const Leg& Mechanism::leg(Index index) const {
+  if (index < 0 || index >= leg_count()) {
+    throw InvalidInput("leg " + std::to_string(index) + "; expected 0 to " +
+                       std::to_string(leg_count() - 1));
+  }
+  return legs_[static_cast<std::size_t>(index)];
+}
+
+Mechanism Mechanism::with_parameters(ConstRows parameters) const {
+  if (parameters.rows() != leg_count() || parameters.cols() != parameter_count()) {
+    throw InvalidInput("parameters are " + std::to_string(parameters.rows()) + " x " +
+                       std::to_string(parameters.cols()) + "; expected " +
+                       std::to_string(leg_count()) + " legs x " +
+                       std::to_string(parameter_count()));
+  }
+  std::vector<Leg> legs = legs_;
+  for (Index i = 0; i < leg_count(); ++i) {
+    legs[static_cast<std::size_t>(i)].parameters = parameters.row(i).transpose();
+  }
+  return {name_, *model_, std::move(legs)};
+}
+
+RowMatrix Mechanism::parameters() const {
+  RowMatrix values(leg_count(), parameter_count());
+  for (Index i = 0; i < leg_count(); ++i) {
+    values.row(i) = legs_[static_cast<std::size_t>(i)].parameters.transpose();
+  }
+  return values;
+}
+
+void check_poses(const Mechanism& mechanism, ConstRows poses) {
+  const Index expected = coordinate_count(mechanism.pose_space());
+  if (poses.cols() != expected) {
+    throw InvalidInput("poses have " + std::to_string(poses.cols()) + " columns; a " +
+                       std::string(to_string(mechanism.pose_space())) + " pose has " +
+                       std::to_string(expected));
+  }
+}
+
+void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings) {
+  if (readings.rows() != poses || readings.cols() != mechanism.leg_count()) {
+    throw InvalidInput("readings are " + std::to_string(readings.rows()) + " x " +
+                       std::to_string(readings.cols()) + "; expected " + std::to_string(poses) +
+                       " poses x " + std::to_string(mechanism.leg_count()) + " legs");
+  }
+}
+
+void check_leg_readings(Index poses, ConstVector readings) {
+  if (readings.size() != poses) {
+    throw InvalidInput("readings are " + std::to_string(readings.size()) + "; expected " +
+                       std::to_string(poses) + ", one a pose");
+  }
+}
+
+}  // namespace symkin

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "symkin/chains/registry.hpp"
+#include "symkin/model/leg_model.hpp"
+
+namespace symkin {
+
+// The values of one leg; their names are model().info().parameters.
+struct Leg {
+  Vector parameters;
+  int working_mode = -1;  // +1 or -1: which root of the closure
+};
+
+// A parallel mechanism: legs of one chain on a base, carrying one platform.
+class Mechanism {
+ public:
+  // Throws InvalidInput that names the leg and the parameter: at least as many legs as degrees of
+  // freedom, finite parameters, positive lengths (a radius or a guide offset may be zero or
+  // negative), gains other than zero, modes +1 or -1.
+  Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs);
+
+  const std::string& name() const { return name_; }
+  const LegModel& model() const { return *model_; }
+  const std::vector<Leg>& legs() const { return legs_; }
+  const Leg& leg(Index index) const;
+
+  PoseSpace pose_space() const { return model_->info().pose_space; }
+  Index dof() const { return degrees_of_freedom(pose_space()); }
+  Index leg_count() const { return static_cast<Index>(legs_.size()); }
+  Index parameter_count() const { return model_->parameter_count(); }
+
+  // The same mechanism with other parameter values, legs x p.
+  Mechanism with_parameters(ConstRows parameters) const;
+  RowMatrix parameters() const;
+
+ private:
+  std::string name_;
+  const LegModel* model_;
+  std::vector<Leg> legs_;
+};
+
+// Throws InvalidInput unless the array has one column a coordinate of the mechanism's poses.
+void check_poses(const Mechanism& mechanism, ConstRows poses);
+// Throws InvalidInput unless there is one row a pose and one column a leg.
+void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings);
+// The same for the readings of one leg.
+void check_leg_readings(Index poses, ConstVector readings);
+
+}  // namespace symkin

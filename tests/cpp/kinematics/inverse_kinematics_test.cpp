@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/kinematics/inverse_kinematics.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/mechanisms.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/random.hpp"
+
+namespace symkin {
+namespace {
+
+struct Case {
+  const char* name;
+  Mechanism mechanism;
+  WorkspaceOptions workspace;
+};
+
+class Kinematics : public ::testing::TestWithParam<Case> {
+ protected:
+  RowMatrix poses(Index count) const {
+    return sample_workspace(GetParam().mechanism, GetParam().workspace, count, 5).poses;
+  }
+  const Mechanism& mechanism() const { return GetParam().mechanism; }
+};
+
+INSTANTIATE_TEST_SUITE_P(
+    Mechanisms, Kinematics,
+    ::testing::Values(Case{"Planar", testing::paper_3rrr(), testing::paper_workspace()},
+                      Case{"Spatial", testing::hexapod(), testing::hexapod_workspace()}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+TEST_P(Kinematics, ReadingsOfTheInverseKinematicsCloseEveryLeg) {
+  const RowMatrix at = poses(50);
+  const RowMatrix readings = inverse_kinematics(mechanism(), at);
+  for (Index leg = 0; leg < mechanism().leg_count(); ++leg) {
+    EXPECT_LT(closure(mechanism(), leg, at, readings.col(leg)).cwiseAbs().maxCoeff(), 1e-14);
+  }
+}
+
+TEST_P(Kinematics, PoseJacobianEqualsCentralDifferencesOnTheTangent) {
+  const RowMatrix at = poses(20);
+  const RowMatrix jacobian = pose_jacobian(mechanism(), at);
+  const Index dof = mechanism().dof();
+  constexpr double kStep = 1e-6;
+  for (Index k = 0; k < dof; ++k) {
+    RowMatrix ahead = at;
+    RowMatrix behind = at;
+    Vector step = Vector::Zero(dof);
+    for (Index i = 0; i < at.rows(); ++i) {
+      step[k] = kStep;
+      move_pose(mechanism().pose_space(), step.data(), ahead.row(i).data());
+      step[k] = -kStep;
+      move_pose(mechanism().pose_space(), step.data(), behind.row(i).data());
+    }
+    const RowMatrix difference =
+        (inverse_kinematics(mechanism(), ahead) - inverse_kinematics(mechanism(), behind)) /
+        (2 * kStep);
+    for (Index leg = 0; leg < mechanism().leg_count(); ++leg) {
+      const double scale = 1 + difference.col(leg).cwiseAbs().maxCoeff();
+      EXPECT_LT((jacobian.col(leg * dof + k) - difference.col(leg)).cwiseAbs().maxCoeff(),
+                1e-7 * scale);
+    }
+  }
+}
+
+TEST_P(Kinematics, ParameterJacobianEqualsCentralDifferences) {
+  const RowMatrix at = poses(20);
+  const RowMatrix jacobian = parameter_jacobian(mechanism(), 1, at);
+  for (Index k = 0; k < mechanism().parameter_count(); ++k) {
+    const double step = 1e-6 * std::max(0.01, std::abs(mechanism().parameters()(1, k)));
+    RowMatrix ahead = mechanism().parameters();
+    ahead(1, k) += step;
+    RowMatrix behind = mechanism().parameters();
+    behind(1, k) -= step;
+    const Vector difference = (inverse_kinematics(mechanism().with_parameters(ahead), at) -
+                               inverse_kinematics(mechanism().with_parameters(behind), at))
+                                  .col(1) /
+                              (2 * step);
+    const double scale = 1 + difference.cwiseAbs().maxCoeff();
+    EXPECT_LT((jacobian.col(k) - difference).cwiseAbs().maxCoeff(), 1e-6 * scale) << k;
+  }
+}
+
+TEST(KinematicsOf3Rrr, GivesNaNForALegOutOfReachAndNumbersForTheOthers) {
+  const RowMatrix pose = (RowMatrix(1, 3) << 1.5, 0.87, 0.0).finished();
+  const RowMatrix readings = inverse_kinematics(testing::paper_3rrr(), pose);
+  EXPECT_TRUE(std::isnan(readings(0, 0)));
+  EXPECT_TRUE(std::isfinite(readings(0, 1)));
+}
+
+TEST(KinematicsOf3Rrr, AgreesWithARigidBodySimulator) {
+  // Crank angles in the base frame from an independent body tree; base corners at 210, 330 and 90
+  // degrees, pose (0.3, -0.2, 15 degrees), to the eight decimals that were published.
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix pose = (RowMatrix(1, 3) << 0.3, -0.2, 15 * M_PI / 180).finished();
+  const RowMatrix readings = inverse_kinematics(mechanism, pose);
+  const double published[] = {37.65024225, 185.5702522, -69.00212221};
+  for (Index leg = 0; leg < 3; ++leg) {
+    const double offset = mechanism.leg(leg).parameters[7];
+    const double crank = readings(0, leg) + offset;
+    EXPECT_NEAR(wrap_angle(crank - published[leg] * M_PI / 180), 0, 1e-7) << leg;
+  }
+}
+
+TEST(KinematicsOf3Rrr, IsParallelSingularWhereTheDistalLinksMeetInTheCentre) {
+  // With the platform in the centre each distal link points at it when elbow, platform point and
+  // centre are in line: the triangle of base radius, proximal link and L + platform radius gives
+  // the angle, 0.359 rad, to one side with each working mode.
+  const double base = 6 / std::sqrt(3.0);
+  const double elbow = 1.5 + 1.5 / std::sqrt(3.0);
+  const double angle = std::acos((base * base + elbow * elbow - 1.5 * 1.5) / (2 * base * elbow));
+  for (const int mode : {-1, 1}) {
+    const Mechanism mechanism = testing::paper_3rrr(mode);
+    const auto determinant = [&](double phi) {
+      const RowMatrix pose = (RowMatrix(1, 3) << 0, 0, phi).finished();
+      return singularity_measures(mechanism, pose, 1).parallel[0];
+    };
+    EXPECT_LT(determinant(mode * angle - 1e-6) * determinant(mode * angle + 1e-6), 0) << mode;
+    EXPECT_LT(std::abs(determinant(mode * angle)), 1e-9) << mode;
+  }
+}
+
+TEST(KinematicsOf3Rrr, RefusesPosesOfAnotherKind) {
+  EXPECT_THROW(inverse_kinematics(testing::paper_3rrr(), RowMatrix::Zero(2, 2)), InvalidInput);
+}
+
+TEST(KinematicsOf3Rrr, RefusesReadingsThatAreNotOneAPose) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const RowMatrix poses = RowMatrix::Zero(5, 3);
+  for (const Index count : {0, 1, 4, 6}) {
+    const Vector readings = Vector::Zero(count);
+    EXPECT_THROW(closure(mechanism, 0, poses, readings), InvalidInput) << count;
+    EXPECT_THROW(linearise(mechanism, 0, poses, readings), InvalidInput) << count;
+  }
+}
+
+}  // namespace
+}  // namespace symkin
