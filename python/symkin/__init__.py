@@ -30,10 +30,7 @@ except ModuleNotFoundError as error:
     ) from error
 
 from symkin.chains import ChainInfo, chain_info, chains
-from symkin.checking import CheckResult, check_mechanism
-from symkin.conditions import Condition, Conditions, check_conditions
-from symkin.cross_validation import CrossValidation, cross_validate
-from symkin.diagnosis import Diagnosis, Outlier, ResidualTest
+from symkin.checks.check import CheckResult, check_mechanism
 from symkin.errors import (
     FailedFitError,
     MeasurementError,
@@ -46,8 +43,9 @@ from symkin.errors import (
     SymmetryError,
 )
 from symkin.evaluation import AlignedErrors, Evaluation, evaluate
-from symkin.groups import NamedGroup
-from symkin.identification import GoodnessOfFit, Identification, LegFit, identify
+from symkin.identification.cross_validation import CrossValidation, cross_validate
+from symkin.identification.diagnosis import Diagnosis, Outlier, ResidualTest
+from symkin.identification.estimate import GoodnessOfFit, Identification, LegFit, identify
 from symkin.measurements import Measurements
 from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
 from symkin.observability import (
@@ -71,7 +69,7 @@ from symkin.planning import (
     predict_accuracy,
     travel_length,
 )
-from symkin.selection import Certificate, LegRows, Selection, select_poses
+from symkin.planning.selection import Certificate, LegRows, Selection, select_poses
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -81,7 +79,13 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 from symkin.simulation import Simulation, disturb, simulate
-from symkin.symmetry import (
+from symkin.symmetry.comparison import (
+    ParameterDeviation,
+    SymmetryComparison,
+    compare_symmetry,
+)
+from symkin.symmetry.conditions import Condition, Conditions, check_conditions
+from symkin.symmetry.group import (
     DetectedSymmetry,
     SymmetryElement,
     SymmetryGroup,
@@ -89,24 +93,20 @@ from symkin.symmetry import (
     leg_carriers,
     map_poses,
 )
-from symkin.symmetry_comparison import (
-    ParameterDeviation,
-    SymmetryComparison,
-    compare_symmetry,
-)
-from symkin.workspace import WorkspaceSample, sample_workspace
-from symkin.workspace_study import WorkspaceStudy, study_workspace
-from symkin.workspace_symmetry import ElementCheck
+from symkin.symmetry.named import NamedGroup
+from symkin.symmetry.verification import ElementCheck
+from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.workspace.study import WorkspaceStudy, study_workspace
 
 if TYPE_CHECKING:
-    from symkin.files.column_mapping import load_columns
-    from symkin.files.json_schema import mechanism_schema
-    from symkin.files.measurements import read_measurements, write_measurements
-    from symkin.files.mechanism_file import load_mechanism, shipped_mechanisms
-    from symkin.files.mechanism_writer import save_mechanism
-    from symkin.files.plan import read_plan, write_plan
-    from symkin.files.poses import read_pose_list
-    from symkin.files.results import read_results, write_results
+    from symkin.io.column_mapping import load_columns
+    from symkin.io.json_schema import mechanism_schema
+    from symkin.io.measurements import read_measurements, write_measurements
+    from symkin.io.mechanism_file import load_mechanism, shipped_mechanisms
+    from symkin.io.mechanism_writer import save_mechanism
+    from symkin.io.plan import read_plan, write_plan
+    from symkin.io.poses import read_pose_list
+    from symkin.io.results import read_results, write_results
 
 __all__ = [
     "AlignedErrors",
@@ -227,7 +227,7 @@ def __getattr__(name: str) -> Any:
         return version("symkin")
     if name not in _FILE_FUNCTIONS:
         raise AttributeError(f"module 'symkin' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"symkin.files.{_FILE_FUNCTIONS[name]}"), name)
+    return getattr(importlib.import_module(f"symkin.io.{_FILE_FUNCTIONS[name]}"), name)
 
 
 def __dir__() -> list[str]:

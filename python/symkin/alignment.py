@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.rotations import (
+from symkin.poses import (
     Transform,
     cross_matrices,
     rotations_from_vectors,

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from symkin.checking import CheckResult
-from symkin.conditions import Conditions
-from symkin.groups import NamedGroup
-from symkin.symmetry_comparison import ParameterDeviation, SymmetryComparison
+from symkin.checks.check import CheckResult
+from symkin.symmetry.comparison import ParameterDeviation, SymmetryComparison
+from symkin.symmetry.conditions import Conditions
+from symkin.symmetry.named import NamedGroup
 
 __all__ = ["check_document"]
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from symkin.comparison import EstimatorFigures, expected
 from symkin.evaluation import AlignedErrors, Evaluation
-from symkin.identification import Identification
+from symkin.identification.comparison import EstimatorFigures, expected
+from symkin.identification.estimate import Identification
+from symkin.identification.outcome import MeasuredIdentification, closure_residual
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, analyse_observability
-from symkin.outcome import MeasuredIdentification, closure_residual
 from symkin.pipeline import ProtocolResult
 from symkin.planning import Plan, PlanBasis, PoseCountCurve, travel_length
 

@@ -14,7 +14,7 @@ from symkin.alignment import align, moved
 from symkin.errors import SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
-from symkin.rotations import (
+from symkin.poses import (
     Transform,
     rotations_from_quaternions,
     rotations_from_vectors,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
-from symkin.rotations import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
 
 __all__ = ["anchor", "with_moved_workspace"]
 

@@ -378,7 +378,7 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
     values = _floats(values)
     if pose_space != "spatial":
         return values
-    from symkin.rotations import quaternions_from_rotation_vectors
+    from symkin.poses import quaternions_from_rotation_vectors
 
     quaternions = quaternions_from_rotation_vectors(values[..., 3:].reshape(-1, 3))
     return np.concatenate([values[..., :3], quaternions.reshape(*values.shape[:-1], 4)], axis=-1)

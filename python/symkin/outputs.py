@@ -8,16 +8,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from symkin.calibrated import changed_settings
 from symkin.check_document import check_document
-from symkin.checking import CheckResult
-from symkin.comparison import EstimatorFigures
+from symkin.checks.check import CheckResult
 from symkin.documents import measured_document, run_document
-from symkin.files.output_files import OutputFiles
-from symkin.identification import Identification
+from symkin.identification.calibrated import changed_settings
+from symkin.identification.comparison import EstimatorFigures
+from symkin.identification.estimate import Identification
+from symkin.identification.outcome import MeasuredIdentification, closure_residual
+from symkin.io.output_files import OutputFiles
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.outcome import MeasuredIdentification, closure_residual
 from symkin.pipeline import ProtocolResult
 
 __all__ = [
@@ -96,7 +96,7 @@ def write_check(
     Path
         The report.
     """
-    from symkin.files.results import write_results
+    from symkin.io.results import write_results
     from symkin.report.check_report import write_check_report
 
     document = check_document(result) if document is None else document
@@ -138,9 +138,9 @@ def write_run(
     Path
         The report.
     """
-    from symkin.files.measurements import write_measurements
-    from symkin.files.plan import write_plan
-    from symkin.files.results import write_results
+    from symkin.io.measurements import write_measurements
+    from symkin.io.plan import write_plan
+    from symkin.io.results import write_results
     from symkin.report import write_report
 
     nominal, simulation = result.nominal, result.simulation
@@ -165,7 +165,7 @@ def write_actual(
     overwrite: bool = False,
 ) -> None:
     """Write the mechanism file of a simulated robot."""
-    from symkin.files.mechanism_writer import save_mechanism
+    from symkin.io.mechanism_writer import save_mechanism
 
     header = f"Simulated by symkin: {nominal.name} as it may be made within its tolerances."
     save_mechanism(actual, path, header=header, overwrite=overwrite)
@@ -184,7 +184,7 @@ def write_identification(
     arguments and what is returned are as for `write_run`, but there is no report if the models
     cannot be evaluated on the measurements.
     """
-    from symkin.files.results import write_results
+    from symkin.io.results import write_results
     from symkin.report import write_identification_report
 
     nominal, measurements, identification = (
@@ -214,7 +214,7 @@ def write_identification(
 def _write_calibrated(
     nominal: Mechanism, measurements: Measurements, identification: Identification, path: Path
 ) -> None:
-    from symkin.files.mechanism_writer import save_mechanism
+    from symkin.io.mechanism_writer import save_mechanism
 
     origin = measurements.source_name if measurements.source else "simulated measurements"
     header = (

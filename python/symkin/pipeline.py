@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from symkin.evaluation import Evaluation, evaluate
-from symkin.identification import Estimator, Identification, PoseUse, identify
+from symkin.identification.estimate import Estimator, Identification, PoseUse, identify
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
 from symkin.planning import Design, Plan, make_plan
-from symkin.selection import Criterion, SelectionMethod
+from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.simulation import Simulation, simulate
-from symkin.workspace import WorkspaceSample, sample_workspace
+from symkin.workspace.sample import WorkspaceSample, sample_workspace
 
 __all__ = ["ProtocolResult", "run_protocol"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symkin import _core
-from symkin.calibrated import canonical, with_usable_home
+from symkin.identification.calibrated import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of

@@ -7,7 +7,7 @@ import scipy.optimize
 from scipy.spatial.transform import Rotation
 
 from symkin.alignment import align, moved
-from symkin.rotations import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
 
 LENGTH = 0.2
 SPACES = ("planar", "point", "spatial")

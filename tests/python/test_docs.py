@@ -11,7 +11,7 @@ import typer
 
 import symkin
 from symkin.cli import app, main
-from symkin.rotations import quaternions_from_rotation_vectors
+from symkin.poses import quaternions_from_rotation_vectors
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = (

@@ -6,9 +6,9 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.symmetry import observability_group, verify_declared
-from symkin.workspace_slices import other_working_modes
-from symkin.workspace_symmetry import check_elements
+from symkin.symmetry.group import observability_group, verify_declared
+from symkin.symmetry.verification import check_elements
+from symkin.workspace.slices import other_working_modes
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.

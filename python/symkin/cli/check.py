@@ -14,12 +14,12 @@ from symkin.cli.console import print_json, progress, say, show_legs, show_table
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
 from symkin.cli.units import numbers, parameter_labels
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
-    from symkin.checking import CheckResult
-    from symkin.conditions import Conditions
-    from symkin.groups import NamedGroup
+    from symkin.checks.check import CheckResult
+    from symkin.symmetry.conditions import Conditions
+    from symkin.symmetry.named import NamedGroup
 
 _SHOWN_DEVIATIONS = 10
 
@@ -49,7 +49,7 @@ def check(
     home, without what rests on its poses.
     """
     from symkin.check_document import check_document
-    from symkin.checking import check_mechanism
+    from symkin.checks.check import check_mechanism
     from symkin.outputs import CHECK_FILES, write_check
 
     with progress() as stage:

@@ -23,7 +23,7 @@ def say(text: str = "") -> None:
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print the JSON document of a command, as a results file has it."""
-    from symkin.files.results import results_text
+    from symkin.io.results import results_text
 
     sys.stdout.write(results_text(document))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from symkin.cli.console import say, show_legs
 from symkin.cli.units import estimate, numbers, parameter_labels
-from symkin.identification import Identification
+from symkin.identification.estimate import Identification
 
 __all__ = ["show_fits", "unconverged_legs"]
 

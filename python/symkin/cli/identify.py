@@ -23,11 +23,11 @@ from symkin.cli.options import (
     SeedOption,
 )
 from symkin.cli.units import error_rows, left_out_rows, milli, root_mean_squares
-from symkin.files.output_files import OutputFiles
-from symkin.identification import Loss
+from symkin.identification.estimate import Loss
+from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
-    from symkin.outcome import MeasuredIdentification
+    from symkin.identification.outcome import MeasuredIdentification
 
 
 @with_example(
@@ -72,8 +72,8 @@ def identify(
 ) -> None:
     """Identify the parameters of all legs from measurements."""
     from symkin.documents import measured_document
-    from symkin.files.column_mapping import load_columns
-    from symkin.outcome import MeasuredIdentification
+    from symkin.identification.outcome import MeasuredIdentification
+    from symkin.io.column_mapping import load_columns
     from symkin.outputs import IDENTIFICATION_FILES, write_identification
 
     if cross_validate_blocks and cross_validate is None:
@@ -127,7 +127,7 @@ def identify(
 
 
 def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
-    from symkin.calibrated import changed_settings
+    from symkin.identification.calibrated import changed_settings
 
     nominal, identification = result.nominal, result.identification
     before = document["identification"]["residual_before_rms_m"]

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from symkin.identification import Estimator, PoseUse
+from symkin.identification.estimate import Estimator, PoseUse
 from symkin.observability import RowKind
 from symkin.planning import Design
-from symkin.selection import Criterion, SelectionMethod
+from symkin.planning.selection import Criterion, SelectionMethod
 
 __all__ = [
     "CandidatesOption",

@@ -28,11 +28,11 @@ from symkin.cli.options import (
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
 from symkin.cli.units import milli, numbers
 from symkin.errors import SymkinError
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 from symkin.planning import predict_accuracy, travel_length
 
 if TYPE_CHECKING:
-    from symkin.identification import Estimator
+    from symkin.identification.estimate import Estimator
     from symkin.measurements import Measurements
     from symkin.mechanism import Mechanism
     from symkin.observability import ExpectedAccuracy
@@ -118,9 +118,9 @@ def plan(
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
     from symkin.documents import plan_document
-    from symkin.files.column_mapping import load_columns
-    from symkin.files.poses import read_pose_list
-    from symkin.files.results import write_results
+    from symkin.io.column_mapping import load_columns
+    from symkin.io.poses import read_pose_list
+    from symkin.io.results import write_results
     from symkin.outputs import PLAN_FILES
 
     with progress() as stage:

@@ -84,7 +84,7 @@ def angles(text: str, hint: str) -> list[float]:
 
 
 def _quantity(text: str, unit: str, hint: str) -> float:
-    from symkin.files.quantities import evaluate_quantity
+    from symkin.io.quantities import evaluate_quantity
 
     try:
         return evaluate_quantity(_spaced(text), unit, direction=unit == "rad")

@@ -24,7 +24,7 @@ from symkin.cli.options import (
     SeedOption,
 )
 from symkin.cli.units import milli
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 from symkin.planning import pose_count_curve
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def pose_count(
     and the end-effector error after identification is predicted from the declared noise.
     """
     from symkin.documents import pose_count_document
-    from symkin.files.results import write_results
+    from symkin.io.results import write_results
     from symkin.outputs import POSE_COUNT_FILES
 
     with progress() as stage:

@@ -30,10 +30,10 @@ from symkin.cli.options import (
     SeedOption,
 )
 from symkin.cli.units import error_rows, left_out_rows, milli
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
-    from symkin.comparison import EstimatorFigures
+    from symkin.identification.comparison import EstimatorFigures
     from symkin.mechanism import Mechanism
     from symkin.pipeline import ProtocolResult
 
@@ -59,8 +59,8 @@ def run(
     Writes plan.csv, measurements.csv, actual.toml (the simulated robot), calibrated.toml,
     results.json, report.html and its figures. The last line printed is the report's path.
     """
-    from symkin.comparison import compare_estimators
     from symkin.documents import run_document
+    from symkin.identification.comparison import compare_estimators
     from symkin.outputs import RUN_FILES, write_run
 
     with progress() as stage:

@@ -13,7 +13,7 @@ import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 
 
 @with_example(

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.mechanism import Mechanism
-from symkin.workspace import coordinate_names
+from symkin.workspace.sample import coordinate_names
 
 __all__ = [
     "error_rows",

@@ -14,12 +14,12 @@ from symkin.cli.console import print_json, progress, say, show_table
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, SeedOption
 from symkin.cli.plan_options import angles
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
-    from symkin.workspace_slices import ModeSlices
-    from symkin.workspace_study import WorkspaceStudy
-    from symkin.workspace_symmetry import ElementCheck
+    from symkin.symmetry.verification import ElementCheck
+    from symkin.workspace.slices import ModeSlices
+    from symkin.workspace.study import WorkspaceStudy
 
 
 @with_example("symkin workspace 3RRR --out out --both-modes")
@@ -67,10 +67,10 @@ def workspace(
     Writes workspace.html, its figures and workspace.json. The last line printed is the page's path.
     """
     from symkin import load_mechanism
-    from symkin.files.results import write_results
+    from symkin.io.results import write_results
     from symkin.outputs import WORKSPACE_FILES
     from symkin.report.workspace_report import write_workspace_report
-    from symkin.workspace_study import study_workspace
+    from symkin.workspace.study import study_workspace
 
     orientation_list = None if orientations is None else angles(orientations, "--orientations")
     with progress() as stage:

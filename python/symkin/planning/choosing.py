@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.checks.undefined_angles import undefined_angles
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -23,9 +24,8 @@ from symkin.planning.limits import (
     clearance,
 )
 from symkin.planning.plan import ChosenPoses
+from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
 from symkin.planning.spares import spare_poses
-from symkin.selection import Criterion, Selection, SelectionMethod, select_poses
-from symkin.undefined_angles import undefined_angles
 
 __all__ = ["Chosen", "Demands", "choose"]
 

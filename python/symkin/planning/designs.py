@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, mechanism_rows, observability_rows
-from symkin.selection import LegRows
-from symkin.symmetry import (
+from symkin.planning.selection import LegRows
+from symkin.symmetry.group import (
     SymmetryElement,
     leg_carriers,
     map_poses,

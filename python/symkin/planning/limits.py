@@ -14,8 +14,8 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.planning.designs import Task
-from symkin.symmetry import map_poses
-from symkin.workspace import (
+from symkin.symmetry.group import map_poses
+from symkin.workspace.sample import (
     closure_deviation,
     coordinate_names,
     inside_box,

@@ -17,10 +17,10 @@ from symkin.planning.choosing import Chosen, Demands, choose
 from symkin.planning.designs import Design, design_tasks
 from symkin.planning.limits import Clearance, Region
 from symkin.planning.plan import Plan, PlanBasis
+from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.planning.visiting import visiting_order
-from symkin.selection import Criterion, SelectionMethod
-from symkin.symmetry import SymmetryElement, map_poses
-from symkin.workspace import WorkspaceSample
+from symkin.symmetry.group import SymmetryElement, map_poses
+from symkin.workspace.sample import WorkspaceSample
 
 __all__ = ["make_plan"]
 

@@ -13,7 +13,7 @@ from symkin.measurements import Measurements, make_arrays
 from symkin.observability import RowKind
 from symkin.planning.designs import Design
 from symkin.planning.limits import Clearance
-from symkin.selection import Criterion, Selection, SelectionMethod
+from symkin.planning.selection import Criterion, Selection, SelectionMethod
 
 __all__ = ["ChosenPoses", "Plan", "PlanBasis"]
 

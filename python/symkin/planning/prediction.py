@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
-from symkin.identification import Estimator, PoseUse, identify
+from symkin.identification.estimate import Estimator, PoseUse, identify
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
 from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
 from symkin.planning.plan import Plan
-from symkin.selection import Criterion
+from symkin.planning.selection import Criterion
 
 __all__ = ["PoseCountCurve", "pose_count_curve", "predict_accuracy"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
-from symkin.selection import select_poses
+from symkin.planning.selection import select_poses
 
 __all__ = ["spare_poses"]
 

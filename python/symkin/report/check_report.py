@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from symkin.checking import CheckResult
+from symkin.checks.check import CheckResult
+from symkin.plot import DrawnSymmetry
 from symkin.report.content import Section, Summary
-from symkin.report.figures import DrawnSymmetry
 from symkin.report.page import write_page
 from symkin.report.sections.conditions import conditions_section
 from symkin.report.sections.groups import groups_section

@@ -7,14 +7,14 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from symkin.comparison import EstimatorFigures, expected
-from symkin.cross_validation import CrossValidation
 from symkin.evaluation import Evaluation
-from symkin.identification import Identification
+from symkin.identification.comparison import EstimatorFigures, expected
+from symkin.identification.cross_validation import CrossValidation
+from symkin.identification.estimate import Identification
+from symkin.identification.outcome import closure_residual
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import expected_accuracy
-from symkin.outcome import closure_residual
 from symkin.pipeline import ProtocolResult
 from symkin.report.page import write_page
 from symkin.report.sections.accuracy import measured_accuracy_section, simulated_accuracy_section

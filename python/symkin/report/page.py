@@ -11,7 +11,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup, escape
 
-from symkin.files.output_files import OutputFiles
+from symkin.io.output_files import OutputFiles
 from symkin.report.content import Image, Section, Summary
 
 __all__ = ["render_page", "write_page"]

@@ -9,15 +9,15 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import Plan, PoseCountCurve
+from symkin.plot import pose_count_figure
 from symkin.report.content import Group, Section, Summary, Table, image
-from symkin.report.figures import pose_count_figure
 from symkin.report.page import write_page
 from symkin.report.sections.mechanism import mechanism_section
 from symkin.report.sections.observability import observability_section
 from symkin.report.sections.plan import plan_section
 from symkin.report.sections.workspace import workspace_section
 from symkin.report.wording import milli, plural
-from symkin.workspace import WorkspaceSample
+from symkin.workspace.sample import WorkspaceSample
 
 __all__ = ["write_plan_report", "write_pose_count_report"]
 

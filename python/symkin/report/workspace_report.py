@@ -7,14 +7,14 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from symkin.groups import group_title
+from symkin.plot.workspace_study import active_joint_figure, constant_orientation_figure
 from symkin.report.content import Group, Image, Section, Summary, Table, image
 from symkin.report.page import write_page
 from symkin.report.wording import count, plural
-from symkin.report.workspace_figures import active_joint_figure, constant_orientation_figure
-from symkin.workspace_slices import ConstantOrientation, ModeSlices
-from symkin.workspace_study import WorkspaceStudy
-from symkin.workspace_symmetry import ElementCheck
+from symkin.symmetry.named import group_title
+from symkin.symmetry.verification import ElementCheck
+from symkin.workspace.slices import ConstantOrientation, ModeSlices
+from symkin.workspace.study import WorkspaceStudy
 
 __all__ = ["write_workspace_report"]
 

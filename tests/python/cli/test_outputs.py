@@ -22,7 +22,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("sample_workspace", "identify", "simulate", "run_protocol", "study_workspace")
     for name in names:
         monkeypatch.setattr(library, name, computed)
-    monkeypatch.setattr("symkin.checking.check_mechanism", computed)
+    monkeypatch.setattr("symkin.checks.check.check_mechanism", computed)
 
 
 @pytest.mark.usefixtures("idle")

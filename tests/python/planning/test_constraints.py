@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin import _core
-from symkin.workspace import inside_box, workspace_coordinates
+from symkin.workspace.sample import inside_box, workspace_coordinates
 
 
 @pytest.fixture(scope="module")

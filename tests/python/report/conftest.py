@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import symkin
-from symkin.comparison import compare_estimators
+from symkin.identification.comparison import compare_estimators
 from symkin.report import write_identification_report, write_report
 
 

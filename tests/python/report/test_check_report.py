@@ -4,7 +4,7 @@
 import pytest
 
 import symkin
-from symkin.checking import check_mechanism
+from symkin.checks.check import check_mechanism
 from symkin.outputs import write_check
 
 CONDITIONS = "The paper's conditions"

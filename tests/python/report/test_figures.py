@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import symkin
-from symkin.report import figures
+from symkin import plot as figures
 
 # One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
 DRAWN = ["3RRR", "3PRR", "3PRP", "3RRP", "3RPR", "3RPR_end_joint", "5bar", "hexapod_jugglebot"]

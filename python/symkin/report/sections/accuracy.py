@@ -8,17 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.comparison import EstimatorFigures
-from symkin.cross_validation import CrossValidation
 from symkin.evaluation import AlignedErrors, Evaluation
-from symkin.identification import Identification
+from symkin.identification.comparison import EstimatorFigures
+from symkin.identification.cross_validation import CrossValidation
+from symkin.identification.estimate import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
+from symkin.plot import error_histogram_figure, error_map_figure
 from symkin.report.content import Group, Image, Section, Table, image
-from symkin.report.figures import error_histogram_figure, error_map_figure
 from symkin.report.wording import NONE, count, milli, ratio
-from symkin.workspace import coordinate_names
+from symkin.workspace.sample import coordinate_names
 
 __all__ = ["comparison_table", "measured_accuracy_section", "simulated_accuracy_section"]
 

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from symkin.checking import CheckResult
-from symkin.conditions import Condition, Conditions
+from symkin.checks.check import CheckResult
 from symkin.report.content import Group, Section, Table
 from symkin.report.wording import NONE, count
+from symkin.symmetry.conditions import Condition, Conditions
 
 __all__ = ["conditions_section"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 
-from symkin.checking import CheckResult
-from symkin.groups import describe_element
+from symkin.checks.check import CheckResult
 from symkin.report.content import Group, Section, Table
 from symkin.report.wording import NONE, quantity, significant
-from symkin.symmetry import symmetry_group
+from symkin.symmetry.group import symmetry_group
+from symkin.symmetry.named import describe_element
 
 __all__ = ["groups_section"]
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from symkin.checking import CheckResult
+from symkin.checks.check import CheckResult
 from symkin.report.content import Group, Section, Table
 from symkin.report.wording import count, quantity, share, significant
 

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import named_legs
-from symkin.identification import Identification, LegFit
+from symkin.identification.estimate import Identification, LegFit
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.report.content import Group, Image, Section, Table, image
-from symkin.report.figures import (
+from symkin.plot import (
     dependence_figure,
     parameter_errors_figure,
     residuals_figure,
 )
-from symkin.report.figures.parameters import INTERVAL
+from symkin.plot.parameters import INTERVAL
+from symkin.report.content import Group, Image, Section, Table, image
 from symkin.report.wording import (
     NONE,
     decimals_of,

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import chain_info
-from symkin.groups import group_title
 from symkin.mechanism import Mechanism
+from symkin.plot import DrawnSymmetry, mechanism_figure
 from symkin.report.content import Group, Image, Section, Table, image
-from symkin.report.figures import DrawnSymmetry, mechanism_figure
 from symkin.report.wording import (
     plural,
     pose_coordinates,
     quantity,
     setting,
 )
-from symkin.workspace import least_reach_margin
+from symkin.symmetry.named import group_title
+from symkin.workspace.sample import least_reach_margin
 
 __all__ = ["mechanism_section"]
 

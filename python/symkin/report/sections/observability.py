@@ -16,10 +16,10 @@ from symkin.observability import (
     analyse_observability,
     observability_rows,
 )
+from symkin.plot import observability_figure
 from symkin.report.content import Group, Section, Table, image
-from symkin.report.figures import observability_figure
 from symkin.report.wording import plural, significant
-from symkin.symmetry import observability_group
+from symkin.symmetry.group import observability_group
 
 __all__ = ["observability_section", "singular_values_table"]
 

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from symkin.cross_validation import CrossValidation
 from symkin.evaluation import AlignedErrors, Evaluation
-from symkin.identification import Identification
+from symkin.identification.cross_validation import CrossValidation
+from symkin.identification.estimate import Identification
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy

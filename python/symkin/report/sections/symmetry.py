@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 from symkin._core import SymmetryGroup
-from symkin.groups import describe_element
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Section, Table
-from symkin.symmetry import (
+from symkin.symmetry.group import (
     DetectedSymmetry,
     detect_symmetry,
     leg_carriers,
     observability_group,
     symmetry_group,
 )
+from symkin.symmetry.named import describe_element
 
 __all__ = ["symmetry_section"]
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
+from symkin.plot import poses_figure
 from symkin.report.content import Group, Section, Table, image
-from symkin.report.figures import poses_figure
 from symkin.report.wording import count, plural, share
-from symkin.workspace import WorkspaceSample
+from symkin.workspace.sample import WorkspaceSample
 
 __all__ = ["measured_poses_section", "workspace_section"]
 

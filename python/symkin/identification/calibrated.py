@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: MIT
+"""Parameters that were found, as a mechanism that can be written, read and used."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import FailedFitError, MechanismError, SymkinError
+from symkin.frames import anchor, with_moved_workspace
+from symkin.mechanism import Mechanism
+from symkin.settings import JointLimits
+from symkin.workspace.sample import inside_workspace, workspace_coordinates
+
+__all__ = [
+    "calibrated_mechanism",
+    "canonical",
+    "changed_settings",
+    "fit_that_may_fail",
+    "with_usable_home",
+]
+
+Array = NDArray[np.float64]
+
+_TURN = 2 * np.pi
+_FARTHEST = 1e12  # m and rad, which no file may hold either
+_LOOK_FOR = (
+    "look for readings in another unit, of another leg, or with another sign, zero or working mode "
+    "than the mechanism has, and for poses in another unit or frame"
+)
+
+
+def calibrated_mechanism(
+    nominal: Mechanism, parameters: Array, covariance: Array, poses: Array
+) -> tuple[Mechanism, Array]:
+    """Return the mechanism that an estimate describes, and the covariance of its parameters.
+
+    Points are given by radii that are not negative and angles near the nominal ones. Where the
+    frames of the measurements are others than the nominal ones, home and the workspace's box move
+    with them; see also `with_usable_home`.
+
+    Parameters
+    ----------
+    nominal : Mechanism
+        From which the estimate started.
+    parameters : ndarray, shape (legs, p)
+        The estimate.
+    covariance : ndarray, shape (legs p, legs p)
+        Of the estimate; where a radius changes its sign, its covariances do.
+    poses : ndarray, shape (N, coordinates)
+        At which the robot was measured.
+
+    Raises
+    ------
+    FailedFitError
+        If no mechanism has such parameters.
+    """
+    values, signs = canonical(nominal, parameters)
+    far = np.argwhere(~(np.abs(values) < _FARTHEST))
+    if len(far):
+        leg, parameter = far[0]
+        raise FailedFitError(
+            f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
+            f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
+        )
+    covariance = covariance * np.outer(signs, signs)
+    deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
+    with fit_that_may_fail():
+        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
+
+
+@contextmanager
+def fit_that_may_fail() -> Iterator[None]:
+    """Say of a mechanism that is not possible that it is an estimate, and what may be wrong.
+
+    Raises
+    ------
+    FailedFitError
+        Naming leg, parameter and value.
+    """
+    try:
+        yield
+    except MechanismError as error:
+        raise FailedFitError(
+            f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
+        ) from error
+
+
+def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
+    """Write points with radii that are not negative, and angles within half a turn of another's.
+
+    The closures stay the same. A guide's distance from the centre keeps its sign, on which the
+    direction of travel depends.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Whose chain it is, and whose angles are stayed near.
+    parameters : ndarray, shape (legs, p)
+        Of the same chain.
+
+    Returns
+    -------
+    values : ndarray, shape (legs, p)
+        Equivalent parameters.
+    signs : ndarray, shape (legs p,)
+        Derivative of each value by its parameter: -1 where a sign changed.
+    """
+    names = list(mechanism.parameter_names)
+    values = np.array(parameters, dtype=float)
+    signs = np.ones_like(values)
+    near = mechanism.parameters
+    for end in ("base", "platform"):
+        if anchor(mechanism, end) != "point":
+            continue
+        radius = names.index(f"{end}_radius")
+        azimuth = names.index(
+            f"{end}_azimuth" if mechanism.pose_space == "spatial" else f"{end}_angle"
+        )
+        for leg in np.flatnonzero(values[:, radius] < 0):
+            values[leg, [radius, azimuth]] = -values[leg, radius], values[leg, azimuth] + np.pi
+            signs[leg, radius] = -1
+            if mechanism.pose_space == "spatial":
+                polar = names.index(f"{end}_polar_angle")
+                values[leg, polar] = np.pi - values[leg, polar]
+                signs[leg, polar] = -1
+    angles = [index for index, name in enumerate(names) if name.endswith(("_angle", "_azimuth"))]
+    values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
+    if mechanism.pose_space == "spatial":
+        for end in ("base", "platform"):
+            _take_nearer_polar_angle(values, signs, near, names, end)
+    return values, signs.ravel()
+
+
+def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
+    """Return the mechanism with a home pose that it can take, as its file must have.
+
+    Home stays if it meets the workspace's demands. Otherwise it becomes the nearest of some poses
+    that does; failing that, one that the legs reach within their limits. Limits that exclude every
+    pose which the legs reach are those of another sensor zero, and go; without any such pose, the
+    workspace goes.
+    """
+    if mechanism.workspace is None:
+        return mechanism
+    unlimited = mechanism.replace(joint_limits=JointLimits())
+    for fits, robot in ((_fits, mechanism), (_takes_home, mechanism), (_takes_home, unlimited)):
+        candidates = itertools.chain([robot], _with_home_at(robot, poses))
+        found = next(filter(fits, candidates), None)
+        if found is not None:
+            return found
+    return unlimited.replace(workspace=None)
+
+
+def _nearest_turn(angles: Array, near: Array) -> Array:
+    return angles - _TURN * np.round((angles - near) / _TURN)
+
+
+def _take_nearer_polar_angle(
+    values: Array, signs: Array, near: Array, names: list[str], end: str
+) -> None:
+    """Of the two ways to write a direction, take the one that is nearer; in place."""
+    columns = [names.index(f"{end}_polar_angle"), names.index(f"{end}_azimuth")]
+    found = values[:, columns]
+    other = _nearest_turn(found * [-1, 1] + [0, np.pi], near[:, columns])
+    apart = [np.abs(each - near[:, columns]).sum(axis=1) for each in (found, other)]
+    nearer = apart[1] < apart[0]
+    values[np.ix_(nearer, columns)] = other[nearer]
+    signs[nearer, columns[0]] *= -1
+
+
+def changed_settings(nominal: Mechanism, calibrated: Mechanism) -> list[str]:
+    """Say in sentences what was changed besides the parameters, and why."""
+    before, after = nominal.workspace, calibrated.workspace
+    changes = []
+    if before is not None and after is None:
+        changes.append("The workspace is left out, since the legs found reach no measured pose.")
+    elif before is not None and after is not None and after != before:
+        if (after.lower, after.upper) == (before.lower, before.upper):
+            changes.append("Home is a measured pose, since the legs found do not suit the old one.")
+        else:
+            changes.append("Home and workspace are moved, as the frames are not the nominal ones.")
+    if calibrated.joint_limits != nominal.joint_limits:
+        changes.append("The joint limits are left out, since the zeros found do not suit them.")
+    return changes
+
+
+def _takes_home(mechanism: Mechanism) -> bool:
+    """Whether every leg reaches home within its limits."""
+    readings = mechanism.inverse_kinematics(mechanism.home)
+    limits = mechanism.joint_limits
+    return bool(((readings >= limits.lower) & (readings <= limits.upper)).all())
+
+
+def _fits(mechanism: Mechanism) -> bool:
+    """Whether home meets the demands of its own workspace."""
+    try:
+        return bool(inside_workspace(mechanism, mechanism.home)[0])
+    except SymkinError:
+        return False
+
+
+def _with_home_at(mechanism: Mechanism, poses: Array) -> Iterator[Mechanism]:
+    """The mechanism with home at each pose, those that are near home first."""
+    settings = mechanism.workspace
+    assert settings is not None
+    coordinates = workspace_coordinates(mechanism, poses)
+    apart = coordinates - workspace_coordinates(mechanism, mechanism.home)
+    positions = 3 if mechanism.pose_space == "spatial" else 2
+    apart[:, positions:] *= mechanism.characteristic_length
+    for row in np.linalg.norm(apart, axis=1).argsort(kind="stable"):
+        home = tuple(coordinates[row].tolist())
+        yield mechanism.replace(workspace=dataclasses.replace(settings, home=home))

@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: MIT
+"""What speaks against an estimate that may well have converged.
+
+Chi-square and the parameters alarm for one of 1000 sound robots, each kind of test of the residuals
+for one of 2000 (Bonferroni within the kind), so that all of them together raise a doubt about fewer
+than 1 of 100.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import named_legs
+from symkin.identification.estimate import core_measurements
+from symkin.identification.mistakes import coarse_readings, likely_causes, signs_of_mistakes
+from symkin.identification.plausibility import (
+    implausible_parameters,
+    unknown_parameters,
+    weak_parameters,
+)
+from symkin.observability import noise_of
+
+if TYPE_CHECKING:
+    from symkin.identification.estimate import GoodnessOfFit, Identification
+
+__all__ = ["FALSE_ALARMS", "Diagnosis", "Outlier", "ResidualTest", "diagnose"]
+
+FALSE_ALARMS = 5e-4  # of one kind of test of the residuals, for a sound robot
+
+# Beyond this the parameters of a leg are told apart only by digits that no measurement has.
+_CONDITION_LIMIT = 1e5
+# With fewer poses to spare, a noise three times larger than declared would often pass.
+_FEW_SPARE_POSES = 3
+_NAMED_ROWS = 5
+# Standard deviations: with residuals of this size something else is wrong than a term.
+_GROSS = 30
+_NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """A test of the residuals for something that the model does not have.
+
+    Attributes
+    ----------
+    suspect : str
+        "sensor_curvature", "sensor_eccentricity", "geometry", "order", "legs" or "estimators".
+    legs : tuple of int
+        The legs (from 0) whose closures were tested.
+    term : str
+        Of "geometry", the term of the pose that shows most, such as ``"y^2"``; else empty.
+    statistic : float
+        F, or for "order" and "legs" standard deviations from the mean of sound residuals.
+    freedom : tuple of int
+        Degrees of freedom of F.
+    p_value : float
+        Probability of one as large for a sound robot.
+    limit : float
+        Below which `p_value` alarms: `FALSE_ALARMS` over the number of tests of the suspect.
+    size : float
+        Root mean square of what the terms explain of the legs' closures, m.
+    """
+
+    suspect: str
+    legs: tuple[int, ...]
+    term: str
+    statistic: float
+    freedom: tuple[int, int]
+    p_value: float
+    limit: float
+    size: float
+
+    @property
+    def alarms(self) -> bool:
+        """Whether it speaks against the model."""
+        return self.p_value < self.limit
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A pose that does not fit the others.
+
+    Attributes
+    ----------
+    row : int
+        Of the measurements, from 0.
+    leg : int
+        The leg (from 0) whose closure is furthest off there.
+    student : float
+        Its studentised residual.
+    p_value : float
+        Probability of a pose or closure as far off, before it is one of many.
+    """
+
+    row: int
+    leg: int
+    student: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the residuals and the parameters say of the model and of the measurements.
+
+    Attributes
+    ----------
+    doubts : tuple of str
+        What speaks against the estimate, in sentences.
+    notes : tuple of str
+        What to know of an estimate that may well be sound.
+    tests : tuple of ResidualTest
+        Tests of the residuals; none for residuals that are zero but for rounding.
+    outliers : tuple of Outlier
+        Poses that do not fit the others, worst first.
+    student : ndarray, shape (N, legs)
+        Studentised residual of each closure, Student's t whatever the true size of the noise; NaN
+        where a leg was not read.
+    """
+
+    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
+    tests: tuple[ResidualTest, ...]
+    outliers: tuple[Outlier, ...]
+    student: NDArray[np.float64]
+
+
+def diagnose(found: Identification) -> Diagnosis:
+    """Diagnose an identification.
+
+    Parameters
+    ----------
+    found : Identification
+        Of `identify`.
+
+    Returns
+    -------
+    Diagnosis
+    """
+    rejected = sorted({int(row) for leg in found.legs for row in leg.rejected})
+    result = _core.diagnose(
+        found.mechanism.core,
+        core_measurements(found.measurements),
+        noise_of(found.noise),
+        rejected,
+        found.nominal.reading_unit == "rad",
+        FALSE_ALARMS,
+    )
+    tests = _tests(found, result)
+    outliers = _outliers(result)
+    doubts = [*_doubts_of_size(found), *_doubts_of_noise(found), *signs_of_mistakes(found)]
+    consequences = [*unknown_parameters(found)]
+    # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
+    if all(leg.condition <= _CONDITION_LIMIT for leg in found.legs):
+        consequences = [*implausible_parameters(found), *consequences]
+        if not _gross(found):
+            rows = _doubts_of_rows(found, outliers)
+            consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
+    causes = []
+    if doubts or consequences or not found.converged:
+        causes = likely_causes(found)
+    # What a mistake does to the estimate is not worth telling beside the mistake.
+    doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
+    doubts += coarse_readings(found) if doubts else []
+    return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
+
+
+def _tests(found: Identification, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
+    legs = tuple(range(len(found.nominal.legs)))
+    names = _tangent_names(found.nominal.pose_space)
+    terms = [*names, *(f"{name}^2" for name in names)]
+    counts: dict[_core.Suspect, int] = {}
+    for test in result.tests:
+        counts[test.suspect] = counts.get(test.suspect, 0) + 1
+    return tuple(
+        ResidualTest(
+            suspect=test.suspect.name,
+            legs=legs
+            if test.leg < 0
+            else (test.leg, test.other)
+            if test.suspect == _core.Suspect.legs
+            else (test.leg,),
+            term=terms[test.other] if test.suspect == _core.Suspect.geometry else "",
+            statistic=test.statistic,
+            freedom=(test.terms, test.spare),
+            p_value=test.p_value,
+            limit=FALSE_ALARMS / counts[test.suspect],
+            size=test.size,
+        )
+        for test in result.tests
+    )
+
+
+def _tangent_names(pose_space: str) -> tuple[str, ...]:
+    position = ("x", "y", "z") if pose_space == "spatial" else ("x", "y")
+    angles = {"planar": ("phi",), "point": (), "spatial": ("rx", "ry", "rz")}
+    return position + angles[pose_space]
+
+
+def _outliers(result: _core.Diagnosis) -> tuple[Outlier, ...]:
+    # Half of the false alarms for poses as a whole, half for single closures.
+    read = np.isfinite(result.student)
+    poses = np.flatnonzero(read.any(axis=1))
+    limit_of_pose = FALSE_ALARMS / 2 / max(len(poses), 1)
+    limit_of_closure = FALSE_ALARMS / 2 / max(int(read.sum()), 1)
+    closures = np.where(read, result.student_p, 1.0)
+    found = [
+        Outlier(
+            row=int(row),
+            leg=int(np.argmin(closures[row])),
+            student=float(result.student[row, np.argmin(closures[row])]),
+            p_value=float(min(result.pose_p[row], closures[row].min())),
+        )
+        for row in poses
+        if result.pose_p[row] < limit_of_pose or closures[row].min() < limit_of_closure
+    ]
+    return tuple(sorted(found, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
+
+
+def _doubts_of_size(found: Identification) -> Iterator[str]:
+    """Too few poses, or poses too much alike."""
+    parameters = len(found.nominal.parameter_names)
+    for number, leg in enumerate(found.legs, 1):
+        if not np.isfinite(leg.condition) or leg.condition > _CONDITION_LIMIT:
+            yield (
+                f"leg {number}: the poses hardly tell its parameters apart "
+                f"(condition number {leg.condition:.3g})"
+            )
+        spare = len(leg.rows) - len(leg.rejected) - parameters
+        if spare < 1:
+            yield f"leg {number}: no pose to spare, so the noise cannot be checked"
+        elif spare < _FEW_SPARE_POSES:
+            poses = "one pose" if spare == 1 else f"{spare} poses"
+            yield f"leg {number}: only {poses} to spare, so the noise can hardly be checked"
+        if len(leg.rejected) > 0.2 * len(leg.rows):
+            yield (
+                f"leg {number}: the robust loss rejects {len(leg.rejected)} of its "
+                f"{len(leg.rows)} poses"
+            )
+
+
+def _doubts_of_noise(found: Identification) -> Iterator[str]:
+    """Residuals larger or smaller than the declared noise."""
+    remedy = (
+        "the standard deviations are scaled up by that factor"
+        if found.estimator == "joint"
+        else "the standard deviations are taken from the residuals instead"
+    )
+    judged = [fit for fit in found.goodness if fit.degrees_of_freedom > 0]
+    large = [fit for fit in judged if fit.unexplained]
+    if large:
+        times = max(fit.per_degree for fit in large) ** 0.5
+        yield (
+            f"{_chi_squares(found, large)}, above {_limits(large, 'limit')} which 1 of 1000 sound "
+            f"robots exceeds: residuals are {times:.2g} times what the declared noise explains; "
+            f"{remedy}"
+        )
+        bulk = max(np.median(np.abs(leg.standardised)) for leg in found.legs) / _NORMAL_MEDIAN
+        if times > 4 and bulk < times / 2:
+            yield (
+                f"half of the residuals are only {bulk:.2g} times as large as declared: some poses "
+                "are far off; look at them, or use a robust loss"
+            )
+    small = [fit for fit in judged if fit.chi_square < fit.least]
+    if small and found.options["loss"] == "none":
+        why = (
+            "these are numbers that were computed, such as those of a plan, not measured"
+            if min(fit.per_degree for fit in small) < 1e-6
+            else "the declared noise is too large, or the measurements were smoothed"
+        )
+        yield (
+            f"{_chi_squares(found, small)}, below {_limits(small, 'least')} which 1 of 1000 sound "
+            f"robots falls short of: {why}"
+        )
+
+
+def _chi_squares(found: Identification, fits: Sequence[GoodnessOfFit]) -> str:
+    legs = [leg for fit in fits for leg in fit.legs]
+    who = "all legs" if len(legs) == len(found.legs) else named_legs(legs)
+    values = ", ".join(f"{fit.per_degree:.3g}" for fit in fits)
+    freedom = ", ".join(dict.fromkeys(str(fit.degrees_of_freedom) for fit in fits))
+    return f"{who}: chi-square is {values} per degree of freedom ({freedom} of them)"
+
+
+def _limits(fits: Sequence[GoodnessOfFit], which: str) -> str:
+    limits = (getattr(fit, which) / fit.degrees_of_freedom for fit in fits)
+    return ", ".join(dict.fromkeys(f"{limit:.3g}" for limit in limits))
+
+
+def _doubts_of_rows(found: Identification, outliers: Sequence[Outlier]) -> Iterator[str]:
+    if not outliers:
+        return
+    numbers = found.measurements.row_numbers
+    named = ", ".join(
+        f"{numbers[outlier.row]} (leg {outlier.leg + 1}, {outlier.student:+.1f} deviations)"
+        for outlier in outliers[:_NAMED_ROWS]
+    )
+    more = len(outliers) - _NAMED_ROWS
+    which = (
+        f"row {named} does not fit"
+        if len(outliers) == 1
+        else f"rows {named}{f' and {more} more' if more > 0 else ''} do not fit"
+    )
+    yield f"{which} the others: look at the measurement, or use a robust loss"
+
+
+def _gross(found: Identification) -> bool:
+    """Whether most residuals are so large that no single cause can be read off them."""
+    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
+
+
+def _doubts_of_residuals(found: Identification, tests: Sequence[ResidualTest]) -> Iterator[str]:
+    for suspect, meaning in _MEANINGS.items():
+        alarms = [test for test in tests if test.suspect == suspect and test.alarms]
+        if alarms:
+            yield f"{meaning(alarms, found)} {_evidence(alarms)}"
+
+
+def _evidence(alarms: Sequence[ResidualTest]) -> str:
+    worst = min(alarms, key=lambda test: (test.p_value, -abs(test.statistic)))
+    p_value = f"p {worst.p_value:.1g}" if worst.p_value > 1e-300 else "p 0"
+    if worst.suspect in ("order", "legs"):
+        return f"({worst.statistic:+.1f} standard deviations, {p_value})"
+    terms, spare = worst.freedom
+    return f"(F({terms}, {spare}) = {worst.statistic:.3g}, {p_value})"
+
+
+def _single_legs(alarms: Sequence[ResidualTest], found: Identification) -> str:
+    legs = [test for test in alarms if len(test.legs) == 1]
+    if not legs or len(legs) == len(found.legs):
+        return "all legs"
+    return named_legs(sorted(test.legs[0] for test in legs))
+
+
+def _size(alarms: Sequence[ResidualTest]) -> str:
+    return f"{max(test.size for test in alarms) * 1e3:.3g} mm rms"
+
+
+_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Identification], str]] = {
+    "sensor_curvature": lambda alarms, found: (
+        f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
+        f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "
+        "fills, a rope that stretches or a slipping drive"
+    ),
+    "sensor_eccentricity": lambda alarms, found: (
+        f"{_single_legs(alarms, found)}: the residuals repeat with each turn of the sensor "
+        f"({_size(alarms)} of the closures): an encoder or a spool runs out of true"
+    ),
+    "geometry": lambda alarms, found: (
+        f"{_single_legs(alarms, found)}: the residuals depend on the pose, most on "
+        f"{', '.join(dict.fromkeys(test.term for test in alarms))} ({_size(alarms)} of the "
+        "closures): something bends or sags, a joint is not where the chain has it, or the "
+        "measuring device is distorted"
+    ),
+    "order": lambda alarms, _: (
+        "residuals of neighbouring rows are opposite: the rows alternate between two states, such "
+        "as two directions of approach (backlash)"
+        if alarms[0].statistic < 0
+        else "residuals of neighbouring rows are alike: something drifts in the order of "
+        "measuring, such as a warming structure, a slipping drive or a moving target"
+    ),
+    "legs": lambda alarms, _: (
+        "residuals of legs "
+        f"{', '.join(f'{test.legs[0] + 1} and {test.legs[1] + 1}' for test in alarms)} vary "
+        "together more than the declared noise of the pose explains: its position and orientation "
+        "parts are not in the declared proportion to each other and to the readings'"
+    ),
+    "estimators": lambda *_: (
+        "the estimators implicit and joint disagree by more than the noise explains: the declared "
+        "split of the noise between pose and readings is wrong, or the model lacks something"
+    ),
+}

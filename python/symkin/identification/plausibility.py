@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""Parameters against the drawing and its tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import named_legs
+from symkin.observability import parameter_tolerances
+from symkin.poses import cross_matrices, rotations_from_quaternions
+
+if TYPE_CHECKING:
+    from symkin.identification.estimate import Identification
+
+__all__ = ["implausible_parameters", "unknown_parameters", "weak_parameters"]
+
+Array = NDArray[np.float64]
+
+# Share of sound robots of which any parameter, or any common movement, is called implausible.
+_FALSE_ALARMS = 1e-3
+# Times the tolerance: a parameter of such a standard deviation is in effect not measured.
+_UNKNOWN = 10
+# Share of the squared distance from the drawing that a common movement must explain to be named.
+_EXPLAINED = 0.5
+_MOVEMENTS = {
+    "base": "the frame of the measured poses is {} against the drawing's base",
+    "platform": "the measured target is {} against the drawing's platform frame",
+    "scale": "the measured positions are {} against the drawing's lengths",
+}
+
+
+def implausible_parameters(found: Identification) -> Iterator[str]:
+    """Name parameters, and movements of all of them, that the tolerances make implausible."""
+    deviations = found.mechanism.deviations
+    if deviations is None or not np.isfinite(deviations).all():
+        return
+    nominal = found.nominal
+    tolerances = parameter_tolerances(nominal)
+    moved = found.mechanism.parameters - nominal.parameters
+    common = list(_common_movements(found, moved, tolerances))
+    yield from common
+    distances = np.abs(moved) / np.hypot(tolerances, deviations)
+    far = np.argwhere(distances > NormalDist().inv_cdf(1 - _FALSE_ALARMS / 4 / moved.size))
+    if len(far):
+        order = np.argsort(-distances[tuple(far.T)])
+        named = ", ".join(
+            f"{nominal.parameter_names[parameter]} of leg {leg + 1} by "
+            f"{moved[leg, parameter]:+.3g} {nominal.parameter_units[parameter]}".rstrip()
+            + f" ({distances[leg, parameter]:.3g} times what tolerance and noise allow)"
+            for leg, parameter in far[order[:3]]
+        )
+        more = f" and {len(far) - 3} more" if len(far) > 3 else ""
+        yield f"parameters are further from the drawing than is plausible: {named}{more}"
+
+
+def unknown_parameters(found: Identification) -> Iterator[str]:
+    """Name parameters that the measurements in effect do not show."""
+    deviations = found.mechanism.deviations
+    if deviations is None:
+        return
+    unknown = np.argwhere(deviations > _UNKNOWN * parameter_tolerances(found.nominal))
+    if len(unknown):
+        yield (
+            f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
+            f"more than {_UNKNOWN} times the tolerance, so the drawing knows better"
+        )
+
+
+def weak_parameters(found: Identification) -> Iterator[str]:
+    """Name parameters that the drawing knows better than the measurements."""
+    deviations = found.mechanism.deviations
+    if deviations is None:
+        return
+    shares = deviations / parameter_tolerances(found.nominal)
+    weak = np.argwhere((shares > 1) & (shares <= _UNKNOWN))
+    if len(weak):
+        yield (
+            f"the measurements say less than the tolerances of {_named(found, weak)}: the standard "
+            "deviation is larger than the tolerance; what the platform does follows from "
+            "combinations of these parameters, which are known better"
+        )
+
+
+def _named(found: Identification, places: NDArray[np.intp]) -> str:
+    by_name: dict[str, list[int]] = {}
+    for leg, parameter in places:
+        by_name.setdefault(found.nominal.parameter_names[parameter], []).append(int(leg))
+    return ", ".join(f"{name} of {named_legs(legs)}" for name, legs in by_name.items())
+
+
+def _common_movements(found: Identification, moved: Array, tolerances: Array) -> Iterator[str]:
+    """Movements of all parameters as one, which show far below the tolerance of any of them."""
+    total = found.covariance + np.diag(tolerances.ravel() ** 2)
+    inverse = np.linalg.inv(total)
+    z = moved.ravel()
+    distance = float(z @ inverse @ z)
+    if distance == 0:
+        return
+    best = (_FALSE_ALARMS / 8, "")
+    for kind, words in _MOVEMENTS.items():
+        directions = _directions(found, kind)
+        if directions.shape[1] == 0:
+            continue
+        information = directions.T @ inverse @ directions
+        gradient = directions.T @ inverse @ z
+        amounts = np.linalg.pinv(information, rcond=1e-10) @ gradient
+        explained = float(gradient @ amounts)
+        share = f"which explains {explained / distance:.0%} of their distance from the drawing"
+        movement = words.format(_in_words(kind, amounts))
+        p_value = _core.chi_square_tail(explained, directions.shape[1])
+        if explained < _EXPLAINED * distance:
+            continue
+        best = min(best, (p_value, f"{movement}, {share}"))
+    if best[1]:
+        yield f"the parameters of all legs moved together: {best[1]}"
+        return
+    p_value = _core.chi_square_tail(distance, z.size)
+    if p_value < _FALSE_ALARMS / 8:
+        yield (
+            "all parameters together are further from the drawing than their tolerances make "
+            f"plausible (chi-square {distance:.3g} for {z.size} parameters)"
+        )
+
+
+def _directions(found: Identification, kind: str) -> Array:
+    """Changes of all parameters, one a column, that stand for moving a frame or for a scale.
+
+    They are those with which the closures at the measured poses stay as they are, leg by leg.
+    """
+    calibrated, measurements = found.mechanism, found.measurements
+    columns = []
+    for leg, fit in enumerate(found.legs):
+        rows = _core.linearise(
+            calibrated.core,
+            leg,
+            measurements.poses[fit.rows],
+            measurements.readings[fit.rows, leg],
+        )
+        movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
+        wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)
+        scale = np.linalg.norm(rows.by_parameters, axis=0)
+        scale[scale == 0] = 1
+        solved = np.linalg.lstsq(rows.by_parameters / scale, wanted, rcond=1e-12)[0]
+        columns.append(solved / scale[:, None])
+    return np.vstack(columns)
+
+
+def _movements(kind: str, pose_space: str, poses: Array) -> Array:
+    """Changes of the poses on their tangent, shape (N, dof, movements)."""
+    count = len(poses)
+    if pose_space == "spatial":
+        cross = cross_matrices(poses[:, :3])
+        rotation = rotations_from_quaternions(poses[:, 3:])
+        none, same = np.zeros((count, 3, 3)), np.tile(np.eye(3), (count, 1, 1))
+        spatial: dict[str, Array] = {
+            "base": np.block([[same, -cross], [none, same]]),
+            "platform": np.block([[rotation, none], [none, rotation]]),
+            "scale": np.concatenate([poses[:, :3, None], np.zeros((count, 3, 1))], axis=1),
+        }
+        return spatial[kind]
+    x, y = poses[:, 0], poses[:, 1]
+    one: Array = np.ones(count)
+    zero: Array = np.zeros(count)
+    base = [[one, zero, -y], [zero, one, x], [zero, zero, one]]
+    scale = [[x], [y], [zero]]
+    if pose_space == "point":
+        # Its target's offset cannot be told from the base frame's.
+        platform: list[list[Array]] = [[], []]
+        base, scale = base[:2], scale[:2]
+    else:
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        platform = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
+    chosen = {"base": base, "platform": platform, "scale": scale}[kind]
+    shape = (len(chosen), len(chosen[0]), count)
+    movements: Array = np.array(chosen, dtype=float).reshape(shape).transpose(2, 0, 1)
+    return movements
+
+
+def _in_words(kind: str, amounts: Array) -> str:
+    if kind == "scale":
+        return (
+            f"{100 * amounts[0]:+.3g} % too large"
+            if amounts[0] > 0
+            else (f"{-100 * amounts[0]:.3g} % too small")
+        )
+    positions = 3 if len(amounts) == 6 else 2
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in amounts[:positions])
+    angle = np.degrees(np.linalg.norm(amounts[positions:]))
+    return f"shifted by about ({shift}) mm and turned by about {angle:.3g} degrees"

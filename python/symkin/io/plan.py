@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""Measurement plans as tables."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symkin.io.columns import (
+    own_columns,
+    pose_column_names,
+    read_poses,
+    read_readings,
+    reading_column_names,
+)
+from symkin.io.output_files import OutputFiles
+from symkin.io.tables import read_table, write_table
+from symkin.planning import Plan
+
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
+
+__all__ = ["read_plan", "write_plan"]
+
+_ROLES = ("primary", "spare")
+
+
+def write_plan(
+    plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism, *, overwrite: bool = False
+) -> None:
+    """Write a plan as CSV or Parquet, by extension; it reads back to the same numbers.
+
+    A file that exists is replaced only with `overwrite`.
+
+    Columns ``leg, order, role``, the pose (``x_m, y_m, phi_rad``, or spatially ``x_m, y_m, z_m, qx,
+    qy, qz, qw``) and the reading of every leg (``psi_1_rad``, ...).
+    """
+    pose_names = pose_column_names(mechanism.pose_space)
+    reading_names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
+    columns = {
+        "leg": plan.leg_sets,
+        "order": plan.order,
+        "role": [_ROLES[int(spare)] for spare in plan.spare],
+        **dict(zip(pose_names, plan.poses.T, strict=True)),
+        **dict(zip(reading_names, plan.readings.T, strict=True)),
+    }
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), columns)
+
+
+def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
+    """Read a plan.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, the row and the column: a missing column, a cell that is no number, a leg
+        that the mechanism does not have, an unknown role; or that the plan has spares only.
+    """
+    table = read_table(Path(path))
+    leg_count = len(mechanism.legs)
+    for name, purpose in (
+        ("leg", "the leg whose set the pose belongs to"),
+        ("order", "the place in the set"),
+        ("role", "primary or spare"),
+    ):
+        table.require(name, purpose)
+    columns = own_columns(table, mechanism.pose_space, leg_count)
+    readings = read_readings(table, columns, mechanism.reading_unit)
+    missing = np.isnan(readings)
+    if missing.any():
+        index, leg = (int(found[0]) for found in np.nonzero(missing))
+        raise table.row_error(index, f"has no reading of leg {leg + 1}; a plan commands every leg")
+    spare = np.array([role == "spare" for role in table.words("role", _ROLES)])
+    if spare.all():
+        raise table.error("has spares only; expected primary poses that they stand in for")
+    return Plan(
+        leg_sets=table.whole_numbers("leg", 0, leg_count),
+        order=table.whole_numbers("order", 1, table.row_count),
+        spare=spare,
+        poses=read_poses(table, columns),
+        readings=readings,
+    )

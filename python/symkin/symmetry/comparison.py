@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+"""The symmetry that a mechanism has, against the one that it declares or nearly has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from symkin import _core
+from symkin.mechanism import Mechanism
+from symkin.observability import tolerances_of
+from symkin.symmetry.group import DetectedSymmetry, SymmetryGroup, declared_group, detect_symmetry
+from symkin.symmetry.named import group_title, subgroup_names
+from symkin.symmetry.near import (
+    larger_group,
+    near_limit,
+    scaled_tolerance,
+    tolerances_needed,
+)
+
+__all__ = [
+    "ParameterDeviation",
+    "SymmetryComparison",
+    "SymmetryVerdict",
+    "compare_symmetry",
+]
+
+SymmetryVerdict = Literal["exact", "nearly", "broken"]
+
+_ROUNDING = _core.SymmetryTolerance()
+_EXACT = _core.IMAGE_TOLERANCES * _ROUNDING.length  # m, rad, and of gains
+
+
+@dataclass(frozen=True)
+class ParameterDeviation:
+    """By how much one parameter of one leg breaks a symmetry of the structure, or of the sensors.
+
+    Attributes
+    ----------
+    leg : int
+        From 0.
+    parameter : str
+        Its name.
+    deviation : float
+        Of the leg, carried back to its orbit's first leg, from the median of the orbit, with the
+        sign that it has where the leg stands; m, rad, or the gain's unit.
+    in_tolerances : float
+        The same over the parameter's manufacturing tolerance, without sign.
+    standard_deviation : float
+        Of the identified parameter; NaN for a mechanism that was not calibrated.
+    """
+
+    leg: int
+    parameter: str
+    deviation: float
+    in_tolerances: float
+    standard_deviation: float
+
+
+@dataclass(frozen=True)
+class SymmetryComparison:
+    """What `compare_symmetry` finds.
+
+    Attributes
+    ----------
+    declared : SymmetryGroup or None
+        The declared group.
+    found : DetectedSymmetry
+        What the legs have to rounding (1e-6 m and rad).
+    verdict : {"exact", "nearly", "broken"}
+        "exact": the declared group, or else the one found, holds to rounding, and no larger one
+        nearly does. "nearly": `reference` holds within a few manufacturing tolerances. "broken":
+        not even that.
+    reference : SymmetryGroup or None
+        The group that is nearly there or broken: the declared one, or the larger one that the legs
+        have within their tolerances, or the nearest. None if the symmetry is exact, or if there is
+        nothing to compare with.
+    reference_elements : tuple of str
+        Those of its elements that keep the working modes too.
+    tolerance : SymmetryTolerance
+        Within which `reference` maps the legs onto themselves.
+    deviations : tuple of ParameterDeviation
+        What breaks `reference` in the structure, largest in tolerances first.
+    sensors : {"exact", "nearly", "broken"}
+        Whether gains and offsets have the structure's symmetry too, as far as it keeps the working
+        modes. They are not part of the structure, and poses are carried from leg to leg without.
+    sensor_deviations : tuple of ParameterDeviation
+        The gains and offsets that do not, likewise.
+    spatial : bool
+        Whether the mechanism is spatial: then symmetries about Z alone were looked for.
+    """
+
+    declared: SymmetryGroup | None
+    found: DetectedSymmetry
+    verdict: SymmetryVerdict
+    reference: SymmetryGroup | None
+    reference_elements: tuple[str, ...]
+    tolerance: _core.SymmetryTolerance
+    deviations: tuple[ParameterDeviation, ...]
+    sensors: SymmetryVerdict
+    sensor_deviations: tuple[ParameterDeviation, ...]
+    spatial: bool
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was found, in words."""
+        structure = _title(self.found.structure)
+        if self.declared is not None:
+            verb = "do not have" if self.reference is self.declared else "have"
+            first = f"The legs {verb} the declared symmetry {_title(self.declared)}."
+        elif self.found.structure.size > 1:
+            first = f"No symmetry is declared; the legs have {structure}."
+        else:
+            about = " about Z" if self.spatial else ""
+            first = f"No symmetry is declared, and the legs have none{about}: {structure} is "
+            first += "trivial."
+        sensors = (self._sensor_sentence,) if self.sensors != "exact" else ()
+        if self.reference is None:
+            return (first, *sensors)
+        kept = [self.reference.parse(label) for label in self.reference_elements]
+        named = _title(self.reference)
+        if len(kept) < self.reference.size:
+            named += (
+                f", with the working modes {group_title(*subgroup_names(self.reference, kept))}"
+            )
+        off = f"{self.worst:.3g} manufacturing tolerances"
+        if self.verdict == "nearly":
+            return first, f"Nearly {named}: within {off}.", *sensors
+        return first, f"Far from the nearest, {named}: off by {off}.", *sensors
+
+    @property
+    def worst(self) -> float:
+        """The largest deviation of the structure, in tolerances."""
+        return self.deviations[0].in_tolerances if self.deviations else 0.0
+
+    @property
+    def only_sensors_differ(self) -> str:
+        """``"only sensor_offset differs"``; empty unless the structure alone has the symmetry."""
+        if self.reference is not None or self.sensors == "exact":
+            return ""
+        return f"only {self._differing_sensors}"
+
+    @property
+    def _differing_sensors(self) -> str:
+        names = sorted({found.parameter for found in self.sensor_deviations})
+        return f"{' and '.join(names)} {'differ' if len(names) > 1 else 'differs'}"
+
+    @property
+    def _sensor_sentence(self) -> str:
+        if self.reference is not None:
+            return f"Of the sensors, {self._differing_sensors}."
+        return (
+            f"{self.only_sensors_differ.capitalize()}: the structure has the symmetry, the sensors "
+            "do not."
+        )
+
+
+def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
+    """Compare the symmetry that the legs have with the one declared, or nearly there.
+
+    A calibrated mechanism, or one whose file has rounded numbers, has no exact symmetry. What it
+    would be without these errors, and which legs and parameters break it by how much, is found with
+    the manufacturing tolerances.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its tolerances are used.
+
+    Returns
+    -------
+    SymmetryComparison
+    """
+    found = detect_symmetry(mechanism)
+    declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)
+    lacks = (
+        declared is not None
+        and tolerances_needed(mechanism, declared, _ROUNDING) > _core.IMAGE_TOLERANCES
+    )
+    reference = declared if lacks else larger_group(mechanism, found.structure)
+    verdict: SymmetryVerdict
+    kept: tuple[str, ...] = ()
+    if reference is None:
+        verdict = "exact" if declared is not None or found.structure.size > 1 else "broken"
+        group, tolerance = declared or found.with_modes, _ROUNDING
+    else:
+        needed = tolerances_needed(mechanism, reference)
+        verdict = "nearly" if needed <= near_limit(reference) else "broken"
+        group = reference
+        tolerance = scaled_tolerance(mechanism, max(near_limit(reference), 1.001 * needed))
+        kept = _kept(mechanism, group, tolerance)
+    structure, sensors = _deviations(mechanism, group, tolerance)
+    return SymmetryComparison(
+        declared=declared,
+        found=found,
+        verdict=verdict,
+        reference=reference,
+        reference_elements=kept,
+        tolerance=tolerance,
+        deviations=structure if reference is not None else (),
+        sensors=_sensor_verdict(sensors, group),
+        sensor_deviations=sensors,
+        spatial=mechanism.pose_space == "spatial",
+    )
+
+
+def _kept(
+    mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance
+) -> tuple[str, ...]:
+    """The elements that keep the working modes too."""
+    return tuple(
+        element.label
+        for element in group.elements
+        if _core.image_of_legs(mechanism.core, group, element, tolerance).keeps_modes
+    )
+
+
+def _sensor_verdict(
+    deviations: tuple[ParameterDeviation, ...], group: SymmetryGroup
+) -> SymmetryVerdict:
+    if not deviations:
+        return "exact"
+    return "nearly" if deviations[0].in_tolerances <= near_limit(group) else "broken"
+
+
+def _deviations(
+    mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance
+) -> tuple[tuple[ParameterDeviation, ...], tuple[ParameterDeviation, ...]]:
+    """Those above rounding: of the structure, and of the sensors."""
+    values = _core.symmetry_deviations(mechanism.core, group, tolerance)
+    known = mechanism.deviations
+    structure: list[ParameterDeviation] = []
+    sensors: list[ParameterDeviation] = []
+    for leg, index in zip(*np.nonzero(np.abs(values) > _EXACT), strict=True):
+        scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, int(leg))
+        found = ParameterDeviation(
+            leg=int(leg),
+            parameter=mechanism.parameter_names[index],
+            deviation=float(values[leg, index]),
+            in_tolerances=float(abs(values[leg, index]) / scale[index]),
+            standard_deviation=float("nan" if known is None else known[leg, index]),
+        )
+        (structure if index < values.shape[1] - 2 else sensors).append(found)
+    return _largest_first(structure), _largest_first(sensors)
+
+
+def _largest_first(deviations: list[ParameterDeviation]) -> tuple[ParameterDeviation, ...]:
+    return tuple(sorted(deviations, key=lambda each: -each.in_tolerances))
+
+
+def _title(group: SymmetryGroup) -> str:
+    return group_title(group.paper_name, group.name)

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: MIT
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import symkin
+from symkin.errors import SymkinError, SymmetryError
+from symkin.io.mechanism_file import load_mechanism
+from symkin.io.mechanism_writer import save_mechanism
+from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.settings import (
+    JointLimits,
+    MeasurementColumns,
+    NoiseSettings,
+    ProtocolSettings,
+    Tolerances,
+    WorkspaceSettings,
+)
+
+Write = Callable[..., Path]
+
+SETTINGS = (
+    "name", "chain", "platform", "reading_unit", "working_modes", "symmetry", "workspace", "noise",
+    "tolerances", "protocol", "joint_limits", "measurement_columns",
+)  # fmt: skip
+
+
+def assert_same(a: Mechanism, b: Mechanism) -> None:
+    assert np.array_equal(a.parameters, b.parameters)
+    for name in SETTINGS:
+        assert getattr(a, name) == getattr(b, name), name
+    if a.deviations is None or b.deviations is None:
+        assert a.deviations is b.deviations
+    else:
+        assert np.array_equal(a.deviations, b.deviations, equal_nan=True)
+
+
+def calibrated(nominal: Mechanism, seed: int = 1) -> Mechanism:
+    random = np.random.default_rng(seed)
+    legs = [
+        Leg(
+            leg.chain,
+            {name: value + 1e-3 * random.normal() for name, value in leg.parameters.items()},
+            leg.working_mode,
+        )
+        for leg in nominal.legs
+    ]
+    deviations = 1e-5 * random.uniform(size=(len(legs), len(nominal.parameter_names)))
+    return nominal.replace(legs=legs, symmetry=None, deviations=deviations, name="calibrated")
+
+
+@pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot"])
+def test_a_calibrated_mechanism_reads_back_to_the_same_floats(tmp_path: Path, name: str) -> None:
+    mechanism = calibrated(load_mechanism(name))
+    save_mechanism(mechanism, tmp_path / "calibrated.toml")
+    assert_same(load_mechanism(tmp_path / "calibrated.toml"), mechanism)
+
+
+@pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot"])
+def test_a_mechanism_without_a_file_reads_back_too(tmp_path: Path, name: str) -> None:
+    mechanism = load_mechanism(name).replace(source=None)
+    for index, variant in enumerate((mechanism, calibrated(mechanism))):
+        path = tmp_path / f"{index}.toml"
+        save_mechanism(variant, path)
+        assert_same(load_mechanism(path), variant)
+
+
+@pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot"])
+def test_an_unchanged_mechanism_is_written_as_the_text_it_came_from(
+    tmp_path: Path, name: str
+) -> None:
+    mechanism = load_mechanism(name)
+    save_mechanism(mechanism, tmp_path / "copy.toml")
+    assert mechanism.source is not None
+    assert (tmp_path / "copy.toml").read_bytes() == mechanism.source.read_bytes()
+
+
+def test_the_template_keeps_its_comments_and_expressions(
+    tmp_path: Path, paper: Mechanism, paper_text: str
+) -> None:
+    save_mechanism(calibrated(paper), tmp_path / "calibrated.toml")
+    text = (tmp_path / "calibrated.toml").read_text()
+    comments = [line.partition("#")[2] for line in paper_text.splitlines() if "#" in line]
+    assert len(comments) > 15
+    for comment in comments:
+        assert comment in text
+    assert 'reach_margin = "0.05 m"  # least' in text
+    assert "\n[symmetry]" not in text
+    assert "\n# [reference_leg]\n# working_mode = -1  # turn of the elbow" in text
+    # The comment above a section stays above it.
+    assert text.index("[[legs]]") < text.index("# The box encloses") < text.index("[workspace]")
+
+
+def test_each_parameter_has_its_standard_deviation_beside_it(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    mechanism = calibrated(paper)
+    save_mechanism(mechanism, tmp_path / "calibrated.toml")
+    text = (tmp_path / "calibrated.toml").read_text()
+    assert mechanism.deviations is not None
+    value, deviation = mechanism.parameters[0, 0], mechanism.deviations[0, 0]
+    expected = f"proximal_length = {{value = {value}, standard_deviation = {deviation}}}"
+    assert expected in text
+
+
+def test_the_header_says_where_the_parameters_come_from(tmp_path: Path, paper: Mechanism) -> None:
+    path = tmp_path / "calibrated.toml"
+    save_mechanism(calibrated(paper), path, header="Estimator: implicit.\nResidual: 0.1 mm rms.")
+    assert path.read_text().startswith("# Estimator: implicit.\n# Residual: 0.1 mm rms.\n\n# SPDX")
+
+
+def test_the_same_mechanism_gives_the_same_bytes(tmp_path: Path, paper: Mechanism) -> None:
+    for name in ("a.toml", "b.toml"):
+        save_mechanism(calibrated(paper), tmp_path / name)
+    assert (tmp_path / "a.toml").read_bytes() == (tmp_path / "b.toml").read_bytes()
+
+
+def test_a_listed_template_is_updated_leg_by_leg(write: Write, listed_text: str) -> None:
+    original = load_mechanism(write(listed_text))
+    legs = list(original.legs)
+    legs[1] = Leg("[R]RR", {**legs[1].parameters, "platform_angle": -0.41}, 1)
+    mechanism = original.replace(legs=legs)
+    path = write("", "new.toml")
+    save_mechanism(mechanism, path, overwrite=True)
+    changed = listed_text.replace("platform_angle = -0.4 ", "platform_angle = -0.41 ")
+    expected = changed.replace('chain = "[R]RR"\n', 'chain = "[R]RR"\nname = "file"\n')
+    assert path.read_text() == expected
+    assert_same(load_mechanism(path), mechanism)
+
+
+def test_another_reference_leg_stays_a_reference_leg(tmp_path: Path, paper: Mechanism) -> None:
+    from symkin.symmetry.group import generate_legs
+
+    assert paper.symmetry is not None
+    reference = Leg("[R]RR", {**paper.legs[0].parameters, "distal_length": 1.6}, -1)
+    mechanism = paper.replace(legs=generate_legs(reference, paper.symmetry, 3))
+    path = tmp_path / "longer.toml"
+    save_mechanism(mechanism, path)
+    assert_same(load_mechanism(path), mechanism)
+    assert "[[legs]]" not in path.read_text()
+    assert "distal_length = 1.6\n" in path.read_text()
+    assert 'base_radius = "6 m / sqrt(3)"' in path.read_text()
+
+
+def test_changed_settings_replace_those_of_the_template(tmp_path: Path, paper: Mechanism) -> None:
+    mechanism = paper.replace(
+        workspace=None,
+        noise=NoiseSettings(position=2e-4, orientation=1e-4, reading=1e-5),
+        joint_limits=JointLimits(-3.0, math.inf),
+    )
+    path = tmp_path / "changed.toml"
+    save_mechanism(mechanism, path)
+    assert_same(load_mechanism(path), mechanism)
+    text = path.read_text()
+    assert "position = 0.0002\norientation = 1e-4\nreading = 1e-05" in text
+
+
+def test_a_dropped_symmetry_keeps_equal_legs_in_full(tmp_path: Path, paper: Mechanism) -> None:
+    mechanism = paper.replace(symmetry=None)
+    save_mechanism(mechanism, tmp_path / "listed.toml")
+    assert_same(load_mechanism(tmp_path / "listed.toml"), mechanism)
+
+
+def test_a_symmetry_written_in_another_style_is_replaced(write: Write, paper_text: str) -> None:
+    header = 'symmetry = { group = "C3", legs = 3 }\n\n[reference_leg]'
+    text = paper_text.replace('[symmetry]\ngroup = "C3"\nlegs = 3\n', "")
+    mechanism = calibrated(load_mechanism(write(text.replace("[reference_leg]", header))))
+    path = write("", "new.toml")
+    save_mechanism(mechanism, path, overwrite=True)
+    assert_same(load_mechanism(path), mechanism)
+
+
+def test_a_symmetry_that_the_legs_have_lost_is_not_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    mechanism = calibrated(paper).replace(symmetry=DeclaredSymmetry("C3"))
+    with pytest.raises(SymmetryError, match="leg"):
+        save_mechanism(mechanism, tmp_path / "broken.toml")
+    assert not (tmp_path / "broken.toml").exists()
+
+
+def test_the_file_that_was_read_is_overwritten_only_on_demand(
+    write: Write, paper_text: str
+) -> None:
+    path = write(paper_text)
+    mechanism = calibrated(load_mechanism(path))
+    with pytest.raises(SymkinError, match="exists"):
+        save_mechanism(mechanism, path)
+    with pytest.raises(SymkinError, match="exists"):
+        save_mechanism(mechanism.replace(source=None), path, template=path)
+    assert path.read_text() == paper_text
+    save_mechanism(mechanism, path, overwrite=True)
+    assert_same(load_mechanism(path), mechanism)
+
+
+def test_a_template_of_another_chain_is_refused(
+    tmp_path: Path, paper: Mechanism, hexapod: Mechanism
+) -> None:
+    with pytest.raises(SymkinError, match=r"has chain U\[P\]S .* to write chain \[R\]RR"):
+        save_mechanism(paper, tmp_path / "new.toml", template=hexapod.source)
+
+
+def test_a_point_with_a_negative_radius_is_written_as_the_same_point(tmp_path: Path) -> None:
+    mechanism = symkin.load_mechanism("3RPR").replace(symmetry=None)
+    values = mechanism.parameters
+    values[:, [0, 2]] *= -1
+    values[:, [1, 3]] += np.pi
+    mechanism = mechanism.with_parameters(values)
+    save_mechanism(mechanism, tmp_path / "positive.toml")
+    written = load_mechanism(tmp_path / "positive.toml")
+    assert (written.parameters[:, [0, 2]] > 0).all()
+    poses = symkin.sample_workspace(mechanism, 20, 1).poses
+    assert written.inverse_kinematics(poses) == pytest.approx(mechanism.inverse_kinematics(poses))
+
+
+def test_a_mechanism_whose_file_could_not_be_read_is_not_written(
+    tmp_path: Path, paper: Mechanism
+) -> None:
+    assert paper.workspace is not None
+    far = paper.replace(workspace=dataclasses.replace(paper.workspace, home=(50.0, 0.0, 0.0)))
+    with pytest.raises(SymkinError, match=r"could not be read: .*far\.toml.*beyond the reach"):
+        save_mechanism(far, tmp_path / "far.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+finite = st.floats(-10, 10).map(lambda value: value + 0.0)
+positive = st.floats(1e-6, 10)
+deviation = st.one_of(st.just(math.nan), st.floats(0, 1))
+
+
+_PRINTED = st.characters(codec="utf-8", exclude_categories=("C", "Z"))
+
+
+@st.composite
+def mechanisms(draw: st.DrawFn) -> Mechanism:
+    names = symkin.chain_info("U[P]S").parameter_names
+    bounded = {"base_radius": positive, "platform_radius": positive, "sensor_gain": positive}
+    count = draw(st.integers(6, 7))
+    legs = [
+        Leg(
+            "U[P]S",
+            {name: draw(bounded.get(name, finite)) for name in names},
+            draw(st.sampled_from([-1, 1])),
+        )
+        for _ in range(count)
+    ]
+    deviations = [[draw(deviation) for _ in names] for _ in range(count)]
+    lower = tuple(draw(st.floats(-2, 2)) + 0.0 for _ in range(6))
+    return Mechanism(
+        draw(st.text(min_size=1, max_size=10, alphabet=_PRINTED)),
+        legs,
+        reading_unit=draw(st.sampled_from(["m", "rad"])),
+        deviations=None if np.isnan(deviations).all() else np.array(deviations),
+        workspace=WorkspaceSettings(
+            lower=lower,
+            upper=tuple(value + draw(positive) for value in lower),
+            reach_margin=draw(st.none() | positive),
+            conditioning_limit=draw(positive),
+            characteristic_length=draw(st.one_of(st.none(), positive)),
+            home=draw(st.one_of(st.none(), st.just(lower))),
+        ),
+        noise=NoiseSettings(draw(positive), draw(positive), draw(positive)),
+        tolerances=Tolerances(draw(positive), draw(positive), draw(positive)),
+        protocol=ProtocolSettings(draw(st.integers(1, 99)), draw(st.integers(1, 99)), 7),
+        measurement_columns=MeasurementColumns(
+            position=("x", "y", "z"),
+            readings=tuple(f"q{leg}" for leg in range(count)),
+            rotation_vector=("a", "b", "c"),
+            position_unit=draw(st.sampled_from([None, "mm"])),
+        ),
+    )
+
+
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(mechanisms(), mechanisms())
+def test_any_mechanism_reads_back_alone_and_through_any_template(
+    tmp_path: Path, first: Mechanism, second: Mechanism
+) -> None:
+    save_mechanism(first, tmp_path / "first.toml", overwrite=True)
+    assert_same(load_mechanism(tmp_path / "first.toml"), first)
+    second = second.replace(reading_unit=first.reading_unit)
+    path, template = tmp_path / "second.toml", tmp_path / "first.toml"
+    save_mechanism(second, path, template=template, overwrite=True)
+    assert_same(load_mechanism(tmp_path / "second.toml"), second)

@@ -1,0 +1,370 @@
+# SPDX-License-Identifier: MIT
+"""Files are old or new, whatever happens, and replaced only if they may be."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+import symkin
+from symkin.checks.check import check_mechanism
+from symkin.errors import SymkinError
+from symkin.identification.outcome import MeasuredIdentification
+from symkin.io.output_files import OutputFiles
+from symkin.outputs import write_actual, write_check, write_identification, write_run
+from symkin.report import write_identification_report, write_report
+
+NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
+
+
+def _write(path: Path, text: str, *, overwrite: bool = False) -> None:
+    with OutputFiles(overwrite=overwrite) as outputs:
+        outputs.file(path).write_text(text)
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_that_exists_is_replaced_only_if_told_so(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    path.write_text("mine")
+    with pytest.raises(SymkinError, match=r"plan\.csv: exists; .*--overwrite"):
+        _write(path, "two")
+    assert path.read_text() == "mine"
+    _write(path, "two", overwrite=True)
+    assert path.read_text() == "two"
+    assert _names(tmp_path) == ["plan.csv"]
+
+
+def test_targets_are_refused_when_they_are_named(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(SymkinError, match="exists"):
+        OutputFiles().file(tmp_path / "report.html")
+    with pytest.raises(SymkinError, match=r"report\.html: exists"):
+        OutputFiles().folder(tmp_path, "plan.html", "report.html")
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    with OutputFiles(overwrite=True) as outputs:
+        with pytest.raises(SymkinError, match="is not a folder"):
+            outputs.folder(tmp_path / "file")
+        with pytest.raises(SymkinError, match="is a folder; expected a file"):
+            outputs.file(tmp_path / "folder")
+        with pytest.raises(SymkinError, match="cannot be written to: "):
+            outputs.file(tmp_path / "file" / "plan.csv")
+        with pytest.raises(SymkinError, match="not a regular file"):
+            outputs.file(Path("/dev/null"))
+    assert _names(tmp_path) == ["file", "folder", "report.html"]
+
+
+def test_a_target_that_cannot_be_written_is_refused_when_it_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "kept.csv").write_text("mine")
+    # Root, as whom tests may run, may write everywhere but in /proc.
+    monkeypatch.setattr(os, "access", lambda path, mode: (path.name, mode) != ("kept.csv", os.W_OK))
+    with OutputFiles(overwrite=True) as outputs:
+        with pytest.raises(SymkinError, match="write-protected"):
+            outputs.file(tmp_path / "kept.csv")
+        with pytest.raises(SymkinError, match="/proc: cannot be written to: "):
+            outputs.file(Path("/proc/plan.csv"))
+
+
+@pytest.mark.parametrize("first", ["file", "folder"])
+def test_two_outputs_do_not_share_a_place(tmp_path: Path, first: str) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+
+    def named(file: str, folder: str, *names: str) -> None:
+        with OutputFiles() as outputs:
+            steps: list[Callable[[], object]] = [
+                lambda: outputs.file(tmp_path / file),
+                lambda: outputs.folder(tmp_path / folder, *names),
+            ]
+            for step in steps if first == "file" else reversed(steps):
+                step()
+
+    named("real/plan.csv", "link", "plan.html")
+    for file, folder, names in (
+        ("real/plan.html", "link", ["plan.html"]),
+        ("rep", "rep", []),
+        ("rep", "rep/page", []),
+    ):
+        with pytest.raises(SymkinError, match=r"two outputs|a file and a folder"):
+            named(file, folder, *names)
+    with OutputFiles() as outputs:
+        outputs.file(tmp_path / "real" / "a")
+        with pytest.raises(SymkinError, match="two outputs"):
+            outputs.file(tmp_path / "link" / "a")
+
+
+def test_either_all_files_are_written_or_none(tmp_path: Path) -> None:
+    (tmp_path / "second").write_text("mine")
+    outputs = OutputFiles()
+    folder = outputs.folder(tmp_path)
+    (folder / "first").write_text("one")
+    (folder / "second").write_text("two")
+    with pytest.raises(SymkinError, match="second: exists"):
+        outputs.__exit__(None, None, None)
+    assert _names(tmp_path) == ["second"]
+    assert (tmp_path / "second").read_text() == "mine"
+
+
+def test_a_failed_command_leaves_nothing(tmp_path: Path) -> None:
+    outputs = OutputFiles()
+    outputs.file(tmp_path / "new" / "folder" / "plan.csv").write_text("half")
+    outputs.__exit__(ZeroDivisionError, ZeroDivisionError(), None)
+    assert _names(tmp_path) == []
+
+
+def test_an_input_is_never_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "input.csv"
+    path.write_text("mine")
+    (tmp_path / "link.csv").symlink_to(path)
+    (tmp_path / "same.csv").hardlink_to(path)
+    for name in ("input.csv", "link.csv", "same.csv"):
+        with (
+            pytest.raises(SymkinError, match="is an input"),
+            OutputFiles([path], overwrite=True) as outputs,
+        ):
+            outputs.file(tmp_path / name)
+    with (
+        pytest.raises(SymkinError, match="is an input"),
+        OutputFiles([path], overwrite=True) as outputs,
+    ):
+        (outputs.folder(tmp_path) / "input.csv").write_text("two")
+    assert path.read_text() == "mine"
+
+
+def test_a_link_stays_one(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "plan.csv").symlink_to(tmp_path / "data" / "plan.csv")
+    _write(tmp_path / "plan.csv", "one")
+    _write(tmp_path / "plan.csv", "two", overwrite=True)
+    assert (tmp_path / "plan.csv").is_symlink()
+    assert (tmp_path / "data" / "plan.csv").read_text() == "two"
+
+
+# Writes four files and kills itself before one of the renames; the last rename is never reached.
+_KILLED = """
+import os, pathlib, signal, sys
+from symkin.io.output_files import OutputFiles
+
+folder, left = pathlib.Path(sys.argv[1]), int(sys.argv[2])
+replace = pathlib.Path.replace
+
+def replace_or_die(self, target):
+    global left
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    left -= 1
+    return replace(self, target)
+
+pathlib.Path.replace = replace_or_die
+with OutputFiles(overwrite=True) as outputs:
+    stage = outputs.folder(folder)
+    for name in sys.argv[3:]:
+        (stage / name).write_text("new")
+    if left < 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def _killed(folder: Path, moved: int) -> None:
+    killed = subprocess.run([sys.executable, "-c", _KILLED, folder, str(moved), *NAMES])
+    assert killed.returncode == -signal.SIGKILL
+
+
+def test_a_process_killed_while_it_writes_changes_nothing_and_is_swept(tmp_path: Path) -> None:
+    _write(tmp_path / "a.txt", "old")
+    _killed(tmp_path, -1)
+    assert len(_names(tmp_path)) == 2
+    _write(tmp_path / "plan.csv", "one")
+    assert _names(tmp_path) == ["a.txt", "plan.csv"]
+    assert (tmp_path / "a.txt").read_text() == "old"
+
+
+@pytest.mark.parametrize("moved", range(4))
+def test_a_process_killed_while_it_moves_leaves_whole_files_and_says_so(
+    tmp_path: Path, moved: int
+) -> None:
+    for name in NAMES:
+        _write(tmp_path / name, "old")
+    _killed(tmp_path, moved)
+    texts = [(tmp_path / name).read_text() for name in NAMES]
+    assert texts == ["new"] * moved + ["old"] * (4 - moved)
+    (left,) = tmp_path.glob("symkin-unfinished-*")
+    assert _names(left) == list(NAMES[moved:])
+    with pytest.raises(SymkinError, match=f"was killed .* in {left.name}: .* of two runs"):
+        _write(tmp_path / "a.txt", "next")
+    # Another output does not make up for it, those of the same command do.
+    _write(tmp_path / "plan.csv", "one")
+    assert left.exists()
+    with OutputFiles(overwrite=True) as outputs:
+        folder = outputs.folder(tmp_path, *NAMES)
+        for name in NAMES:
+            (folder / name).write_text("next")
+    assert _names(tmp_path) == [*NAMES, "plan.csv"]
+    assert {(tmp_path / name).read_text() for name in NAMES} == {"next"}
+
+
+def test_what_a_living_process_writes_is_left_alone(tmp_path: Path) -> None:
+    with OutputFiles() as outputs:
+        written = outputs.file(tmp_path / "one.csv")
+        written.write_text("one")
+        _write(tmp_path / "two.csv", "two")
+        assert written.read_text() == "one"
+    assert _names(tmp_path) == ["one.csv", "two.csv"]
+
+
+def test_a_stage_that_another_container_holds_is_left_alone(tmp_path: Path) -> None:
+    import fcntl
+
+    gone = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], text=True, capture_output=True
+    ).stdout.strip()
+    stage = tmp_path / f".symkin-{gone}-abc"
+    stage.mkdir()
+    descriptor = os.open(stage, os.O_RDONLY)
+    fcntl.flock(descriptor, fcntl.LOCK_EX)
+    _write(tmp_path / "one.csv", "one")
+    assert stage.exists()
+    os.close(descriptor)
+    _write(tmp_path / "two.csv", "two")
+    assert not stage.exists()
+
+
+def test_writers_at_the_same_time_leave_the_files_of_one(tmp_path: Path) -> None:
+    def write(text: str) -> None:
+        with OutputFiles(overwrite=True) as outputs:
+            folder = outputs.folder(tmp_path, *NAMES)
+            for name in NAMES:
+                (folder / name).write_text(text)
+
+    for _ in range(10):
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(write, "1234"))
+        assert len({(tmp_path / name).read_text() for name in NAMES}) == 1
+    assert _names(tmp_path) == list(NAMES)
+
+
+def test_of_writers_at_the_same_time_without_leave_to_replace_one_wins(tmp_path: Path) -> None:
+    outputs = OutputFiles()
+    outputs.file(tmp_path / "plan.csv").write_text("slow")
+    _write(tmp_path / "plan.csv", "quick")
+    with pytest.raises(SymkinError, match="exists"):
+        outputs.__exit__(None, None, None)
+    assert (tmp_path / "plan.csv").read_text() == "quick"
+
+
+_FULL = """
+import pathlib, resource, signal, sys
+import symkin
+from symkin.io.output_files import OutputFiles
+from symkin.io.tables import write_table
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+path = pathlib.Path(sys.argv[1])
+try:
+    with OutputFiles(overwrite=True) as outputs:
+        outputs.file(path.with_name("small.txt")).write_text("small")
+        target = outputs.file(path)
+        if path.suffix == ".txt":
+            target.write_text("x" * 10000)
+        else:
+            write_table(target, {"x": [float(i) / 3 for i in range(2000)]})
+except symkin.SymkinError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("name", ["plan.csv", "plan.parquet", "page.txt"])
+@pytest.mark.parametrize("old", [None, "old"])
+def test_a_disk_without_room_leaves_what_was_there(
+    tmp_path: Path, name: str, old: str | None
+) -> None:
+    """Room is short as a limit on the size of a file makes it, by the same kind of error."""
+    if old:
+        (tmp_path / name).write_text(old)
+    before = _names(tmp_path)
+    told = subprocess.run(
+        [sys.executable, "-c", _FULL, tmp_path / name], text=True, capture_output=True
+    )
+    assert told.stdout.startswith(f"{tmp_path}: ")
+    assert told.stdout.endswith("; no file there was changed\n")
+    assert _names(tmp_path) == before
+    assert old is None or (tmp_path / name).read_text() == old
+
+
+def test_a_move_that_fails_between_two_files_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace = Path.replace
+
+    def full(self: Path, target: Path) -> Path:
+        if target.name == "b.txt":
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", full)
+    outputs = OutputFiles()
+    folder = outputs.folder(tmp_path, *NAMES)
+    for name in NAMES:
+        (folder / name).write_text("new")
+    with pytest.raises(SymkinError, match="while files were moved"):
+        outputs.__exit__(None, None, None)
+    left = next(tmp_path.glob("symkin-unfinished-*"))
+    assert _names(tmp_path) == ["a.txt", left.name]
+    assert _names(left) == list(NAMES[1:])
+
+
+@pytest.fixture(scope="module")
+def result(paper: symkin.Mechanism) -> symkin.ProtocolResult:
+    small = symkin.ProtocolSettings(pose_count=10, candidates=300)
+    return symkin.run_protocol(paper.replace(protocol=small))
+
+
+def test_every_writer_of_the_library_asks_before_it_replaces(
+    tmp_path: Path, result: symkin.ProtocolResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, buffer, **__: buffer)
+    nominal, simulation = result.nominal, result.simulation
+    identification = result.identification
+    measured = MeasuredIdentification.of(nominal, simulation.measurements, identification)
+    checked = check_mechanism(nominal)
+    arguments = (nominal, simulation.measurements, identification, measured.before, measured.after)
+    writers: dict[str, Callable[..., object]] = {
+        "plan.csv": lambda path, **o: symkin.write_plan(result.plan, path, nominal, **o),
+        "measurements.csv": lambda path, **o: symkin.write_measurements(
+            simulation.measurements, path, nominal, **o
+        ),
+        "any.json": lambda path, **o: symkin.write_results({"a": 1}, path, **o),
+        "calibrated.toml": lambda path, **o: symkin.save_mechanism(nominal, path, **o),
+        "actual.toml": lambda path, **o: write_actual(simulation.actual, nominal, path, **o),
+        "run/mechanism.png": lambda path, **o: write_run(result, path.parent, **o),
+        "identified/results.json": lambda path, **o: write_identification(
+            measured, path.parent, **o
+        ),
+        "check/check.json": lambda path, **o: write_check(checked, path.parent, **o),
+        "report/residuals.png": lambda path, **o: write_report(result, path.parent, **o),
+        "identification/report.html": lambda path, **o: write_identification_report(
+            *arguments, path.parent, **o
+        ),
+    }
+    for name, write in writers.items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+        with pytest.raises(SymkinError, match=f"{path.name}: exists"):
+            write(path)
+        assert path.read_bytes() == b"mine"
+        write(path, overwrite=True)
+        assert path.read_bytes() != b"mine"
+    assert not [path for path in tmp_path.rglob("*") if "symkin-" in path.name]
