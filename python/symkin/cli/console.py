@@ -17,8 +17,9 @@ _PIPE_WIDTH = 100
 
 
 def say(text: str = "") -> None:
-    """Print a line, however long; what a terminal would obey is escaped."""
-    sys.stdout.write(f"{printable(text)}\n")
+    """Print lines, however long; what a terminal would obey is escaped."""
+    for line in text.split("\n"):
+        sys.stdout.write(f"{printable(line)}\n")
 
 
 def print_json(document: Mapping[str, Any]) -> None:

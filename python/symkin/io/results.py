@@ -3,21 +3,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
 import os
 import reprlib
 from collections.abc import Mapping
-from enum import Enum
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from symkin.errors import ResultsError
 from symkin.io.output_files import OutputFiles
 from symkin.io.sources import file_bytes
+from symkin.result import plain
 
 __all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
 
@@ -39,7 +35,7 @@ def results_text(results: Mapping[str, Any]) -> str:
     ResultsError
         If a value has no JSON form, naming its key.
     """
-    document = {"schema": SCHEMA_VERSION, **_plain(results, "")}
+    document = {"schema": SCHEMA_VERSION, **plain(results)}
     text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     # A file's name may have bytes that are no character: JSON has an escape for them.
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
@@ -86,26 +82,3 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
             f"{reprlib.repr(version)}"
         )
     return {name: value for name, value in document.items() if name != "schema"}
-
-
-def _plain(value: Any, place: str) -> Any:
-    """The JSON form of a value; `place` is its dotted key, for messages."""
-    match value:
-        case Mapping():
-            return {str(key): _plain(item, f"{place}.{key}") for key, item in value.items()}
-        case np.ndarray() | np.generic():
-            return _plain(value.tolist(), place)
-        case Enum():
-            return _plain(value.value, place)
-        case list() | tuple():
-            return [_plain(item, f"{place}[{index}]") for index, item in enumerate(value)]
-        case float() if not math.isfinite(value):
-            return None
-        case None | bool() | int() | float() | str():
-            return value
-        case Path():
-            return value.as_posix()
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        return _plain(fields, place)
-    raise ResultsError(f"results{place} is a {type(value).__name__}, which has no JSON form")

@@ -23,6 +23,6 @@ def _import_matplotlib() -> None:
 if "matplotlib" not in sys.modules:
     _import_matplotlib()
 
-from symkin.report.html import write_identification_report, write_report  # noqa: E402
+from symkin.report.pages import write_identification_report, write_report  # noqa: E402
 
 __all__ = ["write_identification_report", "write_report"]

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
 from symkin.checks.check import CheckResult
 from symkin.plot import DrawnSymmetry
-from symkin.report.content import Section, Summary
-from symkin.report.page import write_page
+from symkin.report.content import Page, Section
+from symkin.report.html import write_page
 from symkin.report.sections.conditions import conditions_section
 from symkin.report.sections.groups import groups_section
 from symkin.report.sections.home import home_section
@@ -44,7 +45,9 @@ def write_check_report(result: CheckResult, folder: Path) -> Path:
         home_section(result),
         _identifiability(result),
     ]
-    return write_page(_summary(result), sections, folder / "report.html")
+    return write_page(
+        dataclasses.replace(_summary(result), sections=sections), folder / "report.html"
+    )
 
 
 def _drawn(result: CheckResult) -> DrawnSymmetry:
@@ -72,16 +75,16 @@ def _identifiability(result: CheckResult) -> Section:
     )
 
 
-def _summary(result: CheckResult) -> Summary:
+def _summary(result: CheckResult) -> Page:
     mechanism, comparison = result.mechanism, result.comparison
     doubts = _doubts(result)
     blind = any(leg.unseen for leg in result.observability)
     absent = comparison.declared is not None and comparison.reference is comparison.declared
     bad = blind or absent or result.unusable is not None
-    return Summary(
+    return Page(
         title=f"{mechanism.name}: check",
         subtitle=f"{plural(len(mechanism.legs), 'leg')}, chain {mechanism.chain}",
-        figures=_figures(result),
+        headlines=_figures(result),
         verdict="bad" if bad else "doubtful" if doubts else "good",
         judgement=_judgement(result, blind),
         doubts=doubts,

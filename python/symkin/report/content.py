@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""What a page is made of, before it is HTML."""
+"""What a page says, once, before it is text or HTML."""
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-__all__ = ["Group", "Image", "Section", "Summary", "Table", "image"]
+__all__ = ["Group", "Headline", "Image", "Page", "Section", "Table", "Verdict", "image"]
 
-_DOTS_PER_INCH = 160  # of the file
-_PIXELS_PER_INCH = 108  # on the page
+Headline = tuple[str, str, str]  # label, value, remark
+Verdict = Literal["good", "doubtful", "bad", ""]
 
 
 @dataclass(frozen=True)
@@ -32,17 +32,20 @@ class Table:
     ----------
     wordy : bool
         Whether its cells are words, set to the left, rather than numbers.
+    brief : bool
+        Whether the command line prints it too.
     """
 
     caption: str
     columns: Sequence[str]
     groups: Sequence[Group]
     wordy: bool = False
+    brief: bool = False
 
 
 @dataclass(frozen=True)
 class Image:
-    """A figure as the bytes of a PNG file, with the text for those who cannot see it.
+    """A figure, drawn when it is needed, with the text for those who cannot see it.
 
     In `caption`, as in all texts of a page, ``G_M`` is a symbol with a subscript.
     """
@@ -50,13 +53,7 @@ class Image:
     name: str
     alternative: str
     caption: str
-    png: bytes
-    width: int  # on the page, px
-
-    @property
-    def address(self) -> str:
-        """The image itself as a data address."""
-        return "data:image/png;base64," + base64.b64encode(self.png).decode("ascii")
+    draw: Callable[[], Figure]
 
 
 @dataclass(frozen=True)
@@ -65,47 +62,46 @@ class Section:
 
     anchor: str
     title: str
-    paragraphs: Sequence[str]
+    paragraphs: Sequence[str] = ()
     parts: Sequence[Table | Image] = ()
-
-    @property
-    def images(self) -> list[Image]:
-        """Its images."""
-        return [part for part in self.parts if isinstance(part, Image)]
 
 
 @dataclass(frozen=True)
-class Summary:
-    """What stands on top of the page.
+class Page:
+    """A result, told.
 
     Attributes
     ----------
     title, subtitle : str
         Of the page.
-    figures : sequence of (label, value, remark)
+    headlines : sequence of (label, value, remark)
         The few numbers that matter.
-    verdict : {"good", "doubtful", "bad"}
+    verdict : {"good", "doubtful", "bad", ""}
         For the looks; `judgement` says it in words.
     judgement : str
-        Whether the estimate converged and can be trusted.
-    doubts : sequence of str
-        Why not.
+        Whether the result can be trusted.
+    doubts, notes : sequence of str
+        Why not; and what to know besides.
     paragraphs : sequence of str
         What was done and what came out.
+    next_step : str
+        What to do now.
+    sections : sequence of Section
+        The rest, most important first.
     """
 
     title: str
-    subtitle: str
-    figures: Sequence[tuple[str, str, str]]
-    verdict: str
-    judgement: str
-    doubts: Sequence[str]
-    paragraphs: Sequence[str]
+    subtitle: str = ""
+    headlines: Sequence[Headline] = ()
+    verdict: Verdict = ""
+    judgement: str = ""
+    doubts: Sequence[str] = ()
+    notes: Sequence[str] = ()
+    paragraphs: Sequence[str] = ()
+    next_step: str = ""
+    sections: Sequence[Section] = ()
 
 
 def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:
-    """Draw a figure."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
-    width = round(_PIXELS_PER_INCH * figure.get_figwidth())
-    return Image(name, alternative, caption, buffer.getvalue(), width)
+    """An image of a figure that is drawn already."""
+    return Image(name, alternative, caption, lambda: figure)

@@ -1,142 +1,94 @@
 # SPDX-License-Identifier: MIT
-"""The reports of a run and of an identification."""
+"""A page as HTML: one file that needs no other."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
+import base64
+import io
+import re
+from importlib import metadata
 from pathlib import Path
 
-from symkin.evaluation import Evaluation
-from symkin.identification.comparison import EstimatorFigures, expected
-from symkin.identification.cross_validation import CrossValidation
-from symkin.identification.estimate import Identification
-from symkin.identification.outcome import closure_residual
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
-from symkin.observability import expected_accuracy
-from symkin.pipeline import ProtocolResult
-from symkin.report.page import write_page
-from symkin.report.sections.accuracy import measured_accuracy_section, simulated_accuracy_section
-from symkin.report.sections.identification import identification_section
-from symkin.report.sections.mechanism import mechanism_section
-from symkin.report.sections.observability import observability_section
-from symkin.report.sections.plan import plan_section
-from symkin.report.sections.summary import identification_summary, protocol_summary
-from symkin.report.sections.symmetry import symmetry_section
-from symkin.report.sections.workspace import measured_poses_section, workspace_section
+import jinja2
+from markupsafe import Markup, escape
 
-__all__ = ["write_identification_report", "write_report"]
+from symkin.io.output_files import OutputFiles
+from symkin.report.content import Image, Page, Table
 
-_PAGE = "report.html"
+__all__ = ["page_html", "summary_html", "write_page"]
+
+_TEMPLATES = Path(__file__).parent / "templates"
+_DOTS_PER_INCH = 160  # of the image
+_PIXELS_PER_INCH = 108  # on the page
 
 
-def write_report(
-    result: ProtocolResult,
-    folder: str | os.PathLike[str],
-    comparison: Sequence[EstimatorFigures] = (),
-    *,
-    overwrite: bool = False,
-) -> Path:
-    """Write the report of a run of the protocol.
+def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
+    """Write a page.
 
     Parameters
     ----------
-    result : ProtocolResult
-        Of `run_protocol`.
-    folder : str or path
-        For ``report.html`` and the PNG files of its figures; made if it does not exist.
-    comparison : sequence of EstimatorFigures
-        Of `compare_estimators`; adds a table.
+    page : Page
+        What it says.
+    path : Path
+        The HTML file; its folder is made if it does not exist.
     overwrite : bool
-        Whether files that exist may be replaced.
+        Whether a file that exists may be replaced.
 
     Returns
     -------
     Path
-        The HTML file.
+        The file.
     """
-    nominal, poses = result.nominal, result.candidates.poses
-    foreseen = expected(result, result.identification)
-    plan = result.plan
-    sets = plan.leg_poses()
-    symmetric = plan.basis is not None and plan.basis.symmetrical
-    sections = [
-        mechanism_section(nominal, poses[:1]),
-        symmetry_section(nominal),
-        workspace_section(nominal, result.candidates, plan),
-        plan_section(nominal, plan, result.simulation),
-        observability_section(nominal, sets, symmetric=symmetric, rows=plan.row_kind),
-        identification_section(
-            nominal,
-            result.simulation.measurements,
-            result.identification,
-            result.simulation.actual,
-        ),
-        simulated_accuracy_section(
-            nominal, poses, result.before, result.after, foreseen, comparison
-        ),
-    ]
-    summary = protocol_summary(result, foreseen)
-    return write_page(summary, sections, Path(folder) / _PAGE, overwrite=overwrite)
+    text = page_html(page)
+    with OutputFiles(overwrite=overwrite) as outputs:
+        folder = outputs.folder(path.parent, path.name)
+        (folder / path.name).write_text(text, encoding="utf-8")
+    return path
 
 
-def write_identification_report(
-    nominal: Mechanism,
-    measurements: Measurements,
-    identification: Identification,
-    before: Evaluation | None,
-    after: Evaluation | None,
-    folder: str | os.PathLike[str],
-    cross_validation: CrossValidation | None = None,
-    *,
-    overwrite: bool = False,
-) -> Path:
-    """Write the report of an identification from measurements.
+def page_html(page: Page) -> str:
+    """Return a page with everything in it: style, figures, symbols."""
+    return _rendered("report.html", page)
 
-    Parameters
-    ----------
-    nominal : Mechanism
-        From which the identification started.
-    measurements : Measurements
-        What was measured.
-    identification : Identification
-        Of `identify`.
-    before, after : Evaluation or None
-        Of the nominal and the calibrated mechanism on these measurements; None if no pose can be
-        evaluated.
-    folder : str or path
-        For ``report.html`` and the PNG files of its figures; made if it does not exist.
-    cross_validation : CrossValidation, optional
-        Of `cross_validate`.
-    overwrite : bool
-        Whether files that exist may be replaced.
 
-    Returns
-    -------
-    Path
-        The HTML file.
-    """
-    residual_before = closure_residual(nominal, measurements)
-    foreseen = expected_accuracy(
-        identification.mechanism, measurements.poses, identification.covariance
+def summary_html(page: Page) -> str:
+    """Return title, verdict and the few numbers that matter, for a notebook."""
+    return _rendered("summary.html", page)
+
+
+def _rendered(template: str, page: Page) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    sets = [measurements.poses[fit.rows] for fit in identification.legs]
-    sections = [
-        mechanism_section(nominal, measurements.poses),
-        symmetry_section(nominal),
-        measured_poses_section(nominal, measurements),
-        observability_section(nominal, sets, symmetric=False),
-        identification_section(nominal, measurements, identification),
-        measured_accuracy_section(
-            nominal,
-            measurements,
-            (before, after),
-            foreseen,
-            (residual_before, identification, cross_validation),
-        ),
-    ]
-    summary = identification_summary(
-        nominal, measurements, identification, before, after, residual_before, cross_validation
-    )
-    return write_page(summary, sections, Path(folder) / _PAGE, overwrite=overwrite)
+    environment.tests["table"] = lambda part: isinstance(part, Table)
+    environment.filters["symbols"] = _symbols
+    environment.filters["drawn"] = _drawn
+    text = environment.get_template(template).render(page=page, version=_version())
+    # A file's name may have bytes that are no character.
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _symbols(text: str) -> Markup:
+    """Set the subscripts of symbols such as ``G_M``; names such as ``base_radius`` stay."""
+    return Markup(re.sub(r"\b([A-Zs])_(\w+)", r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def _drawn(image: Image) -> Markup:
+    """The image as an element."""
+    figure, buffer = image.draw(), io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
+    address = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    width = round(_PIXELS_PER_INCH * figure.get_figwidth())
+    alternative = escape(image.alternative)
+    return Markup(f'<img src="{address}" alt="{alternative}" width="{width}">')
+
+
+def _version() -> str:
+    try:
+        return metadata.version("symkin")
+    except metadata.PackageNotFoundError:  # run from the source tree
+        return ""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 from symkin.measurements import Measurements
@@ -10,8 +11,8 @@ from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import Plan, PoseCountCurve
 from symkin.plot import pose_count_figure
-from symkin.report.content import Group, Section, Summary, Table, image
-from symkin.report.page import write_page
+from symkin.report.content import Group, Page, Section, Table, image
+from symkin.report.html import write_page
 from symkin.report.sections.mechanism import mechanism_section
 from symkin.report.sections.observability import observability_section
 from symkin.report.sections.plan import plan_section
@@ -57,7 +58,10 @@ def write_plan_report(
         observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind),
         mechanism_section(mechanism, candidates.poses[:1]),
     ]
-    return write_page(_plan_summary(mechanism, plan, expected), sections, folder / "plan.html")
+    return write_page(
+        dataclasses.replace(_plan_summary(mechanism, plan, expected), sections=sections),
+        folder / "plan.html",
+    )
 
 
 def write_pose_count_report(mechanism: Mechanism, curve: PoseCountCurve, folder: Path) -> Path:
@@ -80,10 +84,13 @@ def write_pose_count_report(mechanism: Mechanism, curve: PoseCountCurve, folder:
     columns += ["Orientation error, rms"] if turns else []
     table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)])
     section = Section("curve", "Number of poses", [], [figure, table])
-    return write_page(_curve_summary(mechanism, curve), [section], folder / "pose-count.html")
+    return write_page(
+        dataclasses.replace(_curve_summary(mechanism, curve), sections=[section]),
+        folder / "pose-count.html",
+    )
 
 
-def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy | None) -> Summary:
+def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy | None) -> Page:
     wanted = int((~plan.spare).sum())
     spares = plural(int(plan.spare.sum()), "spare")
     figures = [("Poses", str(wanted), f"and {spares}")]
@@ -103,10 +110,10 @@ def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy |
             figures.append(
                 ("Orientation error", milli(expected.orientation, "rad"), "expected, rms")
             )
-    return Summary(
+    return Page(
         title=f"{mechanism.name}: plan",
         subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
-        figures=figures,
+        headlines=figures,
         verdict="good",
         judgement=judgement,
         doubts=[],
@@ -119,7 +126,7 @@ def _plan_summary(mechanism: Mechanism, plan: Plan, expected: ExpectedAccuracy |
     )
 
 
-def _curve_summary(mechanism: Mechanism, curve: PoseCountCurve) -> Summary:
+def _curve_summary(mechanism: Mechanism, curve: PoseCountCurve) -> Page:
     gain = f"{100 * curve.least_gain:g}{_PERCENT}"
     enough = (
         f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
@@ -127,10 +134,10 @@ def _curve_summary(mechanism: Mechanism, curve: PoseCountCurve) -> Summary:
         if curve.enough is not None
         else f"Every further pose of the curve saves at least {gain} of the position error."
     )
-    return Summary(
+    return Page(
         title=f"{mechanism.name}: number of poses",
         subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
-        figures=[
+        headlines=[
             ("Enough", str(curve.enough or "more"), "poses a leg"),
             ("Fewest", milli(curve.position[0], "m"), f"{plural(int(curve.counts[0]), 'pose')}"),
             ("Most", milli(curve.position[-1], "m"), f"{plural(int(curve.counts[-1]), 'pose')}"),

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from symkin.plot.workspace_study import active_joint_figure, constant_orientation_figure
-from symkin.report.content import Group, Image, Section, Summary, Table, image
-from symkin.report.page import write_page
+from symkin.report.content import Group, Image, Page, Section, Table, image
+from symkin.report.html import write_page
 from symkin.report.wording import count, plural
 from symkin.symmetry.named import group_title
 from symkin.symmetry.verification import ElementCheck
@@ -24,10 +25,12 @@ _ROUNDING = 1e-9  # rad or m, far above what the readings inside a workspace dif
 def write_workspace_report(study: WorkspaceStudy, folder: Path) -> Path:
     """Write ``workspace.html`` and the PNG files of its figures; returns the page."""
     sections = [_symmetry_section(study), _slices_section(study), _joints_section(study)]
-    return write_page(_summary(study), sections, folder / "workspace.html")
+    return write_page(
+        dataclasses.replace(_summary(study), sections=sections), folder / "workspace.html"
+    )
 
 
-def _summary(study: WorkspaceStudy) -> Summary:
+def _summary(study: WorkspaceStudy) -> Page:
     mechanism, structure = study.mechanism, study.symmetry.structure
     doubts = [
         f"{check.element}: {check.mismatches} mismatches, readings differ by "
@@ -36,10 +39,10 @@ def _summary(study: WorkspaceStudy) -> Summary:
         if not _holds(check)
     ]
     worst = max(study.elements, key=lambda check: check.reading_deviation)
-    return Summary(
+    return Page(
         title=f"{mechanism.name}: workspace",
         subtitle=f"{len(mechanism.legs)} legs {mechanism.chain}",
-        figures=[
+        headlines=[
             (
                 "Structure, G_M",
                 group_title(structure.paper_name, structure.name),

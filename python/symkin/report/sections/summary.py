@@ -10,7 +10,7 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.pipeline import ProtocolResult
-from symkin.report.content import Summary
+from symkin.report.content import Page, Verdict
 from symkin.report.wording import count, milli, plural, ratio, setting
 
 Headline = tuple[str, str, str]  # label, value, remark
@@ -18,14 +18,14 @@ Headline = tuple[str, str, str]  # label, value, remark
 __all__ = ["identification_summary", "protocol_summary"]
 
 
-def protocol_summary(result: ProtocolResult, expected: ExpectedAccuracy) -> Summary:
+def protocol_summary(result: ProtocolResult, expected: ExpectedAccuracy) -> Page:
     """Sum up a run of the protocol on a simulated robot."""
     nominal, identification = result.nominal, result.identification
     paragraphs = [_done(result), _achieved(result, expected)]
-    return Summary(
+    return Page(
         title=f"{nominal.name}: identification of a simulated robot",
         subtitle=_subtitle(nominal),
-        figures=_figures(nominal, result.before, result.after, expected),
+        headlines=_figures(nominal, result.before, result.after, expected),
         verdict=_verdict(identification),
         judgement=_judgement(identification),
         doubts=identification.doubts,
@@ -41,7 +41,7 @@ def identification_summary(
     after: Evaluation | None,
     residual_before: float,
     validation: CrossValidation | None,
-) -> Summary:
+) -> Page:
     """Sum up an identification from measurements."""
     source = f" ({measurements.source_name})" if measurements.source else ""
     done = (
@@ -69,10 +69,10 @@ def identification_summary(
         figures = [*_measured_figures(nominal, before, after), closure]
         missed = _missed(nominal, before, after, validation)
         texts = [done, missed, *_failures(before, after), achieved]
-    return Summary(
+    return Page(
         title=f"{nominal.name}: identification from measurements",
         subtitle=_subtitle(nominal),
-        figures=figures,
+        headlines=figures,
         verdict=_verdict(identification),
         judgement=_judgement(identification),
         doubts=identification.doubts,
@@ -205,7 +205,7 @@ def _errors(mechanism: Mechanism, evaluation: Evaluation | AlignedErrors) -> str
     return f"{position} and {milli(evaluation.orientation_rms, 'rad')}"
 
 
-def _verdict(identification: Identification) -> str:
+def _verdict(identification: Identification) -> Verdict:
     if not identification.converged:
         return "bad"
     return "doubtful" if identification.doubts else "good"

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: MIT
+"""What all results have in common: plain values, and the renderings of what they say.
+
+A result is one frozen dataclass. `Result.page` describes its content once; text, HTML and the short
+form are renderings of that description, and JSON comes from the fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast, dataclass_transform
+
+import numpy as np
+
+from symkin.errors import ResultsError
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = ["Result", "Value", "field", "plain", "record"]
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def field(*, unit: str = "", number: bool = False, private: bool = False, **arguments: Any) -> Any:
+    """A dataclass field with what its JSON form needs.
+
+    Parameters
+    ----------
+    unit : str
+        Appended to its key: ``position_rms`` in m is ``position_rms_m``.
+    number : bool
+        Whether it is an index, or some, that people count from 1.
+    private : bool
+        Whether `to_dict` leaves it out: it is large, or said elsewhere.
+    **arguments
+        Of `dataclasses.field`.
+    """
+    metadata = {"unit": unit, "number": number, "private": private}
+    return dataclasses.field(metadata=metadata, **arguments)
+
+
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field,))
+def record(cls: _Class) -> _Class:
+    """Make a frozen dataclass of a `Value`, which brings its own ``==`` and ``repr``."""
+    return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
+
+
+class Value:
+    """A frozen dataclass that holds arrays: they are read-only, compared by value and not printed.
+
+    Attributes
+    ----------
+    derived : tuple of str
+        Properties that `to_dict` has after the fields.
+    """
+
+    derived: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only, without touching those of whoever gave them."""
+        for each in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, each.name, view)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields are alike, NaN like NaN."""
+        if type(other) is not type(self):
+            return NotImplemented
+        names = [each.name for each in dataclasses.fields(self)]  # type: ignore[arg-type]
+        return all(_same(getattr(self, name), getattr(other, name)) for name in names)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
+
+    def __repr__(self) -> str:
+        """Return the fields, arrays by their shapes."""
+        shown = [
+            f"{each.name}={_short(getattr(self, each.name))}"
+            for each in dataclasses.fields(self)  # type: ignore[arg-type]
+            if each.repr and not each.metadata.get("private")
+        ]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values: dictionaries, lists, numbers, text.
+
+        Keys end in the unit of their values (``_m``, ``_rad``); legs, rows and sets are counted
+        from 1; what is not a number is None.
+
+        Returns
+        -------
+        dict
+        """
+        document: dict[str, Any] = {}
+        for each in dataclasses.fields(self):  # type: ignore[arg-type]
+            if each.metadata.get("private"):
+                continue
+            unit = each.metadata.get("unit")
+            value = plain(getattr(self, each.name), each.name)
+            if each.metadata.get("number"):
+                value = _counted(value)
+            document[f"{each.name}_{unit}" if unit else each.name] = value
+        for name in self.derived:
+            document[name] = plain(getattr(self, name), name)
+        return document
+
+
+class Result(Value):
+    """A result of a stage, which a person may look at, print, save and publish."""
+
+    def page(self) -> Page:
+        """Return what there is to say of it, from which text and HTML are rendered.
+
+        Returns
+        -------
+        Page
+        """
+        raise NotImplementedError
+
+    def text(self) -> str:
+        """Return what the command line prints of it.
+
+        Returns
+        -------
+        str
+        """
+        from symkin.report.text import page_text
+
+        return page_text(self.page())
+
+    def __repr__(self) -> str:
+        """Return title, verdict and the few numbers that matter."""
+        from symkin.report.text import summary_text
+
+        return f"{type(self).__name__}: {summary_text(self.page())}"
+
+    def _repr_html_(self) -> str:
+        """Show the summary in a notebook."""
+        from symkin.report.html import summary_html
+
+        return summary_html(self.page())
+
+    def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write its page: one HTML file that needs no other.
+
+        Parameters
+        ----------
+        path : str or path
+            The file; its folder is made if it does not exist.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        from symkin.report.html import write_page
+
+        return write_page(self.page(), Path(path), overwrite=overwrite)
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write it as a JSON file, which `read_results` reads.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        from symkin.io.results import write_results
+
+        write_results(self.to_dict(), path, overwrite=overwrite)
+        return Path(path)
+
+    def columns(self) -> Mapping[str, Sequence[Any]]:
+        """Return it as the columns of a table, names with units.
+
+        Returns
+        -------
+        mapping of str to sequence
+        """
+        raise NotImplementedError
+
+    def to_frame(self) -> Any:
+        """Return it as a `pandas.DataFrame`, columns as in symkin's files.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        ImportError
+            If pandas, which symkin does not need otherwise, is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise ImportError("to_frame needs pandas: pip install pandas") from error
+        return pd.DataFrame(dict(self.columns()))
+
+
+def plain(value: Any, place: str = "") -> Any:
+    """Return the JSON form of a value.
+
+    Parameters
+    ----------
+    value : Any
+        Of numbers, text, arrays, paths, enumerations, dataclasses, and of mappings and sequences of
+        these.
+    place : str
+        Its dotted key, for messages.
+
+    Raises
+    ------
+    ResultsError
+        For anything else, naming its key.
+    """
+    match value:
+        case Value():
+            return value.to_dict()
+        case Mapping():
+            return {str(key): plain(item, f"{place}.{key}") for key, item in value.items()}
+        case np.ndarray() | np.generic():
+            return plain(value.tolist(), place)
+        case Enum():
+            return plain(value.value, place)
+        case list() | tuple():
+            return [plain(item, f"{place}[{index}]") for index, item in enumerate(value)]
+        case float() if not math.isfinite(value):
+            return None
+        case None | bool() | int() | float() | str():
+            return value
+        case Path():
+            return value.as_posix()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+        return plain(fields, place)
+    raise ResultsError(f"results{place} is a {type(value).__name__}, which has no JSON form")
+
+
+def _counted(value: Any) -> Any:
+    """Indices as people count them."""
+    return [_counted(each) for each in value] if isinstance(value, list) else value + 1
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        one, other = np.asarray(one), np.asarray(other)
+        return bool(np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"))
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
+        return math.isnan(other)
+    return bool(one == other)
+
+
+def _short(value: Any) -> str:
+    """A value in a few characters."""
+    if isinstance(value, np.ndarray):
+        return f"<array {value.shape}>" if value.size > 8 else np.array2string(value, precision=6)
+    if isinstance(value, tuple | list) and len(value) > 6:
+        return f"<{len(value)} {type(value[0]).__name__}>"
+    return repr(value)
