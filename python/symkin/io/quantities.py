@@ -2,27 +2,20 @@
 """Numbers and expressions with units, such as ``"6 m / sqrt(3)"``, as SI floats.
 
 An expression is checked name by name, parsed by :mod:`ast` and walked over a white list of nodes;
-nothing is passed to ``eval``. Units are pint's, in a registry of our own where the angle is a
-base dimension: pint's default registry counts radians as plain numbers, so it would take a length
-per angle for a length, and it needs 0.1 s to start where this one needs 3 ms.
+nothing is passed to ``eval``. Angles have a dimension of their own, so that a length per angle is
+no length.
 """
 
 from __future__ import annotations
 
 import ast
-import functools
 import math
 import operator
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import NamedTuple
 
 from symkin.errors import QuantityError, did_you_mean
-
-if TYPE_CHECKING:
-    import pint
 
 __all__ = ["MOST", "MOST_OF_DIRECTION", "evaluate_quantity", "unit_factor", "unit_names"]
 
@@ -45,6 +38,7 @@ _EXPECTED = {
     "m/rad": 'a length per angle such as "5 mm/rev"',
     "rad/m": 'an angle per length such as "0.2 rev/mm"',
 }
+_DIMENSIONS = {"m": (1, 0), "rad": (0, 1), "1": (0, 0), "m/rad": (1, -1), "rad/m": (-1, 1)}
 _MAX_LENGTH = 200
 MOST = 1e30  # of which squares can still be added
 # Two turns, since what was estimated or added up may be somewhat more than one.
@@ -54,16 +48,6 @@ _TOKEN = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
     r"|(?P<name>[A-Za-z_]\w*)|(?P<operator>\*\*|[-+*/(),])"
 )
-_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: lambda base, exponent: _real(base**exponent),
-    ast.UAdd: operator.pos,
-    ast.USub: operator.neg,
-}
-_CONSTANTS = {"pi": math.pi}
 
 
 def unit_names() -> tuple[str, ...]:
@@ -108,20 +92,23 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
         of many turns without a unit.
     """
     if isinstance(value, str):
-        evaluated = _evaluate_text(value)
-        result = _to_si(evaluated, si_unit, value)
+        result, dimension, bare = _evaluate_text(value)
+        if not bare and dimension != _DIMENSIONS[si_unit]:
+            shown = _described(_Quantity(result, dimension))
+            raise QuantityError(f'"{value}" is {shown}; expected {_EXPECTED[si_unit]}')
     elif isinstance(value, int | float) and not isinstance(value, bool):
+        bare = True
         try:
-            evaluated = result = float(value)
+            result = float(value)
         except OverflowError:
-            evaluated = result = math.inf
+            result = math.inf
     else:
         raise QuantityError(f"{_quoted(value)} is not a number; expected {_EXPECTED[si_unit]}")
     if not math.isfinite(result):
         raise QuantityError(f"{_quoted(value)} is not a finite number")
     if abs(result) > MOST:
         raise QuantityError(f"{_quoted(value)} is too large; expected at most {MOST:g}")
-    if direction and isinstance(evaluated, float) and abs(result) > MOST_OF_DIRECTION:
+    if direction and bare and abs(result) > MOST_OF_DIRECTION:
         raise QuantityError(
             f"is {_quoted(value)} without a unit, so {abs(result) / math.tau:.3g} turns; write "
             f'"{value} deg" if these are degrees, "{value} rad" if not'
@@ -129,60 +116,103 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
     return result
 
 
-@functools.cache
-def _registry() -> pint.UnitRegistry[Any]:
-    import pint
-
-    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(None)
-    registry.load_definitions(
-        ["m = [length]", "rad = [angle]", "radian = rad"]
-        + [f"{unit} = {factor!r} m" for unit, factor in _LENGTHS.items() if unit != "m"]
-        + [f"{unit} = {factor!r} rad" for unit, factor in _ANGLES.items() if unit != "rad"]
-    )
-    return registry
+_Dimension = tuple[float, float]  # powers of length and angle
+_NUMBER, _ANGLE = (0.0, 0.0), (0.0, 1.0)
 
 
-def _unit(name: str) -> Any:
-    return _registry().Quantity(1.0, name)
+class _Quantity(NamedTuple):
+    """A value in SI; one in which no unit occurs is bare, and takes the unit that is expected."""
+
+    value: float
+    dimension: _Dimension = _NUMBER
+    bare: bool = False
 
 
-def _gives_angle(function: Callable[..., Any]) -> Callable[..., Any]:
-    # On quantities, numpy's inverse functions return an angle; on floats, a number without a unit.
-    return lambda *arguments: function(*(_registry().Quantity(a) for a in arguments))
+def _function(
+    function: Callable[..., float],
+    accepts: tuple[_Dimension, ...] = (),
+    gives: _Dimension | None = None,
+) -> Callable[..., _Quantity]:
+    """A function of values of one dimension, by default any; by default it gives the same."""
+
+    def call(*given: _Quantity) -> _Quantity:
+        dimension = given[0].dimension
+        for each in given:
+            if each.dimension != dimension or (accepts and dimension not in accepts):
+                raise ArithmeticError(f"{_described(each)} cannot stand there")
+        bare = gives != _ANGLE and all(each.bare for each in given)
+        return _Quantity(function(*(each.value for each in given)), gives or dimension, bare)
+
+    return call
 
 
-_FUNCTIONS: dict[str, tuple[int, Callable[..., Any]]] = {
-    "sqrt": (1, np.sqrt),
-    "abs": (1, np.abs),
-    "sin": (1, np.sin),
-    "cos": (1, np.cos),
-    "tan": (1, np.tan),
-    "asin": (1, _gives_angle(np.arcsin)),
-    "acos": (1, _gives_angle(np.arccos)),
-    "atan": (1, _gives_angle(np.arctan)),
-    "atan2": (2, _gives_angle(np.arctan2)),
+def _product(sign: int, function: Callable[[float, float], float]) -> Callable[..., _Quantity]:
+    def call(a: _Quantity, b: _Quantity) -> _Quantity:
+        dimension = (
+            a.dimension[0] + sign * b.dimension[0],
+            a.dimension[1] + sign * b.dimension[1],
+        )
+        return _Quantity(function(a.value, b.value), dimension, a.bare and b.bare)
+
+    return call
+
+
+def _power(base: _Quantity, exponent: _Quantity) -> _Quantity:
+    if exponent.dimension != _NUMBER:
+        raise ArithmeticError(f"{_described(exponent)} is no exponent")
+    value: float | complex = base.value**exponent.value
+    if isinstance(value, complex):
+        raise ArithmeticError("a root of a negative number is not real")
+    length, angle = (power * exponent.value for power in base.dimension)
+    return _Quantity(value, (length, angle), base.bare and exponent.bare)
+
+
+_OPERATORS: dict[type[ast.AST], Callable[..., _Quantity]] = {
+    ast.Add: _function(operator.add),
+    ast.Sub: _function(operator.sub),
+    ast.Mult: _product(1, operator.mul),
+    ast.Div: _product(-1, operator.truediv),
+    ast.Pow: _power,
+    ast.UAdd: _function(operator.pos),
+    ast.USub: _function(operator.neg),
+}
+_FUNCTIONS: dict[str, tuple[int, Callable[..., _Quantity]]] = {
+    "sqrt": (1, lambda root: _power(root, _Quantity(0.5, bare=True))),
+    "abs": (1, _function(abs)),
+    "sin": (1, _function(math.sin, (_NUMBER, _ANGLE), _NUMBER)),
+    "cos": (1, _function(math.cos, (_NUMBER, _ANGLE), _NUMBER)),
+    "tan": (1, _function(math.tan, (_NUMBER, _ANGLE), _NUMBER)),
+    "asin": (1, _function(math.asin, (_NUMBER,), _ANGLE)),
+    "acos": (1, _function(math.acos, (_NUMBER,), _ANGLE)),
+    "atan": (1, _function(math.atan, (_NUMBER,), _ANGLE)),
+    "atan2": (2, _function(math.atan2, (), _ANGLE)),
+}
+_NAMES = {
+    "pi": _Quantity(math.pi, bare=True),
+    **{name: _Quantity(factor, (1.0, 0.0)) for name, factor in _LENGTHS.items()},
+    **{name: _Quantity(factor, _ANGLE) for name, factor in _ANGLES.items()},
 }
 
 
-def _evaluate_text(text: str) -> Any:
-    """A float if no unit occurs in the text, else a pint quantity."""
+def _evaluate_text(text: str) -> _Quantity:
     if len(text) > _MAX_LENGTH:
         raise QuantityError(f"an expression may have {_MAX_LENGTH} characters, not {len(text)}")
     python = _with_explicit_products(text)
     try:
-        with np.errstate(all="raise"):
-            return _walk(ast.parse(python, mode="eval").body, text)
-    except QuantityError:
-        raise
+        body = ast.parse(python, mode="eval").body
     except (SyntaxError, RecursionError, MemoryError, ValueError) as error:
         raise QuantityError(f'"{text}" cannot be read as a number with a unit') from error
-    except (ArithmeticError, TypeError) as error:  # pint's dimension errors are TypeErrors
+    try:
+        return _walk(body, text)
+    except QuantityError:
+        raise
+    except (ArithmeticError, ValueError) as error:  # such as asin(2)
         raise QuantityError(f'"{text}" cannot be evaluated: {error}') from error
 
 
 def _with_explicit_products(text: str) -> str:
     """Check every name, and write the product that "6 m" leaves out."""
-    known = [*_FUNCTIONS, *_CONSTANTS, *_LENGTHS, *_ANGLES]
+    known = [*_FUNCTIONS, *_NAMES]
     words: list[str] = []
     position = 0
     stripped = text.strip()
@@ -205,14 +235,12 @@ def _with_explicit_products(text: str) -> str:
     return " ".join(words)
 
 
-def _walk(node: ast.expr, text: str) -> Any:
+def _walk(node: ast.expr, text: str) -> _Quantity:
     match node:
         case ast.Constant(value=int() | float() as number):
-            return float(number)
-        case ast.Name(id=name) if name in _CONSTANTS:
-            return _CONSTANTS[name]
-        case ast.Name(id=name) if name not in _FUNCTIONS:
-            return _unit(name)
+            return _Quantity(float(number), bare=True)
+        case ast.Name(id=name) if name in _NAMES:
+            return _NAMES[name]
         case ast.UnaryOp(op=op, operand=operand):
             return _OPERATORS[type(op)](_walk(operand, text))
         case ast.BinOp(left=left, op=op, right=right):
@@ -226,27 +254,12 @@ def _walk(node: ast.expr, text: str) -> Any:
     raise QuantityError(f'"{text}" cannot be read as a number with a unit')
 
 
-def _real(result: Any) -> Any:
-    if isinstance(getattr(result, "magnitude", result), complex):
-        raise ArithmeticError("a root of a negative number is not real")
-    return result
-
-
-def _to_si(result: Any, si_unit: str, text: str) -> float:
-    if isinstance(result, float):
-        return result
-    target = _registry().Unit("" if si_unit == "1" else si_unit)
-    if result.dimensionality != target.dimensionality:
-        raise QuantityError(f'"{text}" is {_described(result)}; expected {_EXPECTED[si_unit]}')
-    return float(result.m_as(target))
-
-
-def _described(quantity: Any) -> str:
-    for si_unit, description in _EXPECTED.items():
-        unit = _registry().Unit("" if si_unit == "1" else si_unit)
-        if quantity.dimensionality == unit.dimensionality:
-            return description.split(" such as ")[0].split(" without ")[0]
-    return f"in {quantity.units}"
+def _described(quantity: _Quantity) -> str:
+    for si_unit, dimension in _DIMENSIONS.items():
+        if quantity.dimension == dimension:
+            return _EXPECTED[si_unit].split(" such as ")[0].split(" without ")[0]
+    powers = zip(("m", "rad"), quantity.dimension, strict=True)
+    return "in " + " * ".join(f"{unit} ** {power:g}" for unit, power in powers if power)
 
 
 def _quoted(value: object) -> str:
