@@ -99,13 +99,11 @@ from symkin.workspace.sample import WorkspaceSample, sample_workspace
 from symkin.workspace.study import WorkspaceStudy, study_workspace
 
 if TYPE_CHECKING:
-    from symkin.io.column_mapping import load_columns
-    from symkin.io.json_schema import mechanism_schema
     from symkin.io.measurements import read_measurements, write_measurements
-    from symkin.io.mechanism_file import load_mechanism, shipped_mechanisms
+    from symkin.io.mechanism_file import load_columns, load_mechanism, shipped_mechanisms
+    from symkin.io.mechanism_schema import mechanism_schema
     from symkin.io.mechanism_writer import save_mechanism
-    from symkin.io.plan import read_plan, write_plan
-    from symkin.io.poses import read_pose_list
+    from symkin.io.plans import read_plan, read_pose_list, write_plan
     from symkin.io.results import read_results, write_results
 
 __all__ = [
@@ -205,17 +203,17 @@ __all__ = [
 # What reads and writes files needs libraries that take a while to import, so these names are
 # resolved when they are first used.
 _FILE_FUNCTIONS = {
-    "load_columns": "column_mapping",
+    "load_columns": "mechanism_file",
     "load_mechanism": "mechanism_file",
-    "mechanism_schema": "json_schema",
+    "mechanism_schema": "mechanism_schema",
     "read_measurements": "measurements",
-    "read_plan": "plan",
-    "read_pose_list": "poses",
+    "read_plan": "plans",
+    "read_pose_list": "plans",
     "read_results": "results",
     "save_mechanism": "mechanism_writer",
     "shipped_mechanisms": "mechanism_file",
     "write_measurements": "measurements",
-    "write_plan": "plan",
+    "write_plan": "plans",
     "write_results": "results",
 }
 

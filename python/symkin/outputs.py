@@ -139,7 +139,7 @@ def write_run(
         The report.
     """
     from symkin.io.measurements import write_measurements
-    from symkin.io.plan import write_plan
+    from symkin.io.plans import write_plan
     from symkin.io.results import write_results
     from symkin.report import write_report
 

@@ -91,7 +91,7 @@ def _listed(values: tuple[float, ...] | list[float]) -> str:
 
 def _refusal(mechanism: Mechanism, key: str, message: str) -> SymkinError:
     """At its line, if the file from which the mechanism was read is still there."""
-    from symkin.io.toml_source import read_toml
+    from symkin.io.toml_file import read_toml
 
     if mechanism.source is not None:
         try:

@@ -100,7 +100,7 @@ def _against_measurements(
     model: Mechanism, path: Path, columns: Path | None
 ) -> tuple[Evaluation, int]:
     """The evaluation, and the number of poses at which not all legs were read."""
-    from symkin.io.column_mapping import load_columns
+    from symkin.io.mechanism_file import load_columns
 
     mapping = load_columns(columns) if columns else None
     measured = symkin.read_measurements(path, model, mapping)

@@ -73,7 +73,7 @@ def identify(
     """Identify the parameters of all legs from measurements."""
     from symkin.documents import measured_document
     from symkin.identification.outcome import MeasuredIdentification
-    from symkin.io.column_mapping import load_columns
+    from symkin.io.mechanism_file import load_columns
     from symkin.outputs import IDENTIFICATION_FILES, write_identification
 
     if cross_validate_blocks and cross_validate is None:

@@ -118,8 +118,8 @@ def plan(
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
     from symkin.documents import plan_document
-    from symkin.io.column_mapping import load_columns
-    from symkin.io.poses import read_pose_list
+    from symkin.io.mechanism_file import load_columns
+    from symkin.io.plans import read_pose_list
     from symkin.io.results import write_results
     from symkin.outputs import PLAN_FILES
 

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import QuantityError
+from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.io.quantities import unit_factor, unit_names
 from symkin.io.tables import Table
 from symkin.poses import quaternions_from_rotation_vectors
@@ -18,6 +19,7 @@ from symkin.settings import MeasurementColumns
 __all__ = [
     "PoseValues",
     "StatedUnit",
+    "check_columns",
     "has_columns",
     "own_columns",
     "pose_column_names",
@@ -37,10 +39,49 @@ _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
     "platform"
 )
+# How each platform's orientation can be given, and in how many columns.
+_ORIENTATION: dict[str, dict[str, int]] = {
+    "planar": {"angle": 1},
+    "point": {},
+    "spatial": {"quaternion": 4, "rotation_vector": 3},
+}
 # Nothing that was measured is larger, and squares of it can still be added.
 _MOST = 1e12
 # Rounded files keep about four digits; a larger error of the norm means that it is no quaternion.
 _QUATERNION_NORM_TOLERANCE = 1e-3
+
+
+def check_columns(
+    columns: MeasurementColumns, pose_space: str, leg_count: int, reading_unit: str
+) -> None:
+    """Refuse a mapping that does not fit the platform, the number of legs or the sensors.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the key of the mapping, its number of columns and the number expected; a column that
+        it names twice; a unit that is unknown or of another dimension.
+    """
+    _expect("position", len(columns.position), 3 if pose_space == "spatial" else 2)
+    _expect("readings", len(columns.readings), leg_count)
+    given = {
+        "angle": int(columns.angle is not None),
+        "quaternion": len(columns.quaternion),
+        "rotation_vector": len(columns.rotation_vector),
+    }
+    allowed = _ORIENTATION[pose_space]
+    named = [name for name, count in given.items() if count]
+    for name in named:
+        _expect(name, given[name], allowed.get(name, 0))
+    if allowed and len(named) != 1:
+        raise MeasurementError(
+            f"the column mapping gives the orientation by {' and '.join(named) or 'nothing'}; "
+            f"expected {' or '.join(allowed)}"
+        )
+    _check_distinct(columns)
+    _check_unit("position_unit", columns.position_unit, "m")
+    _check_unit("orientation_unit", columns.orientation_unit, "rad")
+    _check_unit("reading_unit", columns.reading_unit, reading_unit)
 
 
 def pose_column_names(pose_space: str) -> list[str]:
@@ -281,3 +322,32 @@ def _quaternions(table: Table, names: Sequence[str]) -> NDArray[np.float64]:
     # Left alone at rounding level, so that what symkin wrote reads back to the same numbers.
     norms[np.abs(norms - 1) < 1e-12] = 1.0
     return np.asarray(quaternions / norms[:, None])
+
+
+def _expect(key: str, count: int, expected: int) -> None:
+    if count != expected:
+        raise MeasurementError(
+            f"{key} of the column mapping has {count} columns; expected {expected}"
+        )
+
+
+def _check_distinct(columns: MeasurementColumns) -> None:
+    names = [*columns.position, *columns.quaternion, *columns.rotation_vector, *columns.readings]
+    names += [name for name in (columns.angle, columns.leg) if name is not None]
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')
+
+
+def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
+    if unit is None:
+        return
+    if unit not in unit_names():
+        raise MeasurementError(
+            f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
+            "the name of a unit"
+        )
+    try:
+        unit_factor(unit, si_unit)
+    except QuantityError as error:
+        raise MeasurementError(f"{key} of the column mapping: {error}") from error

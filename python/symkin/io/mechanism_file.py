@@ -11,11 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
+from symkin.chains import chain_info
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
-from symkin.io.column_mapping import check_columns, columns_of_section
-from symkin.io.mechanism_schema import COORDINATES, MechanismHeader, mechanism_model
-from symkin.io.toml_source import TomlSource, read_toml
-from symkin.io.validation import validate
+from symkin.io.columns import check_columns
+from symkin.io.mechanism_schema import (
+    COORDINATES,
+    HEADER,
+    MEASUREMENTS,
+    Table,
+    mechanism_table,
+    read_table,
+)
+from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
 from symkin.settings import (
     JointLimits,
@@ -27,7 +34,9 @@ from symkin.settings import (
 )
 from symkin.symmetry.group import generate_legs, verify_declared
 
-__all__ = ["load_mechanism", "shipped_mechanisms"]
+__all__ = ["load_columns", "load_mechanism", "shipped_mechanisms"]
+
+_Values = dict[str, Any]
 
 
 def load_mechanism(
@@ -55,28 +64,32 @@ def load_mechanism(
         nearest valid one.
     """
     source = read_toml(_located(path_or_name))
-    header = validate(source, MechanismHeader)
-    model = source.call(
+    header = read_table(source, HEADER)
+    table = source.call(
         ("chain",),
-        lambda: mechanism_model(header.chain, header.platform, header.reading_unit),
+        lambda: mechanism_table(
+            header["chain"], header.get("platform", "rigid"), header.get("reading_unit")
+        ),
     )
-    file: Any = validate(source, model)
+    file = read_table(source, table)
+    info = chain_info(file["chain"], file.get("platform", "rigid"))
+    reading_unit = file.get("reading_unit", info.reading_unit)
     legs, symmetry, deviations = _legs(source, file)
     mechanism = source.call(
-        ("reference_leg",) if file.legs is None else ("legs",),
+        ("reference_leg",) if "legs" not in file else ("legs",),
         lambda: Mechanism(
-            file.name or printable(source.path.stem),
+            file.get("name") or printable(source.path.stem),
             legs,
-            platform=file.platform,
-            reading_unit=file.reading_unit,
+            platform=file.get("platform", "rigid"),
+            reading_unit=reading_unit,
             symmetry=symmetry,
-            workspace=_workspace(file),
-            noise=NoiseSettings(**dict(file.noise)),
-            tolerances=Tolerances(**dict(file.tolerances)),
-            protocol=ProtocolSettings(**dict(file.protocol)),
+            workspace=_workspace(file, info.pose_space),
+            noise=NoiseSettings(**file.get("noise", {})),
+            tolerances=Tolerances(**file.get("tolerances", {})),
+            protocol=ProtocolSettings(**file.get("protocol", {})),
             joint_limits=_joint_limits(source, file),
             deviations=deviations,
-            measurement_columns=_columns(source, file, len(legs)),
+            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading_unit),
             source=source.path,
         ),
     )
@@ -84,6 +97,32 @@ def load_mechanism(
         source.call(("symmetry",), lambda: verify_declared(mechanism))
     _check_home(source, mechanism)
     return mechanism
+
+
+def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
+    """Read a column mapping: the ``[measurements]`` section of a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with this section alone, or a mechanism file.
+
+    Returns
+    -------
+    MeasurementColumns
+
+    Raises
+    ------
+    MechanismFileError
+        With the file, the line and the key.
+    """
+    source = read_toml(Path(path))
+    if "chain" not in source.values:
+        alone = Table({"measurements": MEASUREMENTS}, ("measurements",))
+        return _mapping(read_table(source, alone)["measurements"])
+    if "measurements" not in source.values:
+        raise source.error(("measurements",), "this mechanism file has no such section")
+    return _mapping(read_table(source, MEASUREMENTS, ("measurements",)))
 
 
 def shipped_mechanisms() -> list[str]:
@@ -122,93 +161,71 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
 
 
 def _legs(
-    source: TomlSource, file: Any
+    source: TomlSource, file: _Values
 ) -> tuple[list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None]:
     """The legs, the declared symmetry, and the standard deviations where the file has them."""
-    if file.legs is None and file.reference_leg is None:
+    chain, reference, listed = file["chain"], file.get("reference_leg"), file.get("legs")
+    if listed is None and reference is None:
         raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
-    if file.legs is not None and file.reference_leg is not None:
+    if listed is not None and reference is not None:
         raise source.error(("reference_leg",), "stands beside [[legs]]; expected one of the two")
     symmetry = _symmetry(source, file)
-    if file.reference_leg is None:
-        return _listed_legs(file), symmetry, _deviations(file)
+    if listed is not None:
+        names = chain_info(chain, file.get("platform", "rigid")).parameter_names
+        legs = [
+            Leg(chain, {name: leg[name][0] for name in names}, leg.get("working_mode", -1))
+            for leg in listed
+        ]
+        deviations = np.array([[leg[name][1] for name in names] for leg in listed])
+        return legs, symmetry, None if np.isnan(deviations).all() else deviations
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")
-    count = file.symmetry.legs
-    if count is None:
+    if "legs" not in file["symmetry"]:
         raise source.error(("symmetry", "legs"), "this key is missing")
-    reference = Leg(file.chain, *_parameters_and_mode(file.reference_leg))
-    legs = source.call(("symmetry",), lambda: generate_legs(reference, symmetry, count))
-    return list(legs), symmetry, None
+    parameters = dict(reference or {})
+    first = Leg(chain, parameters, parameters.pop("working_mode", -1))
+    count = file["symmetry"]["legs"]
+    legs = list(source.call(("symmetry",), lambda: generate_legs(first, symmetry, count)))
+    return legs, symmetry, None
 
 
-def _symmetry(source: TomlSource, file: Any) -> DeclaredSymmetry | None:
-    section = file.symmetry
+def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
+    section = file.get("symmetry")
     if section is None:
         return None
-    elements = None if section.elements is None else tuple(section.elements)
-    count = len(file.legs) if file.legs is not None else section.legs
-    if file.legs is not None and section.legs not in (None, count):
-        raise source.error(("symmetry", "legs"), f"is {section.legs}; the file lists {count} legs")
+    group, elements = section["group"], section.get("elements")
+    count = len(file["legs"]) if "legs" in file else section.get("legs")
+    if "legs" in file and section.get("legs") not in (None, count):
+        legs = section["legs"]
+        raise source.error(("symmetry", "legs"), f"is {legs}; the file lists {count} legs")
     if elements is not None:
         place, expected = ("symmetry", "elements"), [len(elements)]
     else:
-        place, order = ("symmetry", "legs"), int(section.group[1:])
-        expected = [order] if section.group[0] == "C" else [order, 2 * order]
+        place, order = ("symmetry", "legs"), int(group[1:])
+        expected = [order] if group[0] == "C" else [order, 2 * order]
     if count is not None and count not in expected:
         counts = " or ".join(map(str, expected))
-        what = f"group {section.group} carries one leg to {counts} legs"
+        what = f"group {group} carries one leg to {counts} legs"
         if elements is not None:
             what = f"{counts} elements carry one leg to {counts} legs"
         raise source.error(place, f"{what}, but the mechanism has {count} legs")
+    named = None if elements is None else tuple(elements)
     return source.call(
-        ("symmetry",), lambda: DeclaredSymmetry(section.group, section.axis, elements)
+        ("symmetry",), lambda: DeclaredSymmetry(group, section.get("axis", 0.0), named)
     )
 
 
-def _parameters_and_mode(leg: Any) -> tuple[dict[str, Any], int]:
-    parameters = dict(leg)
-    return parameters, parameters.pop("working_mode")
-
-
-def _listed_legs(file: Any) -> list[Leg]:
-    legs = []
-    for listed in file.legs:
-        estimates, mode = _parameters_and_mode(listed)
-        values = {name: estimate.value for name, estimate in estimates.items()}
-        legs.append(Leg(file.chain, values, mode))
-    return legs
-
-
-def _deviations(file: Any) -> NDArray[np.float64] | None:
-    """Standard deviations, legs x p; NaN where not given, None where no parameter has one."""
-    names = symkin.chain_info(file.chain, file.platform).parameter_names
-    deviations = np.array(
-        [[getattr(leg, name).standard_deviation for name in names] for leg in file.legs]
-    )
-    return None if np.isnan(deviations).all() else deviations
-
-
-def _workspace(file: Any) -> WorkspaceSettings | None:
-    section = file.workspace
-    if section is None:
+def _workspace(file: _Values, pose_space: str) -> WorkspaceSettings | None:
+    if "workspace" not in file:
         return None
-    pose_space = symkin.chain_info(file.chain, file.platform).pose_space
-    bounds = [getattr(section, coordinate) for coordinate in COORDINATES[pose_space]]
-    return WorkspaceSettings(
-        lower=tuple(lower for lower, _ in bounds),
-        upper=tuple(upper for _, upper in bounds),
-        reach_margin=section.reach_margin,
-        conditioning_limit=section.conditioning_limit,
-        characteristic_length=section.characteristic_length,
-        home=section.home,
-    )
+    others = dict(file["workspace"])
+    bounds = [others.pop(coordinate) for coordinate in COORDINATES[pose_space]]
+    lower, upper = zip(*bounds, strict=True)
+    return WorkspaceSettings(lower, upper, **others)
 
 
-def _joint_limits(source: TomlSource, file: Any) -> JointLimits:
-    section = file.joint_limits
-    given = {name: value for name, value in dict(section).items() if value is not None}
-    limits = JointLimits(**given)
+def _joint_limits(source: TomlSource, file: _Values) -> JointLimits:
+    limits = JointLimits(**file.get("joint_limits", {}))
     if not limits.lower < limits.upper:
         raise source.error(
             ("joint_limits", "lower"),
@@ -217,16 +234,23 @@ def _joint_limits(source: TomlSource, file: Any) -> JointLimits:
     return limits
 
 
-def _columns(source: TomlSource, file: Any, leg_count: int) -> MeasurementColumns | None:
-    if file.measurements is None:
+def _columns(
+    source: TomlSource, file: _Values, pose_space: str, leg_count: int, reading_unit: str
+) -> MeasurementColumns | None:
+    if "measurements" not in file:
         return None
-    columns = columns_of_section(file.measurements)
-    info = symkin.chain_info(file.chain, file.platform)
-    reading_unit = file.reading_unit or info.reading_unit
+    columns = _mapping(file["measurements"])
     source.call(
-        ("measurements",), lambda: check_columns(columns, info.pose_space, leg_count, reading_unit)
+        ("measurements",), lambda: check_columns(columns, pose_space, leg_count, reading_unit)
     )
     return columns
+
+
+def _mapping(section: _Values) -> MeasurementColumns:
+    values: _Values = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in section.items()
+    }
+    return MeasurementColumns(**values)
 
 
 def _check_home(source: TomlSource, mechanism: Mechanism) -> None:

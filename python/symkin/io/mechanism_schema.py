@@ -1,37 +1,48 @@
 # SPDX-License-Identifier: MIT
-"""What a mechanism file may say, as pydantic models.
+"""What a mechanism file may say.
 
-The keys of a leg and of the workspace depend on the chain, so the model of a whole file is made for
-one chain, platform and reading unit.
+A kind says how a TOML value is read and how JSON Schema describes it. The keys of a leg and of the
+workspace depend on the chain, so a whole file is described for one chain, platform and reading
+unit. ``python -m symkin.io.mechanism_schema`` prints the JSON Schema, for editors that complete and
+check TOML.
 """
 
 from __future__ import annotations
 
 import functools
+import json
+import math
 import re
-from typing import Annotated, Any, Literal
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, create_model
-
-from symkin.errors import printable
-from symkin.io.quantity_fields import (
-    Estimate,
-    EstimateOf,
-    IntervalOf,
-    Quantity,
-    QuantityList,
-    Sign,
+from symkin.chains import chain_info, chains
+from symkin.errors import QuantityError, SymkinError, did_you_mean, printable
+from symkin.io.quantities import evaluate_quantity
+from symkin.io.toml_file import KeyPath, TomlSource
+from symkin.settings import (
+    JointLimits,
+    MeasurementColumns,
+    NoiseSettings,
+    ProtocolSettings,
+    Tolerances,
+    WorkspaceSettings,
 )
-from symkin.io.validation import Section
 
 __all__ = [
     "COORDINATES",
-    "MappingFile",
-    "MeasurementSection",
-    "MechanismHeader",
-    "SymmetrySection",
-    "mechanism_model",
+    "HEADER",
+    "MEASUREMENTS",
+    "ListOf",
+    "Table",
+    "mechanism_schema",
+    "mechanism_table",
+    "read_table",
 ]
+
+Schema = dict[str, Any]
 
 # Coordinates of bounds and home, position then orientation, and their units.
 COORDINATES: dict[str, dict[str, str]] = {
@@ -41,175 +52,394 @@ COORDINATES: dict[str, dict[str, str]] = {
 }
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
-_LegCount = Annotated[int, Field(strict=True, ge=1, le=_MOST_LEGS)]
+
+Sign = Literal["any", "positive", "not negative", "not zero"]
+_ACCEPTS: dict[Sign, Callable[[float], bool]] = {
+    "any": math.isfinite,
+    "positive": lambda value: value > 0,
+    "not negative": lambda value: value >= 0,
+    "not zero": lambda value: value != 0,
+}
 
 
-def _check_plain(value: object) -> object:
-    """TOML's true and 1.0 equal 1, but are not meant."""
-    if isinstance(value, bool | float):
-        raise ValueError(f"is {str(value).lower()}; expected a whole number")
-    return value
+class _WrongValue(SymkinError):
+    """A value that a file may not have, and the path to it."""
+
+    def __init__(self, message: str, keys: KeyPath = ()) -> None:
+        super().__init__(message)
+        self.keys = keys
 
 
-_WholeNumber = BeforeValidator(_check_plain)
+class Kind:
+    """What a value may be."""
+
+    def read(self, raw: Any) -> Any:
+        """Return the value; SymkinError says what is expected."""
+        raise NotImplementedError
+
+    def schema(self) -> Schema:
+        """Return its JSON Schema."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Quantity(Kind):
+    """A number or an expression, read as a float in an SI unit; the note is for its description."""
+
+    unit: str
+    sign: Sign = "any"
+    note: str = ""
+    direction: bool = False
+
+    def read(self, raw: Any) -> float:
+        value = evaluate_quantity(raw, self.unit, direction=self.direction)
+        if not _ACCEPTS[self.sign](value):
+            raise QuantityError(f"is {raw}; expected a value that is {self.sign}")
+        return value
+
+    def schema(self) -> Schema:
+        plain = "a plain number" if self.unit == "1" else f"{self.unit} unless a unit is written"
+        sign = "" if self.sign == "any" else f"; {self.sign}"
+        return {"type": ["number", "string"], "description": f"{self.note or plain}{sign}"}
+
+
+@dataclass(frozen=True)
+class Coordinates(Kind):
+    """A list of quantities, each in its own unit."""
+
+    units: tuple[str, ...]
+
+    def read(self, raw: Any) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != len(self.units):
+            count = len(raw) if isinstance(raw, list) else "no list of"
+            raise QuantityError(
+                f"has {count} values; expected {len(self.units)}, in {', '.join(self.units)}"
+            )
+        pairs = zip(raw, self.units, strict=True)
+        return tuple(evaluate_quantity(item, unit, direction=unit == "rad") for item, unit in pairs)
+
+    def schema(self) -> Schema:
+        items = [Quantity(unit).schema() for unit in self.units]
+        count = len(self.units)
+        return {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count}
+
+
+class Interval(Coordinates):
+    """``[lower, upper]`` in one unit."""
+
+    def __init__(self, unit: str) -> None:
+        super().__init__((unit, unit))
+
+    def read(self, raw: Any) -> tuple[float, ...]:
+        lower, upper = super().read(raw)
+        if lower > upper:
+            raise QuantityError(f"is {raw}; expected the lower bound first")
+        return lower, upper
+
+
+@dataclass(frozen=True)
+class Estimate(Kind):
+    """A value and its standard deviation, which is NaN where the file gives none.
+
+    A quantity, or a table ``{ value = ..., standard_deviation = ... }``.
+    """
+
+    quantity: Quantity
+
+    def read(self, raw: Any) -> tuple[float, float]:
+        if not isinstance(raw, dict):
+            return self.quantity.read(raw), math.nan
+        names = ("value", "standard_deviation")
+        for name in raw:
+            if name not in names:
+                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, names)}')
+        if "value" not in raw:
+            raise QuantityError('has no "value"')
+        deviation = Quantity(self.quantity.unit, "not negative")
+        given = deviation.read(raw["standard_deviation"]) if len(raw) == 2 else math.nan
+        return self.quantity.read(raw["value"]), given
+
+    def schema(self) -> Schema:
+        value = self.quantity.schema()
+        deviation = Quantity(self.quantity.unit, "not negative").schema()
+        table = _table_schema({"value": value, "standard_deviation": deviation}, ["value"])
+        return {"anyOf": [value, table]}
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """Text of some characters, or that a function has nothing against."""
+
+    most: int = 10_000
+    check: Callable[[str], str] = str
+
+    def read(self, raw: Any) -> str:
+        if not isinstance(raw, str):
+            raise _WrongValue(f"is {raw!r}; expected text")
+        if len(raw) > self.most:
+            raise _WrongValue(f"has {len(raw)} characters; expected at most {self.most}")
+        return self.check(raw)
+
+    def schema(self) -> Schema:
+        return {"type": "string", "maxLength": self.most}
+
+
+@dataclass(frozen=True)
+class Whole(Kind):
+    """A whole number between two bounds."""
+
+    least: int
+    most: int
+
+    def read(self, raw: Any) -> int:
+        if not isinstance(raw, int) or isinstance(raw, bool):
+            raise _WrongValue(f"is {raw!r}; expected a whole number (an integer)")
+        if raw < self.least:
+            raise _WrongValue(f"is {raw}; expected a value greater than or equal to {self.least}")
+        if raw > self.most:
+            raise _WrongValue(f"is too large; expected a value less than or equal to {self.most}")
+        return raw
+
+    def schema(self) -> Schema:
+        return {"type": "integer", "minimum": self.least, "maximum": self.most}
+
+
+class OneOf(Kind):
+    """One of a few values."""
+
+    def __init__(self, *values: Any) -> None:
+        self.values = values
+
+    def read(self, raw: Any) -> Any:
+        # TOML's true and 1.0 equal 1, but are not meant.
+        if isinstance(raw, bool | float) and isinstance(self.values[0], int):
+            raise _WrongValue(f"is {str(raw).lower()}; expected a whole number")
+        if raw not in self.values:
+            raise _WrongValue(f"is {raw!r}; expected {' or '.join(map(repr, self.values))}")
+        return raw
+
+    def schema(self) -> Schema:
+        return {"const": self.values[0]} if len(self.values) == 1 else {"enum": list(self.values)}
+
+
+class AnyValue(Kind):
+    """What is read later."""
+
+    def read(self, raw: Any) -> Any:
+        return raw
+
+    def schema(self) -> Schema:
+        return {}
+
+
+@dataclass(frozen=True)
+class ListOf(Kind):
+    """A list of values of one kind."""
+
+    kind: Kind
+    least: int = 0
+    most: int | None = None
+
+    def read(self, raw: Any) -> list[Any]:
+        if not isinstance(raw, list):
+            raise _WrongValue("is not a list; expected one")
+        if len(raw) < self.least or (self.most is not None and len(raw) > self.most):
+            raise _WrongValue(f"has {len(raw)} items; expected {self.least} to {self.most}")
+        return [_read_at(index, self.kind, item) for index, item in enumerate(raw)]
+
+    def schema(self) -> Schema:
+        most = {} if self.most is None else {"minItems": self.least, "maxItems": self.most}
+        return {"type": "array", "items": self.kind.schema(), **most}
+
+
+class Table(Kind):
+    """A table of keys; `settings` has the defaults of those that may be left out."""
+
+    def __init__(
+        self, kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: Any = None
+    ) -> None:
+        self.kinds = kinds
+        self.required = required
+        self.settings = settings
+
+    def read(self, raw: Any) -> dict[str, Any]:
+        if not isinstance(raw, dict):
+            raise _WrongValue("is not a table of keys; expected one")
+        # A misspelt key is reported rather than the one that is missing because of it.
+        for name in raw:
+            if name not in self.kinds:
+                raise _WrongValue(f"unknown key{did_you_mean(name, self.kinds)}", (name,))
+        for name in self.required:
+            if name not in raw:
+                raise _WrongValue("this key is missing", (name,))
+        return {name: _read_at(name, self.kinds[name], value) for name, value in raw.items()}
+
+    def schema(self) -> Schema:
+        properties = {}
+        for name, kind in self.kinds.items():
+            default = getattr(self.settings, name, None)
+            finite = isinstance(default, int | float) and math.isfinite(default)
+            properties[name] = kind.schema() | ({"default": default} if finite else {})
+        return _table_schema(properties, list(self.required))
+
+
+def read_table(source: TomlSource, table: Table, keys: KeyPath = ()) -> dict[str, Any]:
+    """Read the table below `keys` of a file.
+
+    Raises
+    ------
+    MechanismFileError
+        At the first wrong key.
+    """
+    values: Any = source.values
+    for key in keys:
+        values = values[key]
+    try:
+        return table.read(values)
+    except _WrongValue as error:
+        raise source.error(keys + error.keys, str(error)) from error
+
+
+def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
+    try:
+        return kind.read(raw)
+    except _WrongValue as error:
+        raise _WrongValue(str(error), (key, *error.keys)) from error
+    except SymkinError as error:
+        raise _WrongValue(str(error), (key,)) from error
+
+
+def _table_schema(properties: Schema, required: list[str]) -> Schema:
+    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    return schema | ({"required": required} if required else {})
 
 
 def _check_name(name: str) -> str:
+    if not name:
+        raise _WrongValue("is empty; expected a name")
     if not name.isprintable():
-        raise ValueError(f"is {printable(name)!r}; expected characters that can be printed")
+        raise _WrongValue(f"is {printable(name)!r}; expected characters that can be printed")
     return name
 
 
 def _check_group(group: str) -> str:
     number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
     if not number:
-        raise ValueError(
+        raise _WrongValue(
             f'is "{group}"; expected C (rotations) or D (rotations and reflections) and the number '
             'of rotations, such as "C3" or "D3"'
         )
     if len(number[1]) > len(str(_MOST_LEGS)) or int(number[1]) > _MOST_LEGS:
-        raise ValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
+        raise _WrongValue(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
     return group
 
 
-class SymmetrySection(Section):
-    """The group that carries the reference leg to all legs."""
-
-    group: Annotated[str, AfterValidator(_check_group)]
-    legs: _LegCount | None = None
-    axis: Annotated[float, Quantity("rad", direction=True)] = 0.0
-    elements: list[str] | None = None
-
-
-class ToleranceSection(Section):
-    """Manufacturing standard deviations; the gain's is relative to the gain."""
-
-    length: Annotated[float, Quantity("m", "positive")] = 1e-3
-    angle: Annotated[float, Quantity("rad", "positive")] = 1e-3
-    gain: Annotated[float, Quantity("1", "positive")] = 1e-3
-
-
-class NoiseSection(Section):
-    """Measurement standard deviations; the reading's is added per file, in the reading's unit."""
-
-    position: Annotated[float, Quantity("m", "not negative")] = 1e-4
-    orientation: Annotated[float, Quantity("rad", "not negative")] = 1e-4
-
-
-class ProtocolSection(Section):
-    """Defaults of the protocol."""
-
-    pose_count: Annotated[int, Field(strict=True, ge=1, le=10**6)] = 24
-    candidates: Annotated[int, Field(strict=True, ge=1, le=10**7)] = 30000
-    seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)] = 1
-
-
-class MeasurementSection(Section):
-    """Which columns of a measurement table hold what."""
-
-    position: list[str]
-    readings: list[str]
-    angle: str | None = None
-    quaternion: list[str] | None = None
-    rotation_vector: list[str] | None = None
-    position_unit: str | None = None
-    orientation_unit: str | None = None
-    reading_unit: str | None = None
-    leg: str | None = None
-
-
-class MappingFile(Section):
-    """A column mapping in a file of its own."""
-
-    measurements: MeasurementSection
-
-
-class WorkspaceSection(Section):
-    """The settings of a workspace; the bounds are added per pose space."""
-
-    reach_margin: Annotated[float | None, Quantity("m", "not negative")] = None
-    conditioning_limit: Annotated[float, Quantity("1", "positive")] = 20.0
-    characteristic_length: Annotated[float | None, Quantity("m", "positive")] = None
-
-
-class MechanismHeader(Section):
-    """The keys that every mechanism file may have, and those that decide about the others."""
-
-    schema_version: Annotated[Literal[1], _WholeNumber] = Field(alias="schema")
-    name: (
-        Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_check_name)] | None
-    ) = None
-    chain: str
-    platform: Literal["rigid", "point"] = "rigid"
-    reading_unit: Literal["rad", "m"] | None = None
-    symmetry: Any = None
-    reference_leg: Any = None
-    legs: Any = None
-    workspace: Any = None
-    noise: Any = None
-    tolerances: Any = None
-    joint_limits: Any = None
-    protocol: Any = None
-    measurements: Any = None
+_SYMMETRY = Table(
+    {
+        "group": Text(check=_check_group),
+        "legs": Whole(1, _MOST_LEGS),
+        "axis": Quantity("rad", direction=True),
+        "elements": ListOf(Text()),
+    },
+    ("group",),
+)
+_TOLERANCES = Table(
+    {
+        "length": Quantity("m", "positive"),
+        "angle": Quantity("rad", "positive"),
+        "gain": Quantity("1", "positive", "relative to the gain"),
+    },
+    settings=Tolerances,
+)
+_PROTOCOL = Table(
+    {
+        "pose_count": Whole(1, 10**6),
+        "candidates": Whole(1, 10**7),
+        "seed": Whole(0, 2**63 - 1),
+    },
+    settings=ProtocolSettings,
+)
+MEASUREMENTS = Table(
+    {
+        "position": ListOf(Text()),
+        "readings": ListOf(Text()),
+        "angle": Text(),
+        "quaternion": ListOf(Text()),
+        "rotation_vector": ListOf(Text()),
+        "position_unit": Text(),
+        "orientation_unit": Text(),
+        "reading_unit": Text(),
+        "leg": Text(),
+    },
+    ("position", "readings"),
+    MeasurementColumns,
+)
+_SECTIONS = (
+    "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
+    "protocol", "measurements",
+)  # fmt: skip
+# The keys that every file may have, and those that decide about the others.
+_HEADER_KINDS: dict[str, Kind] = {
+    "schema": OneOf(1),
+    "name": Text(200, _check_name),
+    "chain": Text(),
+    "platform": OneOf("rigid", "point"),
+    "reading_unit": OneOf("rad", "m"),
+}
+HEADER = Table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, AnyValue()), ("schema", "chain"))
 
 
 @functools.cache
-def mechanism_model(chain: str, platform: str, reading_unit: str | None) -> type[MechanismHeader]:
-    """Return the model of mechanism files with this chain.
-
-    Returns
-    -------
-    type
-        A pydantic model.
+def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Table:
+    """Describe the files of mechanisms with this chain.
 
     Raises
     ------
     SymkinError
         If there is no such chain, or it cannot carry the platform.
     """
-    import symkin
-
-    info = symkin.chain_info(chain, platform)
-    units = info.units_of_sensor(reading_unit or info.reading_unit)
-    parameters = {name: _parameter(chain, name, unit) for name, unit in units.items()}
-    title = f"{chain} {platform}"
-    reference_leg = _leg_model(
-        f"ReferenceLeg {title}",
-        {name: Annotated[float, quantity] for name, quantity in parameters.items()},
+    info = chain_info(chain, platform)
+    unit = reading_unit or info.reading_unit
+    units = info.units_of_sensor(unit)
+    parameters = {name: _parameter(chain, name, units[name]) for name in units}
+    estimates = {name: Estimate(quantity) for name, quantity in parameters.items()}
+    mode: dict[str, Kind] = {"working_mode": OneOf(-1, 1)}
+    coordinates = COORDINATES[info.pose_space]
+    limit = Quantity(unit, note="in the sensor's unit")
+    workspace = Table(
+        {name: Interval(unit) for name, unit in coordinates.items()}
+        | {
+            "home": Coordinates(tuple(coordinates.values())),
+            "reach_margin": Quantity("m", "not negative"),
+            "conditioning_limit": Quantity("1", "positive"),
+            "characteristic_length": Quantity("m", "positive"),
+        },
+        tuple(coordinates),
+        WorkspaceSettings,
     )
-    leg = _leg_model(
-        f"Leg {title}",
-        {name: Annotated[Estimate, EstimateOf(quantity)] for name, quantity in parameters.items()},
+    noise = Table(
+        {
+            "position": Quantity("m", "not negative"),
+            "orientation": Quantity("rad", "not negative"),
+            "reading": Quantity(unit, "not negative", "in the sensor's unit"),
+        },
+        settings=NoiseSettings,
     )
-    fields: dict[str, tuple[Any, Any]] = {
-        "chain": (Literal[chain], ...),
-        "platform": (Literal[platform], ... if platform == "point" else platform),
-        "symmetry": (SymmetrySection | None, None),
-        "reference_leg": (reference_leg | None, None),
-        "legs": (Annotated[list[leg], Field(min_length=1, max_length=_MOST_LEGS)] | None, None),  # type: ignore[valid-type]
-        "workspace": (_workspace_model(info.pose_space) | None, None),
-        "noise": _section(_noise_model(reading_unit or info.reading_unit)),
-        "tolerances": _section(ToleranceSection),
-        "joint_limits": _section(_limits_model(reading_unit or info.reading_unit)),
-        "protocol": _section(ProtocolSection),
-        "measurements": (MeasurementSection | None, None),
+    sections: dict[str, Kind] = {
+        "chain": OneOf(chain),
+        "platform": OneOf(platform),
+        "symmetry": _SYMMETRY,
+        "reference_leg": Table(mode | parameters, tuple(parameters)),
+        "legs": ListOf(Table(mode | estimates, tuple(parameters)), 1, _MOST_LEGS),
+        "workspace": workspace,
+        "noise": noise,
+        "tolerances": _TOLERANCES,
+        "joint_limits": Table({"lower": limit, "upper": limit}, settings=JointLimits),
+        "protocol": _PROTOCOL,
+        "measurements": MEASUREMENTS,
     }
-    model: type[MechanismHeader] = _model(f"Mechanism {title}", MechanismHeader, fields)
-    return model
-
-
-def _section(model: Any) -> tuple[Any, Any]:
-    """A section with defaults throughout may be left out."""
-    return model, Field(default_factory=model)
-
-
-def _model(title: str, base: type[Section], fields: dict[str, tuple[Any, Any]]) -> Any:
-    return create_model(title, __base__=base, **fields)  # type: ignore[call-overload]
-
-
-def _leg_model(title: str, parameters: dict[str, Any]) -> Any:
-    mode = {"working_mode": (Annotated[Literal[-1, 1], _WholeNumber], -1)}
-    return _model(title, Section, mode | {name: (kind, ...) for name, kind in parameters.items()})
+    required = ("schema", "chain") + (("platform",) if platform == "point" else ())
+    return Table(_HEADER_KINDS | sections, required)
 
 
 def _parameter(chain: str, name: str, unit: str) -> Quantity:
@@ -226,26 +456,24 @@ def _parameter(chain: str, name: str, unit: str) -> Quantity:
     return Quantity(unit, sign, note, direction=unit == "rad")
 
 
-@functools.cache
-def _workspace_model(pose_space: str) -> Any:
-    coordinates = COORDINATES[pose_space]
-    home = Annotated[tuple[float, ...], QuantityList(tuple(coordinates.values()))]
-    bounds = {
-        name: (Annotated[tuple[float, float], IntervalOf(unit)], ...)
-        for name, unit in coordinates.items()
+def mechanism_schema() -> Schema:
+    """Return the JSON Schema (draft 2020-12) of mechanism files, one alternative per chain.
+
+    Returns
+    -------
+    dict
+    """
+    files = [
+        mechanism_table(chain, platform, None).schema()
+        for platform in ("rigid", "point")
+        for chain in chains(platform)
+    ]
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "symkin mechanism file",
+        "anyOf": files,
     }
-    return _model(
-        f"Workspace {pose_space}", WorkspaceSection, bounds | {"home": (home | None, None)}
-    )
 
 
-@functools.cache
-def _noise_model(reading_unit: str) -> Any:
-    reading = Annotated[float, Quantity(reading_unit, "not negative", "in the sensor's unit")]
-    return _model("Noise", NoiseSection, {"reading": (reading, 0.0)})
-
-
-@functools.cache
-def _limits_model(reading_unit: str) -> Any:
-    limit = Annotated[float | None, Quantity(reading_unit, note="in the sensor's unit")]
-    return _model("JointLimits", Section, {"lower": (limit, None), "upper": (limit, None)})
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(mechanism_schema(), indent=1) + "\n")

@@ -3,34 +3,37 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
+from symkin.chains import chain_info
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
 from symkin.io.mechanism_file import load_mechanism
-from symkin.io.mechanism_text import (
-    Values,
-    commented_out,
-    leg_values,
-    settings_values,
-    update_table,
-)
+from symkin.io.mechanism_schema import COORDINATES
 from symkin.io.output_files import OutputFiles
+from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
 from symkin.symmetry.group import generate_legs, verify_declared
 
-__all__ = ["mechanism_text", "save_mechanism"]
+__all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
+
+# Editors that know TOML look there for what a file may say.
+SCHEMA_LINE = "#:schema mechanism.schema.json"
+
+_Values = dict[str, Any]
+_SI = "# Lengths are m and angles rad unless a unit is written."
 
 
 def save_mechanism(
     mechanism: Mechanism,
     path: str | os.PathLike[str],
     *,
-    template: str | os.PathLike[str] | None = None,
     header: str = "",
     overwrite: bool = False,
 ) -> None:
@@ -45,24 +48,20 @@ def save_mechanism(
         one, unless its symmetry generates exactly these legs.
     path : str or path
         The file to write.
-    template : str or path, optional
-        A mechanism file whose comments, expressions and settings are kept where they still hold;
-        by default the file that the mechanism was read from, if any.
     header : str
         Where the parameters come from; written as comments at the top.
     overwrite : bool
-        Whether `path` may exist, be it the template or the file that the mechanism was read from.
+        Whether `path` may exist, be it the file that the mechanism was read from.
 
     Raises
     ------
     SymkinError
-        If `path` exists without `overwrite`, if the template has another chain, if the declared
-        symmetry does not hold, or if the file could not be read, as for a home pose out of reach.
+        If `path` exists without `overwrite`, if the declared symmetry does not hold, or if the file
+        could not be read, as for a home pose out of reach.
     """
-    template = Path(template) if template is not None else mechanism.source
     with OutputFiles(overwrite=overwrite) as outputs:
         target = outputs.file(Path(path))
-        text = mechanism_text(mechanism, template=template, header=header)
+        text = mechanism_text(mechanism, header=header)
         target.write_text(text, encoding="utf-8", newline="")
         try:
             load_mechanism(target)
@@ -71,134 +70,134 @@ def save_mechanism(
             raise SymkinError(f"a file of this mechanism could not be read: {reason}") from error
 
 
-def mechanism_text(mechanism: Mechanism, *, template: Path | None = None, header: str = "") -> str:
+def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     """Return the text that `save_mechanism` writes."""
     values, signs = canonical(mechanism, mechanism.parameters)
     if (signs < 0).any():
         mechanism = mechanism.with_parameters(values, mechanism.deviations)
     if mechanism.symmetry is not None:
         verify_declared(mechanism)
-    if template is None:
-        return _commented(header) + _new_text(mechanism)
-    original = load_mechanism(template)
-    kind, expected = _kind(mechanism), _kind(original)
-    if kind != expected:
-        raise SymkinError(f"{template}: has {expected}, the mechanism to write {kind}")
-    text = template.read_text(encoding="utf-8-sig")
-    return _commented(header) + _edited(text, mechanism, original)
+    start = {
+        "schema": 1,
+        "name": mechanism.name,
+        "chain": mechanism.chain,
+        "platform": mechanism.platform,
+        "reading_unit": mechanism.reading_unit,
+    }
+    notes = {
+        "chain": "joints from base to platform, the actuated one in brackets",
+        "reading_unit": "of the sensors",
+    }
+    above = [f"# {line}".rstrip() for line in header.splitlines()]
+    parts = ["\n".join([SCHEMA_LINE, *above, *(["#"] if above else []), _SI]) + "\n"]
+    parts += [_section("", start, notes), *_legs(mechanism)]
+    for name, (settings, units) in _settings(mechanism).items():
+        if settings:
+            parts.append(_section(f"[{name}]", settings, units))
+    return "\n".join(parts)
 
 
-def _kind(mechanism: Mechanism) -> str:
-    return (
-        f"chain {mechanism.chain} with a {mechanism.platform} platform and readings in "
-        f"{mechanism.reading_unit}"
-    )
+def toml_value(value: Any) -> str:
+    """Write a number, text, a list or a table in one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {toml_value(each)}" for key, each in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    if isinstance(value, str):
+        # JSON's escapes are TOML's, which wants one for a further character.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(value)
 
 
-def _commented(header: str) -> str:
-    lines = [f"# {line}".rstrip() for line in header.splitlines()]
-    return "\n".join([*lines, "", ""]) if lines else ""
+def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:
+    lines = [heading] if heading else []
+    for name, value in values.items():
+        note = f"  # {notes[name]}" if notes.get(name) else ""
+        lines.append(f"{name} = {toml_value(value)}{note}")
+    return "\n".join(lines) + "\n"
 
 
-def _new_text(mechanism: Mechanism) -> str:
-    document = tomlkit.document()
-    document.update(
-        {
-            "schema": 1,
-            "name": mechanism.name,
-            "chain": mechanism.chain,
-            "platform": mechanism.platform,
-            "reading_unit": mechanism.reading_unit,
-        }
-    )
-    for section, values in settings_values(mechanism).items():
-        if values:
-            table = tomlkit.table()
-            update_table(table, values, {})
-            document.add(section, table)
-    return document.as_string() + _symmetry_text(mechanism) + _leg_text(mechanism)
-
-
-def _edited(text: str, mechanism: Mechanism, original: Mechanism) -> str:
-    """The template's text with what differs from the original mechanism brought up to date."""
-    document = tomlkit.parse(text)
-    if mechanism.name != original.name or "name" not in document:
-        document["name"] = mechanism.name
-    present = settings_values(original)
-    for section, values in settings_values(mechanism).items():
-        if values == present[section]:
-            continue
-        if not values:
-            document.remove(section)
-            continue
-        if section not in document:
-            document.add(section, tomlkit.table())
-        update_table(document[section], values, present[section])
-    if _same_legs(mechanism, original) and mechanism.symmetry == original.symmetry:
-        return document.as_string()
-    if mechanism.symmetry == original.symmetry and _edit_legs(document, mechanism, original):
-        return document.as_string()
-    text = document.as_string()
-    if mechanism.symmetry != original.symmetry:
-        text = commented_out(text, "symmetry", _symmetry_text(mechanism))
-    old_legs = "legs" if "legs" in document else "reference_leg"
-    return commented_out(text, old_legs, _leg_text(mechanism))
-
-
-def _edit_legs(document: tomlkit.TOMLDocument, mechanism: Mechanism, original: Mechanism) -> bool:
-    """Bring the template's own leg tables up to date, if they can hold the new legs."""
-    if "reference_leg" in document and _is_generated(mechanism):
-        update_table(document["reference_leg"], leg_values(mechanism, 0), leg_values(original, 0))
-        return True
-    if "legs" in document and len(mechanism.legs) == len(original.legs):
-        tables: Any = document["legs"]
-        for leg, table in enumerate(tables):
-            update_table(table, leg_values(mechanism, leg), leg_values(original, leg))
-        return True
-    return False
-
-
-def _same_legs(mechanism: Mechanism, original: Mechanism) -> bool:
-    legs = range(len(mechanism.legs))
-    return len(mechanism.legs) == len(original.legs) and all(
-        leg_values(mechanism, leg) == leg_values(original, leg) for leg in legs
-    )
+def _legs(mechanism: Mechanism) -> list[str]:
+    """The symmetry, and one reference leg if it generates the others, else all legs."""
+    sections = []
+    if mechanism.symmetry is not None:
+        values: _Values = {"group": mechanism.symmetry.group, "legs": len(mechanism.legs)}
+        if mechanism.symmetry.axis:
+            values["axis"] = mechanism.symmetry.axis
+        if mechanism.symmetry.elements is not None:
+            values["elements"] = list(mechanism.symmetry.elements)
+        sections = [_section("[symmetry]", values, {"axis": "rad"})]
+    info = chain_info(mechanism.chain, mechanism.platform)
+    notes = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
+    notes["working_mode"] = info.description
+    if _is_generated(mechanism):
+        return [*sections, _section("[reference_leg]", _leg_values(mechanism, 0), notes)]
+    for leg in range(len(mechanism.legs)):
+        heading = f"[[legs]]  # leg {leg + 1}"
+        sections.append(_section(heading, _leg_values(mechanism, leg), notes))
+    return sections
 
 
 def _is_generated(mechanism: Mechanism) -> bool:
     """Whether the declared symmetry generates exactly these legs from the first."""
     if mechanism.symmetry is None or mechanism.deviations is not None:
         return False
-    legs = list(mechanism.legs)
-    generated = generate_legs(legs[0], mechanism.symmetry, len(legs))
-    return all(
-        dict(a.parameters) == dict(b.parameters) and a.working_mode == b.working_mode
-        for a, b in zip(legs, generated, strict=True)
-    )
+    legs = mechanism.legs
+    return tuple(generate_legs(legs[0], mechanism.symmetry, len(legs))) == legs
 
 
-def _symmetry_text(mechanism: Mechanism) -> str:
-    symmetry = mechanism.symmetry
-    if symmetry is None:
-        return ""
-    values: Values = {"group": symmetry.group, "legs": len(mechanism.legs)}
-    if symmetry.axis:
-        values["axis"] = symmetry.axis
-    if symmetry.elements is not None:
-        values["elements"] = list(symmetry.elements)
-    return "\n" + tomlkit.dumps({"symmetry": values})
+def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
+    """The table of a leg (from 0), each standard deviation beside its parameter."""
+    values: _Values = {"working_mode": mechanism.legs[leg].working_mode}
+    for index, name in enumerate(mechanism.parameter_names):
+        value: float | str = mechanism.legs[leg].parameters[name]
+        if mechanism.parameter_units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
+            value = f"{value!r} rad"  # without its unit a file with it would be refused
+        values[name] = value
+        if mechanism.deviations is not None and mechanism.deviations[leg, index] < MOST:
+            deviation = float(mechanism.deviations[leg, index])
+            values[name] = {"value": value, "standard_deviation": deviation}
+    return values
 
 
-def _leg_text(mechanism: Mechanism) -> str:
-    """One reference leg if the symmetry generates the others, else all legs."""
-    if _is_generated(mechanism):
-        tables = [("[reference_leg]", leg_values(mechanism, 0))]
-    else:
-        legs = range(len(mechanism.legs))
-        tables = [("[[legs]]", leg_values(mechanism, leg)) for leg in legs]
-    text = ""
-    for heading, values in tables:
-        document = tomlkit.document()
-        update_table(document, values, {})
-        text += f"\n{heading}\n{document.as_string()}"
-    return text
+def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str]]]:
+    """The other sections with notes; one that the mechanism does not have is empty."""
+    workspace: _Values = {}
+    coordinates = COORDINATES[mechanism.pose_space]
+    settings = mechanism.workspace
+    if settings is not None:
+        workspace = dict(
+            zip(coordinates, zip(settings.lower, settings.upper, strict=True), strict=True)
+        )
+        others = asdict(settings)
+        names = ("home", "reach_margin", "conditioning_limit", "characteristic_length")
+        workspace |= {name: others[name] for name in names if others[name] is not None}
+    columns = mechanism.measurement_columns
+    unit = mechanism.reading_unit
+    return {
+        "workspace": (
+            workspace,
+            {**coordinates, "reach_margin": "m", "characteristic_length": "m"},
+        ),
+        "joint_limits": (
+            {
+                name: each
+                for name, each in asdict(mechanism.joint_limits).items()
+                if math.isfinite(each)
+            },
+            {"lower": unit, "upper": unit},
+        ),
+        "noise": (
+            asdict(mechanism.noise),
+            {"position": "m, standard deviation", "orientation": "rad", "reading": unit},
+        ),
+        "tolerances": (
+            asdict(mechanism.tolerances),
+            {"length": "m, standard deviation", "angle": "rad", "gain": "of the gain"},
+        ),
+        "protocol": (asdict(mechanism.protocol), {"pose_count": "for each leg"}),
+        "measurements": (
+            {} if columns is None else {k: v for k, v in asdict(columns).items() if v},
+            {},
+        ),
+    }

@@ -12,12 +12,12 @@ from typing import Any
 
 from symkin.errors import ResultsError
 from symkin.io.output_files import OutputFiles
-from symkin.io.sources import file_bytes
+from symkin.io.tables import file_bytes
 from symkin.result import plain
 
 __all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 def results_text(results: Mapping[str, Any]) -> str:

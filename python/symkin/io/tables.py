@@ -1,25 +1,33 @@
 # SPDX-License-Identifier: MIT
-"""Tables of numbers: CSV, or Parquet by extension."""
+"""Tables of numbers: CSV, Parquet, or columns that are in memory already."""
 
 from __future__ import annotations
 
+import gzip
+import os
+import stat
+import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
-from pyarrow import csv
 
-from symkin.errors import MeasurementError, did_you_mean
+from symkin.errors import MeasurementError, SymkinError, did_you_mean
 from symkin.io.csv_text import number, read_cells
-from symkin.io.sources import file_bytes
 
-__all__ = ["Table", "read_table", "write_table"]
+__all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
 
+# A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
+TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")
+_GZIP = b"\x1f\x8b"
+_MOST_BYTES = 1_000_000_000  # of what was compressed
+# Text, None where a cell is empty; or numbers and where they are missing; or what else it holds.
+_Column = list[str | None] | tuple[NDArray[np.float64], NDArray[np.bool_]] | str
 
 
 class Table:
@@ -27,31 +35,44 @@ class Table:
 
     Attributes
     ----------
-    path : Path
-        The file, for messages.
+    path : Path or None
+        The file, if it is one.
+    name : str
+        What messages call it.
     names : list of str
         Columns, in the file's order.
     row_count : int
         Number of rows.
     row_numbers : ndarray of int, shape (N,)
         Where the rows stand in the file, from 1: lines of a CSV, whose header is row 1 if nothing
-        stands above it, and rows of a Parquet table. Messages quote these.
+        stands above it, and rows of other tables. Messages quote these.
     """
 
     def __init__(
-        self, path: Path, data: pa.Table, row_numbers: Sequence[int], separator: str = ""
+        self,
+        path: Path | None,
+        name: str,
+        columns: Sequence[tuple[str, _Column]],
+        row_numbers: Sequence[int],
+        separator: str = "",
     ) -> None:
         self.path = path
-        self.names: list[str] = list(data.column_names)
-        self.row_count: int = data.num_rows
+        self.name = name
+        self.names = [column for column, _ in columns]
+        self.row_count = len(row_numbers)
         self.row_numbers = np.array(row_numbers, dtype=np.intp)
-        self._data = data
+        self._columns = dict(columns)
         self._separator = separator
         self._marked: tuple[str, str] | None = None
+        repeated = [name for name, count in Counter(self.names).items() if name and count > 1]
+        if repeated:
+            raise self.error(f'column "{repeated[0]}" occurs twice')
+        if not self.row_count:
+            raise self.error("there are no rows below the header")
 
     def error(self, message: str) -> MeasurementError:
         """An error about this table."""
-        return MeasurementError(f"{self.path}: {message}")
+        return MeasurementError(f"{self.name}: {message}")
 
     def row_error(self, index: int, message: str) -> MeasurementError:
         """An error about a row, from 0."""
@@ -74,14 +95,12 @@ class Table:
             At the first cell that is no number or not finite, or is empty unless that is allowed;
             an allowed empty cell is NaN.
         """
-        column = self._data.column(name)
-        if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-            values = self._parsed(name, column.to_pylist())
-        elif not _is_number(column.type):
-            raise self.error(f'column "{name}" holds {column.type}; expected numbers')
-        else:
-            values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
-        empty = np.asarray(column.is_null().to_numpy(), dtype=bool)
+        column = self._columns[name]
+        if isinstance(column, str):
+            raise self.error(f'column "{name}" holds {column}; expected numbers')
+        if isinstance(column, list):
+            column = self._parsed(name, column), np.array([cell is None for cell in column])
+        values, empty = column
         if empty.any() and not empty_allowed:
             raise self.row_error(
                 int(np.argmax(empty)), f'is empty in column "{name}"; expected a number'
@@ -111,7 +130,8 @@ class Table:
 
     def words(self, name: str, allowed: Sequence[str]) -> list[str]:
         """Return a column of words out of a few."""
-        values = [str(value or "") for value in self._data.column(name).to_pylist()]
+        column = self._columns[name]
+        values = [cell or "" for cell in column] if isinstance(column, list) else ["a number"]
         for index, value in enumerate(values):
             if value not in allowed:
                 raise self.row_error(
@@ -145,72 +165,180 @@ class Table:
             )
 
 
-def read_table(path: Path) -> Table:
-    """Read a table; ``.parquet`` and ``.pq`` are Parquet, everything else is CSV.
+def read_table(source: TableSource) -> Table:
+    """Read a table.
 
-    CSV is separated by commas, semicolons or tabs; with the latter two, the decimal mark may be a
-    comma. Lines that begin with ``#`` are comments. Latin-1 is read where UTF-8 does not fit.
+    Parameters
+    ----------
+    source : str, path, stream or mapping of columns
+        A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
+        semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin
+        with ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed
+        is read too. A stream holds text or bytes of such a file; a mapping of columns is a pandas
+        DataFrame, or a dictionary of arrays, where NaN is an empty cell.
 
     Raises
     ------
     MeasurementError
         If the file is missing, empty, has a header only, or has rows of unequal length.
     """
+    if isinstance(source, str | os.PathLike):
+        path = Path(source)
+        name = str(path)
+        data = file_bytes(path, lambda message: MeasurementError(f"{name}: {message}"))
+    elif hasattr(source, "read"):
+        path, name = None, f"{getattr(source, 'name', 'the stream')}"
+        text: Any = source.read()
+        data = text.encode() if isinstance(text, str) else bytes(text)
+    else:
+        return _table_of_columns(source)
 
     def error(message: str) -> MeasurementError:
-        return MeasurementError(f"{path}: {message}")
+        return MeasurementError(f"{name}: {message}")
 
-    data = file_bytes(path, error)
-    table = _parquet_table(path, data) if path.suffix in _PARQUET else _csv_table(path, data, error)
-    counts = Counter(name for name in table.names if name)
-    repeated = [name for name, count in counts.items() if count > 1]
-    if repeated:
-        raise error(f'column "{repeated[0]}" occurs twice')
-    if table.row_count == 0:
-        raise error("there are no rows below the header")
-    return table
+    if data.startswith(_GZIP):
+        data = _decompressed(data, error)
+    if not data.strip():
+        raise error("the file is empty")
+    if Path(name).suffix in _PARQUET or data.startswith(b"PAR1"):
+        return _parquet_table(path, name, data)
+    cells = read_cells(data, error)
+    columns: list[tuple[str, _Column]] = [
+        (name, [cell or None for cell in column])
+        for name, column in zip(cells.names, zip(*cells.rows, strict=True), strict=True)
+    ]
+    return Table(path, name, columns, cells.row_numbers, cells.separator)
 
 
 def write_table(path: Path, columns: Mapping[str, Any]) -> None:
-    """Write columns as CSV or Parquet, by extension.
+    """Write columns as CSV, compressed if the name ends in ``.gz``, or as Parquet.
 
     Numbers read back to the same floats; NaN is written as an empty cell.
     """
-    # from_pandas makes NaN a missing value.
-    data = pa.table({name: pa.array(v, from_pandas=True) for name, v in columns.items()})
     if path.suffix in _PARQUET:
-        from pyarrow import parquet
-
-        parquet.write_table(data, path)
-    else:
-        with path.open("wb") as file:
-            # Written here, since pyarrow would put the names in quotes.
-            file.write((",".join(columns) + "\n").encode())
-            csv.write_csv(data, file, csv.WriteOptions(include_header=False, quoting_style="none"))
-
-
-def _csv_table(path: Path, data: bytes, error: Callable[[str], MeasurementError]) -> Table:
-    cells = read_cells(data, error)
-    columns = [
-        pa.array([cell or None for cell in column], pa.large_string())
-        for column in zip(*cells.rows, strict=True)
-    ]
-    return Table(
-        path, pa.Table.from_arrays(columns, cells.names), cells.row_numbers, cells.separator
-    )
+        arrow, parquet = _parquet(str(path))
+        # from_pandas makes NaN a missing value.
+        data = {name: arrow.array(values, from_pandas=True) for name, values in columns.items()}
+        parquet.write_table(arrow.table(data), path)
+        return
+    cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
+    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
+    text = ("\n".join(lines) + "\n").encode()
+    path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
 
 
-def _parquet_table(path: Path, data: bytes) -> Table:
-    from pyarrow import parquet
+def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
+    """Return what a regular file holds.
 
+    Pipes and devices are refused, since they may never end.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    error : callable
+        Makes the exception out of what is wrong with the file.
+
+    Returns
+    -------
+    bytes
+    """
     try:
-        read = parquet.read_table(pa.BufferReader(data))
-    except (pa.ArrowException, OSError, UnicodeError) as error:
-        raise MeasurementError(f"{path}: cannot be read: {error}") from error
-    names = [name.strip() for name in read.column_names]
-    return Table(path, read.rename_columns(names), range(1, read.num_rows + 1))
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise error("is a directory, not a file")
+        if not stat.S_ISREG(mode):
+            raise error("is a device or a pipe; expected a regular file")
+        data = path.read_bytes()
+    except FileNotFoundError as missing:
+        raise error("no such file") from missing
+    except OSError as unreadable:
+        raise error(f"cannot be read: {unreadable.strerror}") from unreadable
+    except UnicodeError as unreadable:
+        raise error("has a name that the system does not take") from unreadable
+    if not data.strip():
+        raise error("the file is empty")
+    return data
 
 
-def _is_number(kind: pa.DataType) -> bool:
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if np.isnan(value) else repr(value).removesuffix(".0")
+    return str(value)
+
+
+def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
+    """No more than a limit, since a small file may hold a great many equal bytes."""
+    try:
+        with gzip.open(BytesIO(data)) as file:
+            text = file.read(_MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as unreadable:
+        raise error(f"cannot be decompressed: {unreadable}") from unreadable
+    if len(text) > _MOST_BYTES:
+        raise error(f"holds more than {_MOST_BYTES} bytes")
+    return text
+
+
+def _table_of_columns(columns: Any) -> Table:
+    if not hasattr(columns, "keys"):
+        raise MeasurementError(
+            f"a {type(columns).__name__} is no table; expected a file, a stream, a DataFrame or a "
+            "dictionary of columns"
+        )
+    made = [(str(name), _column(np.asarray(columns[name]))) for name in columns.keys()]  # noqa: SIM118
+    counts = {np.shape(columns[name]) for name in columns.keys()}  # noqa: SIM118
+    if len(counts) > 1 or any(len(shape) != 1 for shape in counts):
+        shown = ", ".join(map(str, sorted(counts)))
+        raise MeasurementError(f"the columns have shapes {shown}; expected one length")
+    count = counts.pop()[0] if counts else 0
+    return Table(None, "the table", made, range(1, count + 1))
+
+
+def _column(values: NDArray[Any]) -> _Column:
+    if values.dtype.kind in "iuf":
+        numbers = values.astype(np.float64)
+        return numbers, np.isnan(numbers)
+    if values.dtype.kind in "OUT":
+        # Missing values are None, NaN or pandas' NA, of which only text is equal to itself.
+        return [str(value) if _is_there(value) else None for value in values.tolist()]
+    return str(values.dtype)
+
+
+def _is_there(value: Any) -> bool:
+    return value is not None and str(value) not in ("", "nan", "<NA>")
+
+
+def _parquet(name: str) -> tuple[Any, Any]:
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError as error:
+        raise MeasurementError(
+            f"{name}: Parquet needs pyarrow: pip install 'symkin[parquet]', or use CSV"
+        ) from error
+    return pa, parquet
+
+
+def _parquet_table(path: Path | None, name: str, data: bytes) -> Table:
+    arrow, parquet = _parquet(name)
+    try:
+        read = parquet.read_table(arrow.BufferReader(data))
+    except (arrow.ArrowException, OSError, UnicodeError) as error:
+        raise MeasurementError(f"{name}: cannot be read: {error}") from error
+    columns = [
+        (column.strip(), _arrow_column(arrow, read.column(index)))
+        for index, column in enumerate(read.column_names)
+    ]
+    return Table(path, name, columns, range(1, read.num_rows + 1))
+
+
+def _arrow_column(arrow: Any, column: Any) -> _Column:
+    types = arrow.types
+    if types.is_string(column.type) or types.is_large_string(column.type):
+        return [value or None for value in column.to_pylist()]
     # A column of empty cells only has the type null.
-    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind))
+    kinds = (types.is_integer, types.is_floating, types.is_null)
+    if not any(is_kind(column.type) for is_kind in kinds):
+        return str(column.type)
+    numbers = np.asarray(column.cast(arrow.float64(), safe=False).to_numpy(), dtype=np.float64)
+    return numbers, np.asarray(column.is_null().to_numpy(), dtype=bool)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from symkin.errors import MeasurementError, MechanismFileError
-from symkin.io.column_mapping import check_columns, load_columns
+from symkin.io.mechanism_file import load_columns
 from symkin.io.columns import (
+    check_columns,
     own_columns,
     pose_column_names,
     read_poses,

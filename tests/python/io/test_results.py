@@ -45,7 +45,7 @@ def test_results_read_back_as_plain_values(tmp_path: Path) -> None:
 def test_the_same_results_give_the_same_text_with_the_version_first() -> None:
     text = results_text(RESULTS)
     assert text == results_text(dict(RESULTS))
-    assert text.startswith('{\n  "schema": 1,\n  "estimator": "implicit",')
+    assert text.startswith('{\n  "schema": 2,\n  "estimator": "implicit",')
     assert text.endswith("}\n")
 
 
@@ -70,9 +70,9 @@ def test_a_value_without_a_json_form_is_named() -> None:
         ('{"schema": "' + "x" * 9999 + '"}', "xxx\\.\\.\\.xxx"),
         ("[" * 99_999, "is not a results file"),
         ('{"schema": ' + "1" * 9999 + "}", "is not a results file"),
-        ("[]", "not a results file of version 1"),
+        ("[]", "not a results file of version 2"),
         ('{"a": 1}', "its schema is None"),
-        ('{"schema": 2}', "its schema is 2"),
+        ('{"schema": 1}', "its schema is 1"),
     ],
 )
 def test_a_file_that_holds_no_results_is_refused(write: Write, text: str, words: str) -> None:

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from symkin.errors import MechanismFileError
-from symkin.io.toml_source import KeyPath, dotted, read_toml
+from symkin.io.toml_file import KeyPath, dotted, read_toml
 
 # The value of every key is its own line.
 NUMBERED = '''\
@@ -68,7 +68,7 @@ def test_every_key_is_found_on_its_line(write: Callable[..., Path], newline: str
 @pytest.mark.parametrize(
     ("keys", "line"),
     [
-        (("t",), 6),  # in two pieces, so at its first key
+        (("t",), 5),  # in two pieces, so at the first
         (("legs",), 19),
         (("legs", 1), 23),
         (("legs", 0, "sub"), 21),
@@ -102,7 +102,7 @@ def test_an_error_names_file_line_and_key(write: Callable[..., Path]) -> None:
         ("", None, "empty"),
         (" \n\n", None, "empty"),
         ("a = 1\nb == 2\n", 2, "not valid TOML"),
-        ("a = 1\n\na = 2\n", 3, "already exists"),
+        ("a = 1\n\na = 2\n", 3, "Cannot overwrite a value"),
         ("b = 1\na = [1,\n", 2, "ends too early"),
     ],
 )

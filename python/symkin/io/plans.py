@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Measurement plans as tables."""
+"""Measurement plans and lists of poses as tables."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.io.columns import (
     own_columns,
@@ -17,13 +18,13 @@ from symkin.io.columns import (
     reading_column_names,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.io.tables import read_table, write_table
+from symkin.io.tables import TableSource, read_table, write_table
 from symkin.planning import Plan
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["read_plan", "write_plan"]
+__all__ = ["read_plan", "read_pose_list", "write_plan"]
 
 _ROLES = ("primary", "spare")
 
@@ -51,8 +52,15 @@ def write_plan(
         write_table(outputs.file(Path(path)), columns)
 
 
-def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
+def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
     """Read a plan.
+
+    Parameters
+    ----------
+    source : str, path, stream, DataFrame or dict of arrays
+        As `read_measurements` takes it.
+    mechanism : Mechanism
+        That it is for.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
         Naming the file, the row and the column: a missing column, a cell that is no number, a leg
         that the mechanism does not have, an unknown role; or that the plan has spares only.
     """
-    table = read_table(Path(path))
+    table = read_table(source)
     leg_count = len(mechanism.legs)
     for name, purpose in (
         ("leg", "the leg whose set the pose belongs to"),
@@ -88,3 +96,27 @@ def read_plan(path: str | os.PathLike[str], mechanism: Mechanism) -> Plan:
         poses=read_poses(table, columns),
         readings=readings,
     )
+
+
+def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.float64]:
+    """Read poses from a table with pose columns as `write_plan` names them, any unit.
+
+    Parameters
+    ----------
+    source : str, path, stream, DataFrame or dict of arrays
+        As `read_measurements` takes it; further columns are not read.
+    mechanism : Mechanism
+        Its kind of platform says which columns there must be.
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+        m and rad (spatial: position and unit quaternion).
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, the row and the column.
+    """
+    table = read_table(source)
+    return read_poses(table, own_columns(table, mechanism.pose_space, len(mechanism.legs)))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symkin.errors import MeasurementError
-from symkin.io.plan import read_plan, write_plan
+from symkin.io.plans import read_plan, write_plan
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
