@@ -47,7 +47,7 @@ from symkin.identification.cross_validation import CrossValidation, cross_valida
 from symkin.identification.diagnosis import Diagnosis, Outlier, ResidualTest
 from symkin.identification.estimate import GoodnessOfFit, Identification, LegFit, identify
 from symkin.measurements import Measurements
-from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.mechanism import Leg, Mechanism
 from symkin.observability import (
     ExpectedAccuracy,
     Observability,
@@ -71,6 +71,7 @@ from symkin.planning import (
 )
 from symkin.planning.selection import Certificate, LegRows, Selection, select_poses
 from symkin.settings import (
+    DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,

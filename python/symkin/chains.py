@@ -3,18 +3,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 from symkin import _core
+from symkin.errors import one_of
 
-__all__ = ["ChainInfo", "chain_info", "chains"]
+__all__ = ["ChainInfo", "FrozenMapping", "chain_info", "chains"]
+
+_Value = TypeVar("_Value")
+_PLATFORMS = ("rigid", "point")
 
 _ANGLES = (
     _core.ParameterRole.base_azimuth,
     _core.ParameterRole.platform_azimuth,
     _core.ParameterRole.polar_angle,
 )
+
+
+class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
+    """A read-only mapping that can be pickled, copied and, unlike Python's own, hashed."""
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[str, _Value]) -> None:
+        self._values = dict(values)
+
+    def __getitem__(self, key: str) -> _Value:
+        """Return a value by its name."""
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        """Return the number of values."""
+        return len(self._values)
+
+    def __hash__(self) -> int:
+        """Return a hash of names and values."""
+        return hash(frozenset(self._values.items()))
+
+    def __repr__(self) -> str:
+        """Return it as a dictionary is shown."""
+        return repr(self._values)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make it anew."""
+        return FrozenMapping, (self._values,)
 
 
 @dataclass(frozen=True)
@@ -54,6 +93,7 @@ class ChainInfo:
         return {**self.parameter_units, "sensor_gain": gain}
 
 
+@functools.cache
 def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     """Describe a chain.
 
@@ -73,6 +113,7 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     SymkinError
         For an unknown chain, with the nearest known one, or one that cannot carry the platform.
     """
+    one_of("platform", platform, _PLATFORMS)
     info = _core.chain_info(chain, platform)
     joint_unit = "rad" if info.reads_angle else "m"
     units = {}
@@ -87,7 +128,7 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
         name=info.name,
         pose_space=info.pose_space,
         parameter_names=tuple(units),
-        parameter_units=units,
+        parameter_units=FrozenMapping(units),
         reading_unit=joint_unit,
         description=info.working_mode,
     )
@@ -100,4 +141,5 @@ def chains(platform: str = "rigid") -> list[str]:
     -------
     list of str
     """
+    one_of("platform", platform, _PLATFORMS)
     return list(_core.chain_names(platform))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any, get_args
 
 __all__ = [
     "FailedFitError",
@@ -18,6 +19,7 @@ __all__ = [
     "SymmetryError",
     "did_you_mean",
     "named_legs",
+    "one_of",
     "printable",
 ]
 
@@ -96,3 +98,27 @@ def named_legs(legs: Iterable[int]) -> str:
     """Name legs (from 0) in a message: ``leg 2``, ``legs 2, 3``."""
     numbers = [str(leg + 1) for leg in legs]
     return f"leg{'' if len(numbers) == 1 else 's'} {', '.join(numbers)}"
+
+
+def one_of(name: str, value: object, choices: Any) -> None:
+    """Refuse an option that is none of its values.
+
+    Parameters
+    ----------
+    name : str
+        Of the option.
+    value : object
+        What was given.
+    choices : iterable of str or a `typing.Literal`
+        What may be.
+
+    Raises
+    ------
+    SymkinError
+        Naming the option, the value, the nearest valid one and all of them.
+    """
+    valid = get_args(choices) or tuple(choices)
+    if not isinstance(value, str) or value not in valid:
+        shown = " or ".join(f'"{each}"' for each in valid)
+        nearest = did_you_mean(value, valid) if isinstance(value, str) else ""
+        raise SymkinError(f"{name} is {value!r}{nearest}; expected {shown}")

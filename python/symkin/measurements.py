@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
-from symkin.mechanism import wrong_quaternion
+from symkin.poses import wrong_quaternion
 
 __all__ = ["Measurements"]
 

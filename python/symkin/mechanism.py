@@ -4,18 +4,22 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import chain_info
+from symkin.chains import ChainInfo, FrozenMapping, chain_info
 from symkin.errors import MechanismError, did_you_mean, printable
+from symkin.kinematics import Kinematics
+from symkin.poses import poses_from_bounds
 from symkin.settings import (
+    DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -24,7 +28,17 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 
-__all__ = ["DeclaredSymmetry", "Leg", "Mechanism"]
+if TYPE_CHECKING:
+    from symkin.checks.check import CheckResult
+    from symkin.evaluation import Evaluation
+    from symkin.identification.estimate import Identification
+    from symkin.measurements import Measurements
+    from symkin.pipeline import ProtocolResult
+    from symkin.planning import Plan
+    from symkin.simulation import Simulation
+    from symkin.workspace.sample import WorkspaceSample
+
+__all__ = ["Leg", "Mechanism"]
 
 Array = NDArray[np.float64]
 
@@ -47,29 +61,15 @@ class Leg:
     parameters: Mapping[str, float]
     working_mode: int = -1
 
-
-@dataclass(frozen=True)
-class DeclaredSymmetry:
-    """The symmetry that a mechanism is said to have.
-
-    Attributes
-    ----------
-    group : str
-        ``"C3"`` (rotations), ``"D3"`` (rotations and reflections), ...
-    axis : float
-        Azimuth of the line (spatially, the plane through Z) of the reflection ``s0``, rad.
-    elements : tuple of str or None
-        The elements that carry leg 1 to legs 1, 2, ...: ``r0``, ``r1``, ... are rotations, ``s0``,
-        ``s1``, ... reflections. None is their natural order.
-    """
-
-    group: str
-    axis: float = 0.0
-    elements: tuple[str, ...] | None = None
+    def __post_init__(self) -> None:
+        """Keep what the mapping holds now."""
+        values = {str(name): float(value) for name, value in self.parameters.items()}
+        object.__setattr__(self, "parameters", FrozenMapping(values))
+        object.__setattr__(self, "working_mode", int(self.working_mode))
 
 
-@dataclass(frozen=True, init=False, eq=False)
-class Mechanism:
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Mechanism(Kinematics):
     """A parallel mechanism: legs of one chain between a base and a platform, and its settings.
 
     Arrays of poses have one pose a row: ``x, y, phi`` (planar), ``x, y`` (point platform) or
@@ -115,7 +115,9 @@ class Mechanism:
     deviations: Array | None
     measurement_columns: MeasurementColumns | None
     source: Path | None
-    core: _core.Mechanism = dataclasses.field(repr=False)
+    core: _core.Mechanism
+    _info: ClassVar[ChainInfo]  # set with the others, but no field
+    _parameters: ClassVar[Array]
 
     def __init__(
         self,
@@ -160,9 +162,58 @@ class Mechanism:
             "core": _core.Mechanism(
                 name, info.name, platform, values, [leg.working_mode for leg in legs]
             ),
+            "_info": info,
+            "_parameters": _read_only(values),
         }
-        for field, value in fields.items():
-            object.__setattr__(self, field, value)
+        vars(self).update(fields)
+
+    @property
+    def _values(self) -> dict[str, Any]:
+        """The constructor's arguments."""
+        names = (field.name for field in dataclasses.fields(self) if field.name != "core")
+        return {name: getattr(self, name) for name in names}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make it anew, since the core cannot be pickled."""
+        return _made, (self._values,)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is the same mechanism with the same settings, wherever it comes from."""
+        if not isinstance(other, Mechanism):
+            return NotImplemented
+        mine, others = self._values | {"source": None}, other._values | {"source": None}
+        deviations = mine.pop("deviations"), others.pop("deviations")
+        if any(each is None for each in deviations):
+            return mine == others and deviations == (None, None)
+        return mine == others and np.array_equal(*deviations, equal_nan=True)
+
+    def __hash__(self) -> int:
+        """Return a hash of its geometry."""
+        return hash((self.name, self.legs, self.platform, self.reading_unit))
+
+    def __repr__(self) -> str:
+        """Return what kind of mechanism it is."""
+        symmetry = f", {self.symmetry.group}" if self.symmetry is not None else ""
+        calibrated = ", with standard deviations" if self.deviations is not None else ""
+        legs = f"{len(self.legs)} legs {self.chain}"
+        return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{calibrated}>'
+
+    def _repr_html_(self) -> str:
+        """Show its parameters in a notebook."""
+        from html import escape
+
+        heads = "".join(f"<th>leg {leg + 1}</th>" for leg in range(len(self.legs)))
+        rows = "".join(
+            f"<tr><th>{name}{f' ({unit})' if unit else ''}</th>"
+            + "".join(f"<td>{value:.6g}</td>" for value in column)
+            + "</tr>"
+            for name, unit, column in zip(
+                self.parameter_names, self.parameter_units, self.parameters.T, strict=True
+            )
+        )
+        return (
+            f"<table><caption>{escape(repr(self))}</caption><tr><th></th>{heads}</tr>{rows}</table>"
+        )
 
     @property
     def chain(self) -> str:
@@ -177,19 +228,18 @@ class Mechanism:
     @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the p parameters of a leg, in the order of every array."""
-        return chain_info(self.chain, self.platform).parameter_names
+        return self._info.parameter_names
 
     @property
     def parameter_units(self) -> tuple[str, ...]:
         """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
-        info = chain_info(self.chain, self.platform)
-        units = info.units_of_sensor(self.reading_unit).values()
+        units = self._info.units_of_sensor(self.reading_unit).values()
         return tuple("" if unit == "1" else unit for unit in units)
 
     @property
     def parameters(self) -> Array:
-        """Parameters, shape (legs, p)."""
-        return self.core.parameters
+        """Parameters, read-only, shape (legs, p)."""
+        return self._parameters
 
     @property
     def working_modes(self) -> tuple[int, ...]:
@@ -202,6 +252,69 @@ class Mechanism:
         given = None if self.workspace is None else self.workspace.home
         return poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof)
 
+    @property
+    def characteristic_length(self) -> float:
+        """Length that makes rotations comparable with translations, m."""
+        if self.workspace is not None and self.workspace.characteristic_length is not None:
+            return self.workspace.characteristic_length
+        if "platform_radius" in self.parameter_names:
+            column = self.parameter_names.index("platform_radius")
+            return float(np.mean(np.abs(self.parameters[:, column]))) or 1.0
+        return 1.0
+
+    def check(self, seed: int | None = None) -> CheckResult:
+        """Return `check_mechanism` of it."""
+        from symkin.checks.check import check_mechanism
+
+        return check_mechanism(self, seed)
+
+    def sample_workspace(
+        self, count: int | None = None, seed: int | None = None
+    ) -> WorkspaceSample:
+        """Return `symkin.sample_workspace` of it."""
+        from symkin.workspace.sample import sample_workspace
+
+        return sample_workspace(self, count, seed)
+
+    def plan(self, count: int | None = None, **options: Any) -> Plan:
+        """Return `make_plan` of `count` poses out of its workspace, with the options of that."""
+        from symkin.planning import make_plan
+
+        sample = self.sample_workspace(seed=options.get("seed"))
+        return make_plan(self, sample, count, **options)
+
+    def simulate(self, plan: Plan, **options: Any) -> Simulation:
+        """Return `symkin.simulate` of a robot that takes a plan's poses."""
+        from symkin.simulation import simulate
+
+        return simulate(self, plan, **options)
+
+    def identify(
+        self, measurements: Measurements, *arguments: Any, **options: Any
+    ) -> Identification:
+        """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
+        from symkin.identification.estimate import identify
+
+        return identify(self, measurements, *arguments, **options)
+
+    def evaluate(self, **options: Any) -> Evaluation:
+        """Return `symkin.evaluate` of it as the model of a controller."""
+        from symkin.evaluation import evaluate
+
+        return evaluate(self, **options)
+
+    def run(self, **options: Any) -> ProtocolResult:
+        """Return `run_protocol` of it."""
+        from symkin.pipeline import run_protocol
+
+        return run_protocol(self, **options)
+
+    def save(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write it to a file, see `save_mechanism`."""
+        from symkin.io.mechanism_writer import save_mechanism
+
+        save_mechanism(self, path, **options)
+
     def replace(self, **changes: Any) -> Mechanism:
         """Return a copy with other values of the constructor's arguments.
 
@@ -209,12 +322,7 @@ class Mechanism:
         -------
         Mechanism
         """
-        given = {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if field.name != "core"
-        }
-        return Mechanism(**(given | changes))
+        return Mechanism(**(self._values | changes))
 
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None
@@ -231,157 +339,6 @@ class Mechanism:
             for leg, row in zip(self.legs, values.tolist(), strict=True)
         ]
         return self.replace(legs=legs, deviations=deviations)
-
-    def inverse_kinematics(self, poses: ArrayLike) -> Array:
-        """Sensor readings at poses.
-
-        Parameters
-        ----------
-        poses : array_like, shape (N, coordinates)
-            One pose a row; a single pose may be one-dimensional.
-
-        Returns
-        -------
-        ndarray, shape (N, legs)
-            In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
-            cannot reach.
-        """
-        return _core.inverse_kinematics(self.core, self._poses(poses))
-
-    def forward_kinematics(
-        self, readings: ArrayLike, start: ArrayLike | None = None
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Poses at sensor readings, by Newton's method on the closures.
-
-        Parameters
-        ----------
-        readings : array_like, shape (N, legs)
-            In the sensor's unit.
-        start : array_like, shape (coordinates,) or (N, coordinates), optional
-            Where to start, by default at home. Its aspect is the one that counts.
-
-        Returns
-        -------
-        poses : ndarray, shape (N, coordinates)
-            NaN where the method does not converge.
-        converged : ndarray of bool, shape (N,)
-            Whether the pose solves the closures within the start's aspect.
-        """
-        begin = self.home if start is None else start
-        result = _core.forward_kinematics(self.core, _rows(readings), self._poses(begin))
-        return result.poses, result.converged
-
-    def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
-        """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
-
-        `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach.
-
-        Returns
-        -------
-        ndarray, shape (N,)
-            m.
-        """
-        return _core.closure(self.core, leg, self._poses(poses), np.atleast_1d(_floats(readings)))
-
-    def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
-        """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
-
-        The rows of the paper's identification matrix C (Eqs. 8, 11), in sensor units per parameter
-        unit; NaN where the leg cannot reach.
-
-        Returns
-        -------
-        ndarray, shape (N, p)
-            In sensor units per parameter unit.
-        """
-        return _core.parameter_jacobian(self.core, leg, self._poses(poses))
-
-    def pose_jacobian(self, poses: ArrayLike) -> Array:
-        """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
-
-        Returns
-        -------
-        ndarray, shape (N, legs, dof)
-            In sensor units per m and rad.
-        """
-        rows = self._poses(poses)
-        jacobian = _core.pose_jacobian(self.core, rows)
-        return jacobian.reshape(len(rows), len(self.legs), self.core.dof)
-
-    def singularity_measures(
-        self, poses: ArrayLike, characteristic_length: float | None = None
-    ) -> tuple[Array, Array, Array]:
-        """How near poses are to singularities.
-
-        Returns
-        -------
-        serial : ndarray, shape (N, legs)
-            dh/dq of each leg: zero at a serial (type 1) singularity.
-        parallel : ndarray, shape (N,)
-            det(dg/dpose): zero at a parallel (type 2) singularity.
-        condition : ndarray, shape (N,)
-            Condition number of dq/dpose, rotations scaled by the characteristic length (m), which
-            is by default the workspace's, else the mean platform radius.
-        """
-        length = characteristic_length or self.characteristic_length
-        measures = _core.singularity_measures(self.core, self._poses(poses), length)
-        return measures.serial, measures.parallel, measures.condition
-
-    @property
-    def characteristic_length(self) -> float:
-        """Length that makes rotations comparable with translations, m."""
-        if self.workspace is not None and self.workspace.characteristic_length is not None:
-            return self.workspace.characteristic_length
-        if "platform_radius" in self.parameter_names:
-            column = self.parameter_names.index("platform_radius")
-            return float(np.mean(np.abs(self.parameters[:, column]))) or 1.0
-        return 1.0
-
-    def _poses(self, poses: ArrayLike) -> Array:
-        """Poses as rows; a quaternion that stands for no rotation is refused."""
-        rows = _rows(poses)
-        wrong = wrong_quaternion(rows) if self.pose_space == "spatial" else None
-        if wrong is not None:
-            raise MechanismError(
-                f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"
-            )
-        return rows
-
-
-def wrong_quaternion(poses: Array) -> tuple[int, float] | None:
-    """Return the first of spatial poses whose quaternion is not of unit length, and its norm.
-
-    A norm within 1e-3 of 1 is rounded, and is brought to 1 by the core; NaN is no pose at all.
-    """
-    if poses.ndim != 2 or poses.shape[1] != 7:
-        return None
-    with np.errstate(over="ignore", invalid="ignore"):
-        norms = np.linalg.norm(poses[:, 3:], axis=1)
-        wrong = np.flatnonzero(np.abs(norms - 1) > 1e-3)
-    return (int(wrong[0]), float(norms[wrong[0]])) if len(wrong) else None
-
-
-def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
-    """Poses written as position and angle or rotation vector, as pose arrays.
-
-    Parameters
-    ----------
-    pose_space : {"planar", "point", "spatial"}
-        Kind of the poses.
-    values : array_like, shape (..., dof)
-        Position (m), then angle or rotation vector (rad).
-
-    Returns
-    -------
-    ndarray, shape (..., coordinates)
-    """
-    values = _floats(values)
-    if pose_space != "spatial":
-        return values
-    from symkin.poses import quaternions_from_rotation_vectors
-
-    quaternions = quaternions_from_rotation_vectors(values[..., 3:].reshape(-1, 3))
-    return np.concatenate([values[..., :3], quaternions.reshape(*values.shape[:-1], 4)], axis=-1)
 
 
 def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
@@ -400,19 +357,20 @@ def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
         )
 
 
-def _floats(values: ArrayLike) -> Array:
-    return np.ascontiguousarray(values, dtype=np.float64)
-
-
 def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.array(values, dtype=np.float64)
+    array = _read_only(np.array(values, dtype=np.float64))
     if array.shape != shape:
         raise MechanismError(f"{name} have shape {array.shape}; expected (legs, p) = {shape}")
     return array
 
 
-def _rows(values: ArrayLike) -> Array:
-    return np.atleast_2d(_floats(values))
+def _read_only(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+def _made(values: dict[str, Any]) -> Mechanism:
+    return Mechanism(**values)
 
 
 def _common_chain(legs: Sequence[Leg]) -> str:

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Rotations as vectors, matrices and quaternions, and rigid motions."""
+"""Poses and rotations as vectors, matrices and quaternions, and rigid motions."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Transform",
     "cross_matrices",
+    "poses_from_bounds",
     "quaternions_from_rotation_vectors",
     "rotations_from_quaternions",
     "rotations_from_vectors",
     "vectors_from_rotations",
+    "wrong_quaternion",
 ]
 
 Array = NDArray[np.float64]
@@ -102,3 +104,37 @@ def quaternions_from_rotation_vectors(vectors: Array) -> Array:
     half = np.linalg.norm(vectors, axis=1, keepdims=True) / 2
     # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
     return np.hstack([vectors * np.sinc(half / np.pi) / 2, np.cos(half)])
+
+
+def wrong_quaternion(poses: Array) -> tuple[int, float] | None:
+    """Return the first of spatial poses whose quaternion is not of unit length, and its norm.
+
+    A norm within 1e-3 of 1 is rounded, and is brought to 1 by the core; NaN is no pose at all.
+    """
+    if poses.ndim != 2 or poses.shape[1] != 7:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        norms = np.linalg.norm(poses[:, 3:], axis=1)
+        wrong = np.flatnonzero(np.abs(norms - 1) > 1e-3)
+    return (int(wrong[0]), float(norms[wrong[0]])) if len(wrong) else None
+
+
+def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
+    """Poses written as position and angle or rotation vector, as pose arrays.
+
+    Parameters
+    ----------
+    pose_space : {"planar", "point", "spatial"}
+        Kind of the poses.
+    values : array_like, shape (..., dof)
+        Position (m), then angle or rotation vector (rad).
+
+    Returns
+    -------
+    ndarray, shape (..., coordinates)
+    """
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    if pose_space != "spatial":
+        return values
+    quaternions = quaternions_from_rotation_vectors(values[..., 3:].reshape(-1, 3))
+    return np.concatenate([values[..., :3], quaternions.reshape(*values.shape[:-1], 4)], axis=-1)

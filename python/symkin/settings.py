@@ -6,9 +6,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from symkin.errors import SymkinError
 
 __all__ = [
+    "DeclaredSymmetry",
     "JointLimits",
     "MeasurementColumns",
     "NoiseSettings",
@@ -16,6 +19,30 @@ __all__ = [
     "Tolerances",
     "WorkspaceSettings",
 ]
+
+
+@dataclass(frozen=True)
+class DeclaredSymmetry:
+    """The symmetry that a mechanism is said to have.
+
+    Attributes
+    ----------
+    group : str
+        ``"C3"`` (rotations), ``"D3"`` (rotations and reflections), ...
+    axis : float
+        Azimuth of the line (spatially, the plane through Z) of the reflection ``s0``, rad.
+    elements : tuple of str or None
+        The elements that carry leg 1 to legs 1, 2, ...: ``r0``, ``r1``, ... are rotations, ``s0``,
+        ``s1``, ... reflections. None is their natural order.
+    """
+
+    group: str
+    axis: float = 0.0
+    elements: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
 
 
 @dataclass(frozen=True)
@@ -49,6 +76,10 @@ class WorkspaceSettings:
     conditioning_limit: float = 20.0
     characteristic_length: float | None = None
     home: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
 
 
 @dataclass(frozen=True)
@@ -157,3 +188,16 @@ class MeasurementColumns:
     orientation_unit: str | None = None
     reading_unit: str | None = None
     leg: str | None = None
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
+
+
+def _make_tuples(settings: object) -> None:
+    """Make tuples of lists and arrays, which could be changed, and floats of numpy's numbers."""
+    for name, value in vars(settings).items():
+        if isinstance(value, list | tuple | np.ndarray):
+            items = value.tolist() if isinstance(value, np.ndarray) else value
+            items = tuple(float(item) if isinstance(item, float) else item for item in items)
+            object.__setattr__(settings, name, items)

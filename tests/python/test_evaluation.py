@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.mechanism import poses_from_bounds
+from symkin.poses import poses_from_bounds
 
 FRAMES = {
     "3RRR": ([0.05, -0.03, 0.2], [0.01, 0.02, -0.1]),

@@ -24,7 +24,7 @@ def test_legs_are_equally_observable_at_mapped_poses_and_not_when_one_is_perturb
     mechanism = symkin.load_mechanism(name)
     poses = symkin.sample_workspace(mechanism, 24, seed=2).poses
     assert largest_deviation(mechanism, mechanism, poses) < 1e-10
-    parameters = mechanism.parameters
+    parameters = mechanism.parameters.copy()
     parameters[1, 0] *= 1.01
     perturbed = mechanism.replace(symmetry=None).with_parameters(parameters)
     assert largest_deviation(perturbed, mechanism, poses) > 1e-4

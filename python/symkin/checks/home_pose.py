@@ -7,7 +7,8 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import MechanismFileError, SymkinError, named_legs
-from symkin.mechanism import Mechanism, poses_from_bounds
+from symkin.mechanism import Mechanism
+from symkin.poses import poses_from_bounds
 
 __all__ = ["require_usable_home"]
 

@@ -23,8 +23,9 @@ from symkin.io.mechanism_schema import (
     read_table,
 )
 from symkin.io.toml_file import TomlSource, read_toml
-from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.mechanism import Leg, Mechanism
 from symkin.settings import (
+    DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,

@@ -62,7 +62,7 @@ _ACCEPTS: dict[Sign, Callable[[float], bool]] = {
 }
 
 
-class _WrongValue(SymkinError):
+class _ValueError(SymkinError):
     """A value that a file may not have, and the path to it."""
 
     def __init__(self, message: str, keys: KeyPath = ()) -> None:
@@ -175,9 +175,9 @@ class Text(Kind):
 
     def read(self, raw: Any) -> str:
         if not isinstance(raw, str):
-            raise _WrongValue(f"is {raw!r}; expected text")
+            raise _ValueError(f"is {raw!r}; expected text")
         if len(raw) > self.most:
-            raise _WrongValue(f"has {len(raw)} characters; expected at most {self.most}")
+            raise _ValueError(f"has {len(raw)} characters; expected at most {self.most}")
         return self.check(raw)
 
     def schema(self) -> Schema:
@@ -193,11 +193,11 @@ class Whole(Kind):
 
     def read(self, raw: Any) -> int:
         if not isinstance(raw, int) or isinstance(raw, bool):
-            raise _WrongValue(f"is {raw!r}; expected a whole number (an integer)")
+            raise _ValueError(f"is {raw!r}; expected a whole number (an integer)")
         if raw < self.least:
-            raise _WrongValue(f"is {raw}; expected a value greater than or equal to {self.least}")
+            raise _ValueError(f"is {raw}; expected a value greater than or equal to {self.least}")
         if raw > self.most:
-            raise _WrongValue(f"is too large; expected a value less than or equal to {self.most}")
+            raise _ValueError(f"is too large; expected a value less than or equal to {self.most}")
         return raw
 
     def schema(self) -> Schema:
@@ -213,9 +213,9 @@ class OneOf(Kind):
     def read(self, raw: Any) -> Any:
         # TOML's true and 1.0 equal 1, but are not meant.
         if isinstance(raw, bool | float) and isinstance(self.values[0], int):
-            raise _WrongValue(f"is {str(raw).lower()}; expected a whole number")
+            raise _ValueError(f"is {str(raw).lower()}; expected a whole number")
         if raw not in self.values:
-            raise _WrongValue(f"is {raw!r}; expected {' or '.join(map(repr, self.values))}")
+            raise _ValueError(f"is {raw!r}; expected {' or '.join(map(repr, self.values))}")
         return raw
 
     def schema(self) -> Schema:
@@ -242,9 +242,9 @@ class ListOf(Kind):
 
     def read(self, raw: Any) -> list[Any]:
         if not isinstance(raw, list):
-            raise _WrongValue("is not a list; expected one")
+            raise _ValueError("is not a list; expected one")
         if len(raw) < self.least or (self.most is not None and len(raw) > self.most):
-            raise _WrongValue(f"has {len(raw)} items; expected {self.least} to {self.most}")
+            raise _ValueError(f"has {len(raw)} items; expected {self.least} to {self.most}")
         return [_read_at(index, self.kind, item) for index, item in enumerate(raw)]
 
     def schema(self) -> Schema:
@@ -264,14 +264,14 @@ class Table(Kind):
 
     def read(self, raw: Any) -> dict[str, Any]:
         if not isinstance(raw, dict):
-            raise _WrongValue("is not a table of keys; expected one")
+            raise _ValueError("is not a table of keys; expected one")
         # A misspelt key is reported rather than the one that is missing because of it.
         for name in raw:
             if name not in self.kinds:
-                raise _WrongValue(f"unknown key{did_you_mean(name, self.kinds)}", (name,))
+                raise _ValueError(f"unknown key{did_you_mean(name, self.kinds)}", (name,))
         for name in self.required:
             if name not in raw:
-                raise _WrongValue("this key is missing", (name,))
+                raise _ValueError("this key is missing", (name,))
         return {name: _read_at(name, self.kinds[name], value) for name, value in raw.items()}
 
     def schema(self) -> Schema:
@@ -296,17 +296,17 @@ def read_table(source: TomlSource, table: Table, keys: KeyPath = ()) -> dict[str
         values = values[key]
     try:
         return table.read(values)
-    except _WrongValue as error:
+    except _ValueError as error:
         raise source.error(keys + error.keys, str(error)) from error
 
 
 def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
     try:
         return kind.read(raw)
-    except _WrongValue as error:
-        raise _WrongValue(str(error), (key, *error.keys)) from error
+    except _ValueError as error:
+        raise _ValueError(str(error), (key, *error.keys)) from error
     except SymkinError as error:
-        raise _WrongValue(str(error), (key,)) from error
+        raise _ValueError(str(error), (key,)) from error
 
 
 def _table_schema(properties: Schema, required: list[str]) -> Schema:
@@ -316,21 +316,21 @@ def _table_schema(properties: Schema, required: list[str]) -> Schema:
 
 def _check_name(name: str) -> str:
     if not name:
-        raise _WrongValue("is empty; expected a name")
+        raise _ValueError("is empty; expected a name")
     if not name.isprintable():
-        raise _WrongValue(f"is {printable(name)!r}; expected characters that can be printed")
+        raise _ValueError(f"is {printable(name)!r}; expected characters that can be printed")
     return name
 
 
 def _check_group(group: str) -> str:
     number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
     if not number:
-        raise _WrongValue(
+        raise _ValueError(
             f'is "{group}"; expected C (rotations) or D (rotations and reflections) and the number '
             'of rotations, such as "C3" or "D3"'
         )
     if len(number[1]) > len(str(_MOST_LEGS)) or int(number[1]) > _MOST_LEGS:
-        raise _WrongValue(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
+        raise _ValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
     return group
 
 

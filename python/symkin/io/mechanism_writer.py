@@ -106,7 +106,8 @@ def toml_value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's escapes are TOML's, which wants one for a further character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)
+    # numpy's numbers show their type.
+    return repr(float(value)) if isinstance(value, float) else repr(int(value))
 
 
 def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin._core import SymmetryElement, SymmetryGroup
 from symkin.chains import chain_info
-from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.mechanism import Leg, Mechanism
+from symkin.settings import DeclaredSymmetry
 
 __all__ = [
     "DetectedSymmetry",

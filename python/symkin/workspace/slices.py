@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.mechanism import Mechanism, poses_from_bounds
+from symkin.mechanism import Mechanism
+from symkin.poses import poses_from_bounds
 from symkin.workspace.sample import inside_workspace, workspace_options
 
 __all__ = [

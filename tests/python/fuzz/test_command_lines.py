@@ -49,7 +49,7 @@ def _robot(name: str, folder: Path, *, listed: bool = False) -> Robot:
     )
     path = folder / f"{name}.toml"
     if listed or "[protocol]" not in text:
-        symkin.save_mechanism(mechanism, path, template=None if listed else mechanism.source)
+        symkin.save_mechanism(mechanism, path)
         text = path.read_text()
     else:
         head, _, tail = text.partition("[protocol]")

@@ -214,7 +214,7 @@ def test_an_estimate_that_no_leg_can_have_is_a_fit_that_failed() -> None:
     robot = symkin.load_mechanism("3RRP")
     sample = symkin.sample_workspace(robot, 40, 1)
     seen = symkin.Measurements.of(sample.poses, sample.readings)
-    values = robot.parameters
+    values = robot.parameters.copy()
     columns = [robot.parameter_names.index(name) for name in ("proximal_length", "sensor_offset")]
     values[1, columns] = 0.1 * values[1, columns[0]], values[1, columns[1]] + np.pi
     nominal = robot.replace(symmetry=None).with_parameters(values)
@@ -267,7 +267,7 @@ def test_what_is_simulated_is_written_so_that_everything_reads_it(
 def test_a_radius_near_zero_stays_readable_when_it_is_made(tmp_path: Path) -> None:
     nominal = symkin.load_mechanism("3RPR")
     column = nominal.parameter_names.index("platform_radius")
-    values = nominal.parameters
+    values = nominal.parameters.copy()
     values[:, column] = 1e-9
     nominal = nominal.replace(symmetry=None).with_parameters(values)
     for seed in range(5):

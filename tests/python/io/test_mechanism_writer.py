@@ -15,8 +15,9 @@ import symkin
 from symkin.errors import SymkinError, SymmetryError
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.mechanism_writer import save_mechanism
-from symkin.mechanism import DeclaredSymmetry, Leg, Mechanism
+from symkin.mechanism import Leg, Mechanism
 from symkin.settings import (
+    DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -197,7 +198,7 @@ def test_the_file_that_was_read_is_overwritten_only_on_demand(
 
 def test_a_point_with_a_negative_radius_is_written_as_the_same_point(tmp_path: Path) -> None:
     mechanism = symkin.load_mechanism("3RPR").replace(symmetry=None)
-    values = mechanism.parameters
+    values = mechanism.parameters.copy()
     values[:, [0, 2]] *= -1
     values[:, [1, 3]] += np.pi
     mechanism = mechanism.with_parameters(values)

@@ -40,7 +40,7 @@ def test_an_asymmetric_mechanism_fails_the_conditions_on_symmetry():
 
 
 def test_unequal_gains_and_offsets_are_found(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[1, -2] = 1.01
     unequal = paper.replace(symmetry=None).with_parameters(parameters)
     assert (5, 6) in failing(check_conditions(unequal, count=500))
@@ -60,7 +60,7 @@ def test_the_figures_of_a_nearly_symmetric_mechanism_tell_how_far_it_is_off(pape
 
 
 def test_encoders_that_all_have_their_zero_along_x_fail_the_conditions_on_sensors_alone(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -1] = 0
     conditions = check_conditions(paper.with_parameters(parameters), count=500)
     assert failing(conditions) == [(4, 5), (5, 7)]
@@ -72,7 +72,7 @@ def test_encoders_that_all_have_their_zero_along_x_fail_the_conditions_on_sensor
 
 
 def test_unequal_gains_fail_the_conditions_on_sensors_alone(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -2] = 1, 1.1, 1.2
     conditions = check_conditions(paper.with_parameters(parameters), count=500)
     assert failing(conditions) == [(4, 5), (5, 6), (5, 7)]
@@ -90,7 +90,7 @@ def test_conditions_that_no_mechanism_can_fail_say_so(paper):
 
 
 def test_a_structure_whose_every_symmetry_flips_the_modes_has_no_symmetric_readings(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[1, 1] += 0.4  # leaves the reflection that carries leg 2 onto itself
     mirrored = paper.replace(symmetry=None).with_parameters(parameters)
     conditions = check_conditions(mirrored, count=200).conditions
@@ -102,7 +102,7 @@ def test_a_structure_whose_every_symmetry_flips_the_modes_has_no_symmetric_readi
 
 def test_a_larger_group_that_is_near_does_not_spoil_the_one_that_is_exact(paper):
     offset = paper.parameter_names.index("sensor_offset")
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     # The same on every leg: the sensors keep C3, which keeps the modes, and lose the mirrors.
     parameters[:, offset] += 0.001
     turned = paper.with_parameters(parameters)

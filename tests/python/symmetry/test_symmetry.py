@@ -60,7 +60,7 @@ def test_a_mechanism_that_declares_nothing_is_planned_by_the_symmetry_that_it_ha
 
 
 def test_what_breaks_the_symmetry_is_named_by_leg_and_parameter(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[1, 4] += 0.002
     broken = paper.replace(symmetry=None).with_parameters(parameters)
     assert [leg for leg, _ in symkin.leg_carriers(broken)] == [0, 1, 2]
@@ -78,7 +78,7 @@ def test_an_element_that_the_group_lacks_is_refused(paper):
 def test_planning_by_one_leg_serves_legs_whose_sensors_differ(paper):
     # O1 does not change with offsets: the gain's column moves by a multiple of the offset's. A gain
     # scales the paper's rows: by 1/k all of them, and the gain's column by 1/k again.
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     gains = np.array([1, 1.1, 1.2])
     parameters[:, -2], parameters[:, -1] = gains, [0.5, 0.4, -0.3]
     other = paper.replace(symmetry=None).with_parameters(parameters)
@@ -100,7 +100,7 @@ def test_planning_by_one_leg_serves_legs_whose_sensors_differ(paper):
 
 
 def test_a_plan_is_the_same_whatever_the_offsets_are(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -1] += [0.2, -0.3, 0.4]
     other = paper.with_parameters(parameters)
     settings = {"count": 16, "seed": 4, "spares": 0}
@@ -192,7 +192,7 @@ def test_legs_that_meet_in_the_centre_of_the_platform_are_symmetric_by_their_bas
 
 
 def test_a_declared_symmetry_that_the_sensors_alone_lack_is_no_error(paper, tmp_path):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -1] = [0.5, 0.6, 0.7]
     path = tmp_path / "sensors.toml"
     symkin.save_mechanism(paper.with_parameters(parameters), path)
@@ -230,7 +230,7 @@ def test_symmetrical_observability_has_the_direction_of_eq_14_and_not_of_eq_10_a
 
 
 def test_a_tilted_spatial_symmetry_is_said_not_to_be_looked_for(hexapod):
-    parameters = hexapod.parameters
+    parameters = hexapod.parameters.copy()
     radius, polar, azimuth = parameters[:, :3].T.copy()
     points = radius * [
         np.sin(polar) * np.cos(azimuth),

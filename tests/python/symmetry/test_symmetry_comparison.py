@@ -10,7 +10,7 @@ from symkin.symmetry.comparison import compare_symmetry
 
 def changed(mechanism, leg, parameter, change):
     """The mechanism without a declaration and with one parameter changed."""
-    parameters = mechanism.parameters
+    parameters = mechanism.parameters.copy()
     parameters[leg, mechanism.parameter_names.index(parameter)] += change
     return mechanism.replace(symmetry=None).with_parameters(parameters)
 
@@ -86,7 +86,7 @@ def test_any_parameter_that_alone_is_off_is_the_one_named(name):
 
 def with_sensors(mechanism, gains, offsets):
     """The mechanism, undeclared, with other gains and offsets."""
-    parameters = mechanism.parameters
+    parameters = mechanism.parameters.copy()
     parameters[:, -2], parameters[:, -1] = gains, offsets
     return mechanism.replace(symmetry=None).with_parameters(parameters)
 
@@ -160,7 +160,7 @@ def test_a_declared_symmetry_that_is_absent_is_compared_with(paper, change, verd
 
 
 def test_an_exact_symmetry_stays_exact_beside_a_larger_one_that_is_near(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, paper.parameter_names.index("platform_angle")] += 0.001
     turned = paper.with_parameters(parameters)  # keeps C3, and the mirrors of the platform turn
     assert compare_symmetry(turned).verdict == "exact"

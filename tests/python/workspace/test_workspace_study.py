@@ -146,7 +146,7 @@ def test_joint_limits_that_are_not_mirrored_break_the_workspace_theorem(five_bar
 
 
 def test_an_element_that_the_legs_do_not_have_is_refused(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[1, 4] += 1e-3
     broken = paper.replace(symmetry=None).with_parameters(parameters)
     with pytest.raises(symkin.SymmetryError, match="r1"):

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""Kinematics of a mechanism, over many poses at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import MechanismError
+from symkin.poses import wrong_quaternion
+
+__all__ = ["Kinematics"]
+
+Array = NDArray[np.float64]
+
+
+class Kinematics:
+    """What the core computes of a `Mechanism`, which has these methods.
+
+    Poses are arrays with one pose a row, or a `WorkspaceSample`; see `Mechanism`.
+    """
+
+    core: _core.Mechanism
+
+    @property
+    def home(self) -> Array:
+        """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
+        raise NotImplementedError
+
+    @property
+    def characteristic_length(self) -> float:
+        """Length that makes rotations comparable with translations, m."""
+        raise NotImplementedError
+
+    def inverse_kinematics(self, poses: ArrayLike) -> Array:
+        """Sensor readings at poses.
+
+        Parameters
+        ----------
+        poses : array_like, shape (N, coordinates)
+            One pose a row; a single pose may be one-dimensional.
+
+        Returns
+        -------
+        ndarray, shape (N, legs)
+            In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
+            cannot reach.
+        """
+        return _core.inverse_kinematics(self.core, self._poses(poses))
+
+    def forward_kinematics(
+        self, readings: ArrayLike, start: ArrayLike | None = None
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Poses at sensor readings, by Newton's method on the closures.
+
+        Parameters
+        ----------
+        readings : array_like, shape (N, legs)
+            In the sensor's unit.
+        start : array_like, shape (coordinates,) or (N, coordinates), optional
+            Where to start, by default at home. Its aspect is the one that counts.
+
+        Returns
+        -------
+        poses : ndarray, shape (N, coordinates)
+            NaN where the method does not converge.
+        converged : ndarray of bool, shape (N,)
+            Whether the pose solves the closures within the start's aspect.
+        """
+        begin = self.home if start is None else start
+        result = _core.forward_kinematics(self.core, _rows(readings), self._poses(begin))
+        return result.poses, result.converged
+
+    def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
+        """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
+
+        `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            m.
+        """
+        return _core.closure(self.core, leg, self._poses(poses), np.atleast_1d(_floats(readings)))
+
+    def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
+        """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
+
+        The rows of the paper's identification matrix C (Eqs. 8, 11), in sensor units per parameter
+        unit; NaN where the leg cannot reach.
+
+        Returns
+        -------
+        ndarray, shape (N, p)
+            In sensor units per parameter unit.
+        """
+        return _core.parameter_jacobian(self.core, leg, self._poses(poses))
+
+    def pose_jacobian(self, poses: ArrayLike) -> Array:
+        """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
+
+        Returns
+        -------
+        ndarray, shape (N, legs, dof)
+            In sensor units per m and rad.
+        """
+        rows = self._poses(poses)
+        jacobian = _core.pose_jacobian(self.core, rows)
+        return jacobian.reshape(len(rows), -1, self.core.dof)
+
+    def singularity_measures(
+        self, poses: ArrayLike, characteristic_length: float | None = None
+    ) -> tuple[Array, Array, Array]:
+        """How near poses are to singularities.
+
+        Returns
+        -------
+        serial : ndarray, shape (N, legs)
+            dh/dq of each leg: zero at a serial (type 1) singularity.
+        parallel : ndarray, shape (N,)
+            det(dg/dpose): zero at a parallel (type 2) singularity.
+        condition : ndarray, shape (N,)
+            Condition number of dq/dpose, rotations scaled by the characteristic length (m), which
+            is by default the workspace's, else the mean platform radius.
+        """
+        length = characteristic_length or self.characteristic_length
+        measures = _core.singularity_measures(self.core, self._poses(poses), length)
+        return measures.serial, measures.parallel, measures.condition
+
+    def _poses(self, poses: ArrayLike) -> Array:
+        """Poses as rows; a quaternion that stands for no rotation is refused."""
+        rows = _rows(poses)
+        wrong = wrong_quaternion(rows) if self.core.pose_space == "spatial" else None
+        if wrong is not None:
+            raise MechanismError(
+                f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"
+            )
+        return rows
+
+
+def _floats(values: ArrayLike) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _rows(values: Any) -> Array:
+    return np.atleast_2d(_floats(getattr(values, "poses", values)))
