@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -100,8 +100,8 @@ def named_legs(legs: Iterable[int]) -> str:
     return f"leg{'' if len(numbers) == 1 else 's'} {', '.join(numbers)}"
 
 
-def one_of(name: str, value: object, choices: Any) -> None:
-    """Refuse an option that is none of its values.
+def one_of(name: str, value: object, choices: Any) -> Any:
+    """Return an option, or what it stands for, if it is one of its values.
 
     Parameters
     ----------
@@ -109,8 +109,8 @@ def one_of(name: str, value: object, choices: Any) -> None:
         Of the option.
     value : object
         What was given.
-    choices : iterable of str or a `typing.Literal`
-        What may be.
+    choices : iterable of str, mapping or `typing.Literal`
+        What may be; a mapping says what it stands for.
 
     Raises
     ------
@@ -122,3 +122,4 @@ def one_of(name: str, value: object, choices: Any) -> None:
         shown = " or ".join(f'"{each}"' for each in valid)
         nearest = did_you_mean(value, valid) if isinstance(value, str) else ""
         raise SymkinError(f"{name} is {value!r}{nearest}; expected {shown}")
+    return choices[value] if isinstance(choices, Mapping) else value

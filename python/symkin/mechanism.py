@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.chains import ChainInfo, FrozenMapping, chain_info
-from symkin.errors import MechanismError, did_you_mean, printable
+from symkin.errors import MechanismError, did_you_mean, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.poses import poses_from_bounds
 from symkin.settings import (
@@ -147,7 +147,7 @@ class Mechanism(Kinematics):
             "name": name,
             "legs": legs,
             "platform": platform,
-            "reading_unit": reading_unit or info.reading_unit,
+            "reading_unit": one_of("reading_unit", reading_unit or info.reading_unit, ("rad", "m")),
             "symmetry": symmetry,
             "workspace": workspace,
             "noise": noise or NoiseSettings(),

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from symkin.errors import one_of
 from symkin.evaluation import Evaluation, evaluate
 from symkin.identification.estimate import Estimator, Identification, PoseUse, identify
 from symkin.mechanism import Mechanism
@@ -78,6 +79,8 @@ def run_protocol(
     -------
     ProtocolResult
     """
+    one_of("estimator", estimator, Estimator)
+    one_of("poses", poses, PoseUse)
     progress = progress or _silent
     progress("sampling the workspace")
     candidates = sample_workspace(mechanism, seed=seed)

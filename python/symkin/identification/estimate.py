@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.checks.undefined_angles import undefined_angles
-from symkin.errors import FailedFitError, NotIdentifiableError, named_legs
+from symkin.errors import FailedFitError, NotIdentifiableError, named_legs, one_of
 from symkin.identification.calibrated import calibrated_mechanism
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -264,10 +264,10 @@ def identify_once(
         result = _core.identify(
             mechanism.core,
             core_measurements(measurements),
-            getattr(_core.Estimator, estimator),
-            getattr(_core.PoseUse, poses),
+            one_of("estimator", estimator, _core.Estimator.__members__),
+            one_of("poses", poses, _core.PoseUse.__members__),
             noise_of(noise),
-            getattr(_core.LossKind, loss),
+            one_of("loss", loss, _core.LossKind.__members__),
             loss_scale or 0.0,
             max_iterations,
         )

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, one_of
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, mechanism_rows, observability_rows
 from symkin.planning.selection import LegRows
@@ -116,9 +116,8 @@ def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) ->
         "orbits": lambda: [_orbit_task(mechanism)],
         "mechanism": lambda: [_mechanism_task(mechanism)],
     }
-    if design not in makers:
-        raise SymkinError(f'unknown design "{design}"; expected {_listed(makers)}')
-    return makers[design]()
+    tasks: list[Task] = one_of("design", design, makers)()
+    return tasks
 
 
 def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
@@ -156,7 +155,3 @@ def _mechanism_task(mechanism: Mechanism) -> Task:
 
 def _identity(mechanism: Mechanism) -> SymmetryElement:
     return symmetry_group(mechanism).parse("r0")
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(f'"{name}"' for name in names)

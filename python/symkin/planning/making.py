@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin.errors import one_of
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
@@ -113,6 +114,7 @@ def make_plan(
     SymkinError
         For demands that contradict each other or the mechanism.
     """
+    one_of("visit", visit, ("sets", "travel"))
     sampled = candidates if isinstance(candidates, WorkspaceSample) else None
     poses = np.ascontiguousarray(sampled.poses if sampled else candidates, dtype=np.float64)
     poses = np.atleast_2d(poses)

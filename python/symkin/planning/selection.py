@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin._core import SymmetryElement
-from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, noise_of, with_combinations
 from symkin.symmetry.group import symmetry_group
@@ -125,7 +125,7 @@ class LegRows:
             mechanism.core,
             leg,
             np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64)),
-            getattr(_core.RowKind, kind),
+            one_of("kind", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
             group,
             elements,
@@ -209,8 +209,8 @@ def select_poses(
     """
     options = _core.SelectionOptions()
     options.count, options.seed, options.spare_count = count, seed, spares
-    options.method = getattr(_core.SelectionMethod, method)
-    options.criterion = getattr(_core.Criterion, criterion)
+    options.method = one_of("method", method, _core.SelectionMethod.__members__)
+    options.criterion = one_of("criterion", criterion, _core.Criterion.__members__)
     options.required = list(required)
     options.minimum_distance, options.time_limit_s = minimum_distance, time_limit
     options.threads, options.memory_limit_bytes = threads, memory_limit
