@@ -115,11 +115,11 @@ def one_of(name: str, value: object, choices: Any) -> Any:
     Raises
     ------
     SymkinError
-        Naming the option, the value, the nearest valid one and all of them.
+        Naming the option, the value and the valid ones.
     """
     valid = get_args(choices) or tuple(choices)
     if not isinstance(value, str) or value not in valid:
-        shown = " or ".join(f'"{each}"' for each in valid)
-        nearest = did_you_mean(value, valid) if isinstance(value, str) else ""
-        raise SymkinError(f"{name} is {value!r}{nearest}; expected {shown}")
+        *others, last = (f'"{each}"' for each in valid)
+        shown = " or ".join([", ".join(others), last] if others else [last])
+        raise SymkinError(f"{name} is {value!r}; expected {shown}")
     return choices[value] if isinstance(choices, Mapping) else value

@@ -106,7 +106,7 @@ def observability_rows(
         NaN where the leg cannot reach.
     """
     rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    row_kind = one_of("kind", kind, _core.RowKind.__members__)
+    row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
     return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
 
 
@@ -137,7 +137,7 @@ def mechanism_rows(
         readings.
     """
     values = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    row_kind = one_of("kind", kind, _core.RowKind.__members__)
+    row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
     rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
     return rows.reshape(len(values), len(mechanism.legs), -1)
 

@@ -70,19 +70,22 @@ CALLS: dict[str, tuple[Callable[..., Any], str]] = {
     "chain_info": (lambda _, **o: symkin.chain_info("[R]RR", **o), "platform"),
     "chains": (lambda _, **o: symkin.chains(**o), "platform"),
 }
-NEAR_MISSES = {"estimator": ("implicitly", '"implicit"'), "platform": ("rigd", '"rigid"')}
 
 
 @pytest.mark.parametrize(
     ("name", "option"), [(name, each) for name, (_, o) in CALLS.items() for each in o.split()]
 )
 def test_a_wrong_option_is_answered_with_the_valid_ones(name: str, option: str) -> None:
-    wrong, right = NEAR_MISSES.get(option, ("zzz", '"'))
-    with pytest.raises(symkin.SymkinError, match=f"is '{wrong}'.*expected \".*{right}"):
-        CALLS[name][0](given(), **{option: wrong})
+    with pytest.raises(
+        symkin.SymkinError, match=r"""is 'zzz'; expected "\w+"(, "\w+")* or "\w+"$"""
+    ):
+        CALLS[name][0](given(), **{option: "zzz"})
 
 
 @pytest.mark.parametrize("wrong", [None, 3, ["implicit"]])
 def test_an_option_that_is_no_text_is_refused_too(wrong: object) -> None:
-    with pytest.raises(symkin.SymkinError, match=r'estimator is .*; expected "paper" or "inverse"'):
+    with pytest.raises(
+        symkin.SymkinError,
+        match=r'estimator is .*; expected "paper", "inverse", "implicit" or "joint"',
+    ):
         CALLS["identify"][0](given(), estimator=wrong)

@@ -20,6 +20,7 @@ from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
 from symkin.cli.help import with_example
 from symkin.cli.identify import identify
+from symkin.cli.new import list_mechanisms, new
 from symkin.cli.plan import plan
 from symkin.cli.pose_count import pose_count
 from symkin.cli.run import run
@@ -32,13 +33,14 @@ _DEBUG = "--debug"
 
 # Plain help starts faster than rich's, and pastes cleanly.
 app = typer.Typer(
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run):
     app.command()(command)
+app.command()(new)
+app.command("list")(list_mechanisms)
 
 
 @app.callback(invoke_without_command=True)
@@ -53,7 +55,8 @@ def overview(
 ) -> None:
     """Kinematic identification of symmetric parallel mechanisms.
 
-    The stages pass files to each other: check, pose-count, plan, simulate (or measure a real
+    list names the mechanisms that come with symkin, new prints a file for one of your own. The
+    stages pass files to each other: check, pose-count, plan, simulate (or measure a real
     robot), identify, evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the
     name of a mechanism that comes with symkin, such as 3RRR.
 

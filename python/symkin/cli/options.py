@@ -30,11 +30,20 @@ __all__ = [
     "ThreadsOption",
 ]
 
+
+def _shipped(incomplete: str) -> list[str]:
+    """What completes a mechanism's name, besides the shell's own files."""
+    from symkin.io.mechanism_file import shipped_mechanisms
+
+    return [name for name in shipped_mechanisms() if name.startswith(incomplete)]
+
+
 MechanismArgument = Annotated[
     str,
     typer.Argument(
         metavar="MECHANISM",
-        help="A mechanism file, or the name of a shipped one.",
+        help="A mechanism file, or the name of a shipped one (see `symkin list`).",
+        autocompletion=_shipped,
         show_default=False,
     ),
 ]

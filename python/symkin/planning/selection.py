@@ -125,7 +125,7 @@ class LegRows:
             mechanism.core,
             leg,
             np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64)),
-            one_of("kind", kind, _core.RowKind.__members__),
+            one_of("kind of rows", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
             group,
             elements,

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""A mechanism file to begin with, for any chain."""
+
+from __future__ import annotations
+
+from symkin.chains import chain_info
+from symkin.errors import MechanismError
+from symkin.io.mechanism_writer import SCHEMA_LINE
+
+__all__ = ["mechanism_template"]
+
+# Value and meaning; turned by 60 degrees against the base, no platform is singular at home.
+_PARAMETERS = {
+    "proximal_length": ('"0.4 m"', "link on the side of the base"),
+    "distal_length": ('"0.4 m"', "link on the side of the platform"),
+    "guide_offset": ('"0.03 m"', "distance of the guide from its pivot"),
+    "base_radius": ('"0.5 m"', "distance of the leg's base point from the origin"),
+    "base_angle": ('"210 deg"', "azimuth of the base point"),
+    "platform_radius": ('"0.12 m"', "distance of its platform point from the platform's origin"),
+    "platform_angle": ('"270 deg"', "azimuth of the platform point, in the platform's frame"),
+    "base_polar_angle": ('"90 deg"', "from Z: the base points lie in the plane of the base"),
+    "base_azimuth": ('"200 deg"', "of the base point"),
+    "platform_polar_angle": ('"90 deg"', "from the platform's Z"),
+    "platform_azimuth": ('"154 deg"', "of the platform point, in the platform's frame"),
+    "sensor_gain": ("1", "active joint per sensor reading; -1 for a sensor that counts down"),
+    "sensor_offset": ("0", "active joint at the sensor's zero"),
+}
+_BASE_GUIDE = {
+    "base_radius": ('"0.2 m"', "distance of the guide from the origin"),
+    "base_angle": ('"210 deg"', "azimuth of the guide's normal"),
+}
+_PLATFORM_GUIDE = {
+    "platform_radius": ('"0 m"', "distance of the platform's guide from the platform's origin"),
+    "platform_angle": ('"275 deg"', "azimuth of the guide's normal, in the platform's frame"),
+}
+_SPATIAL = {"base_radius": ('"0.4 m"', ""), "platform_radius": ('"0.2 m"', "")}
+_PLANE = {"x": '["-0.1 m", "0.1 m"]', "y": '["-0.1 m", "0.1 m"]'}
+_TILT = '["-10 deg", "10 deg"]'
+_BOXES = {
+    "planar": _PLANE | {"phi": '["-20 deg", "20 deg"]'},
+    "point": _PLANE,
+    "spatial": _PLANE | {"z": '["0.4 m", "0.6 m"]', "rx": _TILT, "ry": _TILT, "rz": _TILT},
+}
+
+
+def mechanism_template(chain: str, legs: int | None = None, platform: str = "rigid") -> str:
+    """Return the text of a mechanism file to begin with.
+
+    It describes a mechanism that has a workspace, with symmetrical legs, so that every command
+    works on it before a dimension is changed.
+
+    Parameters
+    ----------
+    chain : str
+        Such as ``"[R]RR"``; `chains` lists them.
+    legs : int, optional
+        By default as few as the platform needs.
+    platform : {"rigid", "point"}
+        A platform that turns, or a point that only moves.
+
+    Raises
+    ------
+    SymkinError
+        For an unknown chain, or a number of legs that the platform does not go with.
+    """
+    info = chain_info(chain, platform)
+    pose_space = info.pose_space
+    least = {"planar": 3, "point": 2, "spatial": 6}[pose_space]
+    most = 6 if pose_space == "spatial" else 64
+    legs = least if legs is None else legs
+    if not least <= legs <= most:
+        expected = str(least) if least == most else f"{least} to {most}"
+        raise MechanismError(f"{legs} legs for a {pose_space} platform; expected {expected}")
+    joints = chain.replace("[", "").replace("]", "")
+    no_radius = not any(name.endswith("_radius") for name in info.parameter_names)
+    if no_radius and legs % 2 == 0 and legs > 2:
+        raise MechanismError(
+            f"{legs} legs {chain}: two of them would be the same; expected 2 or an odd number"
+        )
+    known = _PARAMETERS | (_BASE_GUIDE if joints[0] == "P" else {})
+    known |= _PLATFORM_GUIDE if joints[-1] == "P" else {}
+    if pose_space == "spatial":
+        known |= {name: (value, known[name][1]) for name, (value, _) in _SPATIAL.items()}
+    group, axis, carried = f"C{legs}", "", f"by turns of 360/{legs} degrees"
+    if pose_space == "spatial":
+        group, axis = "D3", 'axis = "210 deg"  # of the mirror between legs 1 and 2\n'
+        carried = "by turns and reflections, in mirrored pairs"
+    elif legs == 2:
+        group, axis = "D1", 'axis = "90 deg"  # of the mirror\n'
+        carried = "by a reflection"
+    parameters = "".join(
+        f"{name} = {known[name][0]}  # {known[name][1]}\n" for name in info.parameter_names
+    )
+    bounds = "".join(f"{name} = {box}\n" for name, box in _BOXES[pose_space].items())
+    home = (
+        'home = ["0 m", "0 m", "0.5 m", "0 deg", "0 deg", "0 deg"]  # well inside\n'
+        if pose_space == "spatial"
+        else ""
+    )
+    count = 3 * len(info.parameter_names)
+    return f"""{SCHEMA_LINE}
+#
+# A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.
+# Lengths are m and angles rad unless a unit is written, such as "12.5 mm" or "30 deg"; text may be
+# an expression, such as "6 m / sqrt(3)".
+
+schema = 1
+chain = "{chain}"  # joints from base to platform, the actuated one in brackets
+platform = "{platform}"  # "rigid" if it turns, "point" if it only moves
+reading_unit = "{info.reading_unit}"  # what the sensors read: "rad" or "m"
+
+# Leg 1 is carried to the others {carried}.
+# Legs that differ are listed one by one instead, as [[legs]] tables with the keys of [reference_leg].
+[symmetry]
+group = "{group}"
+legs = {legs}
+{axis}
+[reference_leg]
+working_mode = 1  # -1 or 1: {info.description}
+{parameters}
+# The box of poses in which to measure; home, by default the origin, says which assembly is meant.
+[workspace]
+{bounds}{home}conditioning_limit = 20  # leaves out poses near singularities
+
+# Standard deviations of what is measured.
+[noise]
+position = "0.1 mm"
+orientation = "0.1 mrad"
+reading = 0
+
+# Standard deviations of the parts as they are made.
+[tolerances]
+length = "1 mm"
+angle = "1 mrad"
+gain = 1e-3
+
+[protocol]
+pose_count = {count}  # for each leg: three times its {len(info.parameter_names)} parameters
+candidates = 20000
+seed = 1
+"""
