@@ -175,6 +175,7 @@ __all__ = [
     "expected_accuracy",
     "identify",
     "leg_carriers",
+    "load",
     "load_columns",
     "load_mechanism",
     "make_plan",
@@ -205,6 +206,7 @@ __all__ = [
 # resolved when they are first used.
 _FILE_FUNCTIONS = {
     "load_columns": "mechanism_file",
+    "load": "mechanism_file",
     "load_mechanism": "mechanism_file",
     "mechanism_schema": "mechanism_schema",
     "read_measurements": "measurements",

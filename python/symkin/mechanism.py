@@ -182,10 +182,10 @@ class Mechanism(Kinematics):
         if not isinstance(other, Mechanism):
             return NotImplemented
         mine, others = self._values | {"source": None}, other._values | {"source": None}
-        deviations = mine.pop("deviations"), others.pop("deviations")
-        if any(each is None for each in deviations):
-            return mine == others and deviations == (None, None)
-        return mine == others and np.array_equal(*deviations, equal_nan=True)
+        one, another = mine.pop("deviations"), others.pop("deviations")
+        if one is None or another is None:
+            return one is another and mine == others
+        return mine == others and np.array_equal(one, another, equal_nan=True)
 
     def __hash__(self) -> int:
         """Return a hash of its geometry."""
@@ -250,7 +250,7 @@ class Mechanism(Kinematics):
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
         given = None if self.workspace is None else self.workspace.home
-        return poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof)
+        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof))
 
     @property
     def characteristic_length(self) -> float:

@@ -35,7 +35,7 @@ from symkin.settings import (
 )
 from symkin.symmetry.group import generate_legs, verify_declared
 
-__all__ = ["load_columns", "load_mechanism", "shipped_mechanisms"]
+__all__ = ["load", "load_columns", "load_mechanism", "shipped_mechanisms"]
 
 _Values = dict[str, Any]
 
@@ -98,6 +98,9 @@ def load_mechanism(
         source.call(("symmetry",), lambda: verify_declared(mechanism))
     _check_home(source, mechanism)
     return mechanism
+
+
+load = load_mechanism
 
 
 def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:

@@ -241,6 +241,7 @@ class ListOf(Kind):
     most: int | None = None
 
     def read(self, raw: Any) -> list[Any]:
+        """Return what the items are read as."""
         if not isinstance(raw, list):
             raise _ValueError("is not a list; expected one")
         if len(raw) < self.least or (self.most is not None and len(raw) > self.most):
@@ -248,6 +249,7 @@ class ListOf(Kind):
         return [_read_at(index, self.kind, item) for index, item in enumerate(raw)]
 
     def schema(self) -> Schema:
+        """Return an array of items of the kind."""
         most = {} if self.most is None else {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.kind.schema(), **most}
 
@@ -263,6 +265,7 @@ class Table(Kind):
         self.settings = settings
 
     def read(self, raw: Any) -> dict[str, Any]:
+        """Return what the keys that are there are read as."""
         if not isinstance(raw, dict):
             raise _ValueError("is not a table of keys; expected one")
         # A misspelt key is reported rather than the one that is missing because of it.
@@ -275,6 +278,7 @@ class Table(Kind):
         return {name: _read_at(name, self.kinds[name], value) for name, value in raw.items()}
 
     def schema(self) -> Schema:
+        """Return an object with these keys and no others."""
         properties = {}
         for name, kind in self.kinds.items():
             default = getattr(self.settings, name, None)

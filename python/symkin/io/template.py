@@ -110,7 +110,7 @@ platform = "{platform}"  # "rigid" if it turns, "point" if it only moves
 reading_unit = "{info.reading_unit}"  # what the sensors read: "rad" or "m"
 
 # Leg 1 is carried to the others {carried}.
-# Legs that differ are listed one by one instead, as [[legs]] tables with the keys of [reference_leg].
+# Legs that differ are listed instead, as tables [[legs]] with the keys of [reference_leg].
 [symmetry]
 group = "{group}"
 legs = {legs}

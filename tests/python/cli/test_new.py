@@ -40,7 +40,7 @@ def test_what_new_prints_is_a_file_that_commands_take(symkin: Run, tmp_path: Pat
     path.write_text(made.out, encoding="utf-8")
     checked = symkin("check", path, "--json")
     assert checked.code == 0
-    assert checked.json["mechanism"]["name"] == "robot"
+    assert checked.json["mechanism"] == "robot"
 
 
 @pytest.mark.parametrize(

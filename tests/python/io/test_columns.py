@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from symkin.errors import MeasurementError, MechanismFileError
-from symkin.io.mechanism_file import load_columns
 from symkin.io.columns import (
     check_columns,
     own_columns,
@@ -20,6 +19,7 @@ from symkin.io.columns import (
     read_readings,
     reading_column_names,
 )
+from symkin.io.mechanism_file import load_columns
 from symkin.io.tables import Table, read_table
 from symkin.settings import MeasurementColumns
 
