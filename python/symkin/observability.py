@@ -85,7 +85,7 @@ class Observability(Result):
 
         return observability_page(self)
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the diagonal, a row a parameter."""
         return {"parameter": self.parameter_names, "r_diagonal": self.r_diagonal}
 

@@ -75,7 +75,8 @@ def predict_accuracy(
         readings = mechanism.inverse_kinematics(measured.poses)
         readings[~np.isfinite(measured.readings)] = np.nan
         parts.append((measured.poses, readings, measured.leg_sets))
-    exact = Measurements.of(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+    poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
+    exact = Measurements.of(poses_taken, read, sets)
     covariance = identify(mechanism, exact, estimator, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
@@ -183,7 +184,7 @@ class PoseCountCurve(Result):
             remedies=() if reached else _remedies(self, points[high], limits),
         )
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the curve, a row a count."""
         return {
             "poses_per_leg": self.counts,
@@ -270,7 +271,7 @@ class NeededPoses(Result):
         errors = zip((expected.position, expected.orientation), wanted, strict=True)
         return max(error / limit for error, limit in errors if limit is not None)
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the curve."""
         return self.curve.columns()
 

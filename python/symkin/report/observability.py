@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -174,7 +174,7 @@ def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
     return deviations
 
 
-def _indices(legs: Sequence[dict[str, float]]) -> list[tuple[str, ...]]:
+def _indices(legs: Sequence[Mapping[str, float]]) -> list[tuple[str, ...]]:
     return [
         (label, *(significant(leg[key]) for leg in legs), "") for key, label in _INDICES.items()
     ]

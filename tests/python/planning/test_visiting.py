@@ -128,6 +128,7 @@ def test_a_share_that_is_none_is_refused(paper, candidates):
 def test_poses_that_do_not_show_all_parameters_promise_nothing(paper, candidates):
     plan = symkin.make_plan(paper, candidates, 8, spares=0)
     alike = symkin.Plan(
+        paper,
         plan.leg_sets,
         plan.order,
         plan.spare,
