@@ -9,25 +9,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification.comparison import EstimatorFigures, expected
 from symkin.identification.estimate import Identification
 from symkin.identification.outcome import MeasuredIdentification, closure_residual
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.observability import ExpectedAccuracy, analyse_observability
+from symkin.observability import ExpectedAccuracy
 from symkin.pipeline import ProtocolResult
-from symkin.planning import Plan, PlanBasis, PoseCountCurve, travel_length
 
 __all__ = [
     "difference_names",
     "evaluation_document",
     "identification_document",
     "measured_document",
-    "plan_document",
-    "pose_count_document",
     "run_document",
 ]
 
@@ -44,7 +39,7 @@ def run_document(
         "mechanism": result.nominal.name,
         "settings": settings,
         "candidates": len(result.candidates.poses),
-        "plan": plan_document(result.nominal, result.plan),
+        "plan": result.plan.to_dict(),
         "simulation": {
             "measured": len(measurements.poses),
             "replaced": list(result.simulation.replaced),
@@ -88,84 +83,6 @@ def measured_document(result: MeasuredIdentification, **settings: Any) -> Docume
             "residual_max_m": validation.residual_max,
             "evaluation": evaluation_document(validation.evaluation),
         },
-    }
-
-
-def plan_document(
-    mechanism: Mechanism, plan: Plan, measured: Measurements | None = None
-) -> Document:
-    """Return what a plan shows of each leg's parameters, and how it was made.
-
-    The indices are those of the rows that the selection saw, the rest of the paper's rows.
-
-    With measurements to which the plan adds, what both show together.
-    """
-    legs = []
-    for leg, poses in enumerate(plan.leg_poses(measured)):
-        rows = plan.rows_of(leg)
-        shown = analyse_observability(mechanism, leg, poses)
-        indices = analyse_observability(mechanism, leg, poses, plan.row_kind).indices
-        spares = sum(len(plan.rows_of_set(number, spare=True)) for number in (leg + 1, 0))
-        legs.append(
-            {
-                "leg": leg + 1,
-                "poses": len(rows),
-                "spares": spares,
-                "r_diagonal": dict(zip(mechanism.parameter_names, shown.r_diagonal, strict=True)),
-                "indices": indices,
-                "condition": shown.condition,
-            }
-        )
-    return {
-        "poses": int(np.sum(~plan.spare)),
-        "spares": int(np.sum(plan.spare)),
-        "travel_m": travel_length(mechanism, plan.poses[~plan.spare]),
-        "selection": plan.basis and _basis_document(plan.basis),
-        "legs": legs,
-    }
-
-
-def pose_count_document(mechanism: Mechanism, curve: PoseCountCurve, **settings: Any) -> Document:
-    """Return what more poses bring; `settings` are what they were predicted for."""
-    return {
-        "command": "pose-count",
-        "mechanism": mechanism.name,
-        "settings": settings,
-        "poses_per_leg": curve.counts,
-        "poses": curve.measured,
-        "position_rms_m": curve.position,
-        "orientation_rms_rad": curve.orientation,
-        "efficiency": curve.efficiency,
-        "least_gain": curve.least_gain,
-        "enough": curve.enough,
-    }
-
-
-def _basis_document(basis: PlanBasis) -> Document:
-    return {
-        "design": basis.design,
-        "rows": basis.rows,
-        "criterion": basis.criterion,
-        "method": basis.method,
-        "seed": basis.seed,
-        "candidates": basis.candidates,
-        "excluded": basis.excluded,
-        "reach_margin_m": basis.clearance.reach_margin,
-        "conditioning_limit": basis.clearance.conditioning_limit,
-        "choices": [
-            {
-                "legs": choice.legs,
-                "elements": choice.elements,
-                "candidates": choice.selection.indices,
-                "criterion_value": choice.selection.criterion_value,
-                "log_det": choice.selection.log_det,
-                "efficiency": choice.selection.certificate.efficiency,
-                "o1_efficiency": choice.selection.certificate.o1_efficiency,
-                "efficiency_repeats": choice.selection.certificate.efficiency_repeats,
-                "proven_optimal": choice.selection.certificate.proven_optimal,
-            }
-            for choice in basis.choices
-        ],
     }
 
 

@@ -3,20 +3,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
 from symkin.poses import wrong_quaternion
+from symkin.result import Result, Value, field, record
 
-__all__ = ["Measurements"]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
+
+ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
+_POSE_SPACES = {2: "point", 3: "planar", 7: "spatial"}  # by the coordinates of a pose
 
 
-@dataclass(frozen=True)
-class Measurements:
+def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
+    """Poses as rows, shape (N, coordinates), of an array or of what has poses: a sample, a plan."""
+    return np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+
+
+@record
+class Measurements(Result):
     """Measured poses with the sensor readings taken at them, in SI units.
 
     Attributes
@@ -26,19 +42,23 @@ class Measurements:
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
-        The leg, from 1, whose set of poses the row belongs to; 0 for all legs.
+        The leg, from 0, whose set of poses the row belongs to; -1 for all legs. (Files, reports
+        and messages count legs from 1, and write 0 for all.)
     row_numbers : ndarray of int, shape (N,)
         Where the rows stand in the source, from 1: lines of a CSV, header and comments included,
         or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
+    reading_unit : {"rad", "m", ""}
+        The sensors' unit; empty if nobody said it.
     """
 
     poses: NDArray[np.float64]
     readings: NDArray[np.float64]
-    leg_sets: NDArray[np.intp]
+    leg_sets: NDArray[np.intp] = field(number=True)
     row_numbers: NDArray[np.intp]
     source: Path | None = None
+    reading_unit: str = ""
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -61,20 +81,33 @@ class Measurements:
                 "expected 1"
             )
         legs = self.readings.shape[1]
-        if rows and not 0 <= self.leg_sets.min() <= self.leg_sets.max() <= legs:
-            raise MeasurementError(f"a leg set is not one of the legs 1 to {legs}, or 0 for all")
+        if rows and not ALL_LEGS <= self.leg_sets.min() <= self.leg_sets.max() < legs:
+            raise MeasurementError(
+                f"a leg set is not one of the legs 0 to {legs - 1}, or {ALL_LEGS} for all"
+            )
+        super().__post_init__()
 
     @classmethod
     def of(
         cls,
-        poses: NDArray[np.float64],
-        readings: NDArray[np.float64],
-        leg_sets: NDArray[np.intp] | None = None,
+        poses: ArrayLike,
+        readings: ArrayLike,
+        leg_sets: ArrayLike | None = None,
+        reading_unit: str = "",
     ) -> Measurements:
         """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
-        count = len(poses)
-        sets = np.zeros(count, dtype=np.intp) if leg_sets is None else leg_sets
-        return cls(poses, readings, sets, np.arange(1, count + 1))
+        rows = np.asarray(poses, dtype=np.float64)
+        sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
+        numbers = np.arange(1, len(rows) + 1)
+        return cls(rows, np.asarray(readings), sets, numbers, reading_unit=reading_unit)
+
+    @property
+    def pose_space(self) -> str:
+        """Kind of the poses: "planar", "point" or "spatial"."""
+        try:
+            return _POSE_SPACES[self.poses.shape[1]]
+        except KeyError as error:
+            raise MeasurementError(f"poses of {error} coordinates; expected 2, 3 or 7") from None
 
     @property
     def source_name(self) -> str:
@@ -88,13 +121,30 @@ class Measurements:
         -------
         ndarray of int
         """
-        in_set = (self.leg_sets == 0) | (self.leg_sets == leg + 1)
-        return np.flatnonzero(in_set & np.isfinite(self.readings[:, leg]))
+        return self._leg_rows[leg]
+
+    @cached_property
+    def _leg_rows(self) -> tuple[NDArray[np.intp], ...]:
+        own = self.leg_sets[:, np.newaxis] == np.arange(self.readings.shape[1])
+        used = (own | (self.leg_sets == ALL_LEGS)[:, np.newaxis]) & np.isfinite(self.readings)
+        rows = tuple(np.flatnonzero(each) for each in used.T)
+        for each in rows:
+            each.flags.writeable = False
+        return rows
 
     @property
     def measured_legs(self) -> tuple[int, ...]:
         """The legs, from 0, that have any row of their own."""
-        return tuple(leg for leg in range(self.readings.shape[1]) if len(self.rows_of(leg)))
+        return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
+
+    def for_all_legs(self) -> Measurements:
+        """Return the same measurements without sets: every row serves all legs.
+
+        Returns
+        -------
+        Measurements
+        """
+        return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
 
     def require(self, count: int) -> None:
         """Refuse fewer poses per measured leg than it has parameters.
@@ -129,12 +179,56 @@ class Measurements:
                 self.leg_sets[rows],
                 self.row_numbers[rows],
                 self.source,
+                self.reading_unit,
             )
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
 
+    def page(self) -> Page:
+        """Return what was measured."""
+        from symkin.report.measurements import measurements_page
 
-def make_arrays(table: object, **fields: tuple[int, str]) -> None:
+        return measurements_page(self)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the columns of its file."""
+        from symkin.io.measurements import measurement_columns
+
+        return measurement_columns(self, self.reading_unit)
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write it as CSV or Parquet, by extension; `read_measurements` reads it.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        MeasurementError
+            If nobody said the unit of the readings.
+        """
+        from symkin.io.output_files import OutputFiles
+        from symkin.io.tables import write_table
+
+        if not self.reading_unit:
+            raise MeasurementError(
+                "the readings have no unit; give their reading_unit, or use write_measurements"
+            )
+        with OutputFiles(overwrite=overwrite) as outputs:
+            write_table(outputs.file(Path(path)), self.columns())
+        return Path(path)
+
+
+def make_arrays(table: Value, **fields: tuple[int, str]) -> None:
     """Make arrays of a frozen table's fields, each of so many dimensions and such a type.
 
     Raises

@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import NotIdentifiableError, one_of
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
+from symkin.result import Result, Value, field, record
 from symkin.settings import NoiseSettings, Tolerances
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+    from symkin.workspace import WorkspaceSample
 
 __all__ = [
     "ExpectedAccuracy",
@@ -33,12 +38,16 @@ __all__ = [
 RowKind = Literal["paper", "noise_aware"]
 
 
-@dataclass(frozen=True)
-class Observability:
+@record
+class Observability(Result):
     """What a set of rows shows of a leg's parameters.
 
     Attributes
     ----------
+    leg : int
+        From 0.
+    parameter_names : tuple of str
+        The p parameters.
     r_diagonal : ndarray, shape (p,)
         abs(R_ii) of the QR decomposition in the parameters' order (Eq. 9). Depends on units.
     indices : dict of str to float
@@ -55,16 +64,34 @@ class Observability:
         For each missing rank the combination of parameters (in tolerances) that no row shows.
     """
 
+    leg: int = field(number=True)
+    parameter_names: tuple[str, ...] = field(private=True)
     r_diagonal: NDArray[np.float64]
-    indices: dict[str, float]
+    indices: Mapping[str, float]
     singular_values: NDArray[np.float64]
     condition: float
     rank: int
     unseen: tuple[str, ...]
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, the diagonal by the names of the parameters."""
+        document = super().to_dict()
+        named = zip(self.parameter_names, document["r_diagonal"], strict=True)
+        return document | {"r_diagonal": dict(named)}
 
-@dataclass(frozen=True)
-class ExpectedAccuracy:
+    def page(self) -> Page:
+        """Return what the rows show."""
+        from symkin.report.observability import observability_page
+
+        return observability_page(self)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the diagonal, a row a parameter."""
+        return {"parameter": self.parameter_names, "r_diagonal": self.r_diagonal}
+
+
+@record
+class ExpectedAccuracy(Value):
     """Expected root mean square end-effector error after identification.
 
     Attributes
@@ -77,14 +104,14 @@ class ExpectedAccuracy:
         Poses in the figures, and poses left out because they are out of reach or singular.
     """
 
-    position: float
-    orientation: float
+    position: float = field(unit="rms_m")
+    orientation: float = field(unit="rms_rad")
     evaluated: int
     failed: int
 
 
 def observability_rows(
-    mechanism: Mechanism, leg: int, poses: ArrayLike, kind: RowKind = "paper"
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> NDArray[np.float64]:
     """Rows of the identification matrix of a leg (from 0), shape (N, p).
 
@@ -94,7 +121,7 @@ def observability_rows(
         Its noise weighs the rows of kind "noise_aware".
     leg : int
         From 0.
-    poses : array_like, shape (N, coordinates)
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
         Candidate poses.
     kind : {"paper", "noise_aware"}
         dg/dparam (Eqs. 8, 11), or the closure's derivatives over its standard deviation at the
@@ -105,13 +132,13 @@ def observability_rows(
     ndarray, shape (N, p)
         NaN where the leg cannot reach.
     """
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    rows = pose_rows(poses)
     row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
     return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
 
 
 def mechanism_rows(
-    mechanism: Mechanism, poses: ArrayLike, kind: RowKind = "paper"
+    mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> NDArray[np.float64]:
     """Rows of all legs at once, shape (N, legs, legs p): the traditional identification.
 
@@ -119,7 +146,7 @@ def mechanism_rows(
     ----------
     mechanism : Mechanism
         Its noise weighs the rows of kind "noise_aware".
-    poses : array_like, shape (N, coordinates)
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
         Candidate poses.
     kind : {"paper", "noise_aware"}
         Each leg's dg/dparam in its own columns; or the closures of a pose whitened by their full
@@ -136,14 +163,14 @@ def mechanism_rows(
         If that covariance is singular: more legs than degrees of freedom need a noise of the
         readings.
     """
-    values = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    values = pose_rows(poses)
     row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
     rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
     return rows.reshape(len(values), len(mechanism.legs), -1)
 
 
 def analyse_observability(
-    mechanism: Mechanism, leg: int, poses: ArrayLike, kind: RowKind = "paper"
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> Observability:
     """Analyse what poses show of a leg's (from 0) parameters.
 
@@ -160,6 +187,8 @@ def analyse_observability(
     scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
     result = _core.analyse_observability(rows, scale)
     return Observability(
+        leg=leg,
+        parameter_names=mechanism.parameter_names,
         r_diagonal=result.r_diagonal,
         indices={f"O{i}": value for i, value in enumerate(result.indices, 1)},
         singular_values=result.singular_values,
@@ -173,7 +202,7 @@ def analyse_observability(
 
 
 def expected_accuracy(
-    mechanism: Mechanism, poses: ArrayLike, covariance: ArrayLike
+    mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, covariance: ArrayLike
 ) -> ExpectedAccuracy:
     """End-effector error to expect, to first order, from uncertain parameters.
 
@@ -181,7 +210,7 @@ def expected_accuracy(
     ----------
     mechanism : Mechanism
         Where the error is linearised.
-    poses : array_like, shape (N, coordinates)
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
         Over which the error is averaged.
     covariance : array_like, shape (legs p, legs p)
         Of all parameters, leg by leg.
@@ -195,23 +224,21 @@ def expected_accuracy(
     SymkinError
         If the mechanism can take none of the poses, or the covariance has another shape.
     """
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    weights = _core.accuracy_weights(mechanism.core, rows)
+    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
     position, orientation = _core.expected_accuracy(
         weights, np.ascontiguousarray(covariance, dtype=np.float64)
     )
     return ExpectedAccuracy(position, orientation, weights.evaluated, weights.failed)
 
 
-def error_weight(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> NDArray[np.float64]:
     """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
 
     To first order, and averaged over the poses, less those out of reach or singular. A rotation
     counts as the way of a point at the mechanism's characteristic length from the centre, so that
     the error is one length (m).
     """
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    weights = _core.accuracy_weights(mechanism.core, rows)
+    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
     return weights.position + mechanism.characteristic_length**2 * weights.orientation
 
 

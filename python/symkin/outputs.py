@@ -55,14 +55,8 @@ RUN_FILES = (
     "workspace.png",
     "parameter_errors.png",
 )
-PLAN_FILES = (
-    "plan.html",
-    "plan.json",
-    "workspace.png",
-    "observability.png",
-    "mechanism.png",
-)
-POSE_COUNT_FILES = ("pose-count.html", "pose-count.json", "pose_count.png")
+PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
+POSE_COUNT_FILES = ("pose-count.json", "pose-count.html")
 WORKSPACE_FILES = (
     "workspace.html",
     "workspace.json",

@@ -90,14 +90,15 @@ def simulate(
     made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
-    sets = [_core.PoseSet(leg - 1, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
+    sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(mechanism.noise), seed)
     taken = result.measurements
     measurements = Measurements(
         taken.poses,
         taken.readings,
-        np.array(taken.leg_sets, dtype=np.intp) + 1,
+        np.array(taken.leg_sets, dtype=np.intp),
         np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
+        reading_unit=mechanism.reading_unit,
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)
@@ -105,7 +106,7 @@ def simulate(
 
 
 def _sets(plan: Plan) -> list[tuple[int, np.ndarray, int]]:
-    """Leg (from 1, 0 for all), rows with the spares behind, and number of wanted poses."""
+    """Leg (from 0, -1 for all), rows with the spares behind, and number of wanted poses."""
     sets = []
     for leg in np.unique(plan.leg_sets).tolist():
         wanted = plan.rows_of_set(leg)

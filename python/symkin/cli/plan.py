@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say, show_legs
+from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import (
     CandidatesOption,
@@ -26,29 +26,20 @@ from symkin.cli.options import (
     ThreadsOption,
 )
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
-from symkin.cli.units import milli, numbers
-from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
-from symkin.planning import predict_accuracy, travel_length
-
-if TYPE_CHECKING:
-    from symkin.identification.estimate import Estimator
-    from symkin.measurements import Measurements
-    from symkin.mechanism import Mechanism
-    from symkin.observability import ExpectedAccuracy
-    from symkin.planning import Plan
-
-_AVERAGED = 2000  # candidates over which the expected error is averaged
+from symkin.outputs import PLAN_FILES
 
 
 @with_example(
-    "symkin plan 3RRR --out plan.csv --report planned",
-    "symkin plan 3RRR --out orbits.csv --design orbits --avoid y=0.3:",
+    "symkin plan 3RRR --out planned",
+    "symkin plan 3RRR --out orbits --design orbits --avoid y=0.3:",
 )
 def plan(
     mechanism: MechanismArgument,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The plan: CSV, or Parquet.")],
-    poses: PoseCountOption = None,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for plan.csv, plan.json and plan.html.")
+    ],
+    pose_count: PoseCountOption = None,
     candidates: CandidatesOption = None,
     design: DesignOption = "legs",
     rows: RowsOption = "noise_aware",
@@ -101,10 +92,6 @@ def plan(
         typer.Option(metavar="S", min=0, help="Seconds for the proof of the method exhaustive."),
     ] = 10.0,
     threads: ThreadsOption = 0,
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for plan.html, its figures and plan.json."),
-    ] = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -117,11 +104,9 @@ def plan(
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
-    from symkin.documents import plan_document
     from symkin.io.mechanism_file import load_columns
     from symkin.io.plans import read_pose_list
     from symkin.io.results import write_results
-    from symkin.outputs import PLAN_FILES
 
     with progress() as stage:
         stage("reading the mechanism")
@@ -131,17 +116,15 @@ def plan(
         taken = symkin.read_measurements(measured, loaded, mapping) if measured else None
         limits = regions(avoid or [])
         distance = length(minimum_distance, "--minimum-distance")
-        inputs = [loaded.source, required, measured, columns]
-        with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.file(out)
-            folder = outputs.folder(report, *PLAN_FILES) if report else None
+        with OutputFiles([loaded.source, required, measured, columns], overwrite) as outputs:
+            folder = outputs.folder(out, *PLAN_FILES)
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")
             made = symkin.make_plan(
                 loaded,
                 sample,
-                poses,
+                pose_count,
                 seed,
                 design=design,
                 rows=rows,
@@ -158,97 +141,12 @@ def plan(
                 time_limit=time_limit,
                 threads=threads,
             )
-            # What is chosen for all legs at once is worth most to the estimate of all at once.
-            estimator: Estimator = "joint" if design == "mechanism" else "implicit"
-            expected = _expected(loaded, made, sample.poses[:_AVERAGED], estimator, taken)
-            document = {
-                "command": "plan",
-                "mechanism": loaded.name,
-                "candidates": len(sample.poses),
-                "plan": plan_document(loaded, made, taken),
-                "expected": expected
-                and {
-                    "estimator": estimator,
-                    "position_rms_m": expected.position,
-                    "orientation_rms_rad": expected.orientation,
-                },
-                "file": out,
-            }
-            symkin.write_plan(made, target, loaded)
-            if folder is not None:
-                from symkin.report.plan_report import write_plan_report
-
-                stage("writing the report")
-                write_results(document, folder / "plan.json")
-                write_plan_report(loaded, sample, made, expected, folder, taken)
+            document = {"command": "plan", **made.to_dict()}
+            stage("writing the report")
+            made.save(folder / "plan.csv")
+            write_results(document, folder / "plan.json")
+            made.report(folder / "plan.html")
     if as_json:
         print_json(document)
     else:
-        _show(loaded, made, document, expected)
-        if report:
-            say(str(report / "plan.html"))
-
-
-def _expected(
-    mechanism: Mechanism,
-    made: Plan,
-    poses: Any,
-    estimator: Estimator,
-    measured: Measurements | None,
-) -> ExpectedAccuracy | None:
-    """None where the estimator cannot tell, as `joint` without a noise of redundant readings."""
-    try:
-        return predict_accuracy(mechanism, made, poses, estimator, measured=measured)
-    except SymkinError:
-        return None
-
-
-def _show(
-    mechanism: Mechanism,
-    made: Plan,
-    document: dict[str, Any],
-    expected: ExpectedAccuracy | None,
-) -> None:
-    chosen = document["plan"]
-    legs = chosen["legs"]
-    say(
-        f"{mechanism.name}: {chosen['poses']} poses and {chosen['spares']} spares, "
-        f"chosen from {document['candidates']} candidates"
-    )
-    show_legs(
-        "|R_ii|",
-        [
-            (name, numbers([leg["r_diagonal"][name] for leg in legs]))
-            for name in legs[0]["r_diagonal"]
-        ]
-        + [
-            (f"O1, {made.row_kind} rows", numbers([leg["indices"]["O1"] for leg in legs])),
-            ("poses", [str(leg["poses"]) for leg in legs]),
-            ("spares", [str(leg["spares"]) for leg in legs]),
-        ],
-    )
-    say()
-    _show_certificates(made)
-    say(f"way through the poses {travel_length(mechanism, made.poses[~made.spare]):.3g} m")
-    if expected is not None:
-        errors = [milli(expected.position, "m")]
-        errors += [milli(expected.orientation, "rad")] if mechanism.pose_space != "point" else []
-        estimator = document["expected"]["estimator"]
-        say(f"expected end-effector error rms {' and '.join(errors)} ({estimator}, all poses)")
-    say(f"written: {document['file']}")
-
-
-def _show_certificates(made: Plan) -> None:
-    if made.basis is None:
-        return
-    basis = made.basis
-    if basis.excluded:
-        say(f"left out by the limits: {basis.excluded} of {basis.candidates} candidates")
-    for choice in basis.choices:
-        selection, certificate = choice.selection, choice.selection.certificate
-        legs = f"leg{'s' * (len(choice.legs) > 1)} {', '.join(map(str, choice.legs))}"
-        proven = ", proven optimal" if certificate.proven_optimal else ""
-        value = f"{basis.criterion} of the {basis.rows} rows {selection.criterion_value:.6g}"
-        if basis.criterion == "expected_error":
-            value = f"expected error {milli(selection.criterion_value**0.5, 'm')}"
-        say(f"{legs}: {value}, efficiency {certificate.efficiency:.4f}{proven}")
+        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in PLAN_FILES)}")

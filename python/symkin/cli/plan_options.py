@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Options with lengths and angles in them: a list of angles, and which poses may be measured."""
+"""Options with lengths and angles in them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,24 @@ import typer
 from symkin.errors import QuantityError
 from symkin.planning import Region
 
-__all__ = ["AvoidOption", "MinimumDistanceOption", "angles", "length", "regions"]
+__all__ = [
+    "AccuracyOption",
+    "AvoidOption",
+    "MinimumDistanceOption",
+    "accuracies",
+    "angles",
+    "length",
+    "regions",
+]
+
+AccuracyOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ERROR",
+        help="End-effector error (rms) that is wanted, such as 0.05mm or 50um of the position, "
+        "0.1mrad of the orientation. May be given for both.",
+    ),
+]
 
 AvoidOption = Annotated[
     list[str] | None,
@@ -37,6 +54,41 @@ def length(text: str, hint: str) -> float:
     if value < 0:
         raise typer.BadParameter(f'"{text}" is negative; expected a length', param_hint=hint)
     return value
+
+
+def accuracies(texts: Sequence[str]) -> tuple[float | None, float | None]:
+    """Read the errors that are wanted: of the position, m, and of the orientation, rad."""
+    wanted: dict[str, float] = {}
+    for text in texts:
+        unit = _unit_of(text)
+        if unit in wanted:
+            kind = "position" if unit == "m" else "orientation"
+            raise typer.BadParameter(
+                f'"{text}" is a second error of the {kind}; expected one', param_hint="--accuracy"
+            )
+        wanted[unit] = _quantity(text, unit, "--accuracy")
+        if wanted[unit] <= 0:
+            raise typer.BadParameter(
+                f'"{text}" is not positive; expected an error', param_hint="--accuracy"
+            )
+    return wanted.get("m"), wanted.get("rad")
+
+
+def _unit_of(text: str) -> str:
+    """The SI unit, m or rad, of a text that must have one: 0.05 alone could be mm or m."""
+    from symkin.io.quantities import unit_factor
+
+    name = text.strip().lstrip("+-.0123456789eE").strip()
+    for unit in ("m", "rad") if name else ():
+        try:
+            unit_factor(name, unit)
+        except QuantityError:
+            continue
+        return unit
+    raise typer.BadParameter(
+        f'"{text}" is no length or angle with a unit; expected such as 0.05mm, 50um or 0.1mrad',
+        param_hint="--accuracy",
+    )
 
 
 def regions(texts: Sequence[str]) -> list[Region]:

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say, show_table
+from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import (
     CandidatesOption,
@@ -23,24 +23,23 @@ from symkin.cli.options import (
     RowsOption,
     SeedOption,
 )
-from symkin.cli.units import milli
+from symkin.cli.plan_options import AccuracyOption, accuracies
 from symkin.io.output_files import OutputFiles
-from symkin.planning import pose_count_curve
-
-if TYPE_CHECKING:
-    from symkin.mechanism import Mechanism
-    from symkin.planning import PoseCountCurve
+from symkin.outputs import POSE_COUNT_FILES
+from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
 
 
-@with_example("symkin pose-count 3RRR --out counted")
+@with_example(
+    "symkin pose-count 3RRR --out counted",
+    "symkin pose-count 3RRR --accuracy 0.05mm",
+)
 def pose_count(
     mechanism: MechanismArgument,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for pose-count.html, its figure and pose-count.json."
-        ),
+        typer.Option(metavar="DIR", help="Folder for pose-count.json and pose-count.html."),
     ] = None,
+    accuracy: AccuracyOption = None,
     least_gain: Annotated[
         float,
         typer.Option(
@@ -49,7 +48,7 @@ def pose_count(
         ),
     ] = 0.02,
     estimator: EstimatorOption = "implicit",
-    poses: PoseUseOption = "all",
+    use: PoseUseOption = "all",
     candidates: CandidatesOption = None,
     design: DesignOption = "legs",
     rows: RowsOption = "noise_aware",
@@ -61,11 +60,12 @@ def pose_count(
     """Predict how many poses are enough.
 
     For numbers of poses from that of a leg's parameters to ten times as many, poses are selected,
-    and the end-effector error after identification is predicted from the declared noise.
+    and the end-effector error after identification is predicted from the declared noise. With
+    --accuracy, the fewest poses are found that give it; if they are too many, what else would help.
     """
-    from symkin.documents import pose_count_document
     from symkin.io.results import write_results
-    from symkin.outputs import POSE_COUNT_FILES
+
+    position, orientation = accuracies(accuracy or [])
 
     with progress() as stage:
         stage("reading the mechanism")
@@ -77,52 +77,26 @@ def pose_count(
             stage("selecting and predicting")
             curve = pose_count_curve(
                 loaded,
-                sample.poses,
+                sample,
                 seed=seed,
                 design=design,
                 rows=rows,
                 criterion=criterion,
                 estimator=estimator,
-                poses=poses,
+                poses=use,
                 least_gain=least_gain,
             )
-            document = pose_count_document(
-                loaded,
-                curve,
-                design=design,
-                rows=rows,
-                criterion=criterion,
-                estimator=estimator,
-                poses=poses,
-            )
+            result: PoseCountCurve | NeededPoses = curve
+            if accuracy:
+                stage("looking for the number of poses")
+                result = curve.for_accuracy(position, orientation)
+            document = {"command": "pose-count", **result.to_dict()}
             if folder is not None:
-                from symkin.report.plan_report import write_pose_count_report
-
                 write_results(document, folder / "pose-count.json")
-                write_pose_count_report(loaded, curve, folder)
+                result.report(folder / "pose-count.html")
     if as_json:
         print_json(document)
-    else:
-        _show(loaded, curve)
-        if out:
-            say(str(out / "pose-count.html"))
-
-
-def _show(mechanism: Mechanism, curve: PoseCountCurve) -> None:
-    turns = mechanism.pose_space != "point"
-    rows = []
-    for at, count in enumerate(curve.counts.tolist()):
-        row = [str(count), str(curve.measured[at]), milli(curve.position[at], "m")]
-        row += [milli(curve.orientation[at], "rad")] if turns else []
-        rows.append([*row, f"{curve.efficiency[at]:.4f}"])
-    heading = ["poses a leg", "in all", "position rms", *(["orientation rms"] * turns)]
-    show_table([*heading, "efficiency"], rows, words=0)
-    say()
-    gain = f"{100 * curve.least_gain:g}%"
-    if curve.enough is None:
-        say(f"every further pose saves at least {gain} of the position error")
-    else:
-        say(
-            f"enough: {curve.enough} poses a leg; another one saves less than {gain} of the "
-            "position error"
-        )
+        return
+    say(result.text())
+    if out:
+        say(f"\nWritten: {', '.join(str(out / name) for name in POSE_COUNT_FILES)}")

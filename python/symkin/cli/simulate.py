@@ -55,7 +55,7 @@ def simulate(
         "command": "simulate",
         "mechanism": loaded.name,
         "measured": len(simulation.measurements.poses),
-        "replaced": dict(zip(np.unique(commanded.leg_sets), simulation.replaced, strict=True)),
+        "replaced": dict(zip(np.unique(commanded.leg_sets) + 1, simulation.replaced, strict=True)),
         "files": {"measurements": out, "actual": actual_out},
     }
     if as_json:

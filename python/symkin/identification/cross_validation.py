@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,7 @@ def cross_validate(
     if not 2 <= folds <= count:
         raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
     if poses == "all":
-        measurements = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
+        measurements = measurements.for_all_legs()
     fold_of = _folds(measurements.leg_sets, folds, None if blocks else seed)
     residuals = np.full(measurements.readings.shape, np.nan)
     complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -308,14 +308,12 @@ def identify_once(
 def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
     """Measurements as the core takes them."""
     return _core.MeasurementSet(
-        measurements.poses, measurements.readings, (measurements.leg_sets - 1).tolist()
+        measurements.poses, measurements.readings, measurements.leg_sets.tolist()
     )
 
 
 def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: PoseUse) -> None:
-    used = measurements
-    if poses == "all":
-        used = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
+    used = measurements.for_all_legs() if poses == "all" else measurements
     unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
     if unmeasured:
         whose = "its" if len(unmeasured) == 1 else "their"

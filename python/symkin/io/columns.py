@@ -92,7 +92,8 @@ def pose_column_names(pose_space: str) -> list[str]:
 
 def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
     """Return the columns that symkin writes for readings: ``psi_1_rad``, ``psi_2_rad``, ..."""
-    return [f"psi_{leg + 1}_{reading_unit}" for leg in range(leg_count)]
+    unit = f"_{reading_unit}" if reading_unit else ""
+    return [f"psi_{leg + 1}{unit}" for leg in range(leg_count)]
 
 
 def own_columns(table: Table, pose_space: str, leg_count: int) -> MeasurementColumns:

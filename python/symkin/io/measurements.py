@@ -29,13 +29,13 @@ from symkin.io.columns import (
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.tables import Table, TableSource, read_table, write_table
-from symkin.measurements import Measurements
+from symkin.measurements import ALL_LEGS, Measurements
 from symkin.settings import MeasurementColumns
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["read_measurements", "write_measurements"]
+__all__ = ["measurement_columns", "read_measurements", "write_measurements"]
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
 _POOR_FIT = 0.05
@@ -91,6 +91,7 @@ def read_measurements(
         leg_sets=_leg_sets(table, columns, len(mechanism.legs)),
         row_numbers=table.row_numbers,
         source=table.path,
+        reading_unit=mechanism.reading_unit,
     )
     _check_unread_rows(table, measurements)
     _check_repeated_rows(table, measurements)
@@ -98,8 +99,7 @@ def read_measurements(
     _check_units(table, values, measurements, mechanism, stated)
     if len(measurements.measured_legs) == len(mechanism.legs):
         # A leg may be identified from the sets of all legs, so these count too.
-        everything = replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
-        everything.require(len(mechanism.parameter_names))
+        measurements.for_all_legs().require(len(mechanism.parameter_names))
     return measurements
 
 
@@ -114,15 +114,22 @@ def write_measurements(
 
     A file that exists is replaced only with `overwrite`.
     """
-    columns: dict[str, NDArray[np.generic]] = {}
-    if measurements.leg_sets.any():
-        columns["leg"] = measurements.leg_sets
-    names = pose_column_names(mechanism.pose_space)
-    columns |= dict(zip(names, measurements.poses.T, strict=True))
-    names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
-    columns |= dict(zip(names, measurements.readings.T, strict=True))
     with OutputFiles(overwrite=overwrite) as outputs:
+        columns = measurement_columns(measurements, mechanism.reading_unit)
         write_table(outputs.file(Path(path)), columns)
+
+
+def measurement_columns(
+    measurements: Measurements, reading_unit: str
+) -> dict[str, NDArray[np.generic]]:
+    """Return the columns of a table of measurements; ``leg`` only if the rows differ in it."""
+    columns: dict[str, NDArray[np.generic]] = {}
+    if (measurements.leg_sets != ALL_LEGS).any():
+        columns["leg"] = measurements.leg_sets + 1
+    names = pose_column_names(measurements.pose_space)
+    columns |= dict(zip(names, measurements.poses.T, strict=True))
+    names = reading_column_names(measurements.readings.shape[1], reading_unit)
+    return columns | dict(zip(names, measurements.readings.T, strict=True))
 
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
@@ -136,9 +143,9 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
 
 def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
     if columns.leg is None:
-        return np.zeros(table.row_count, dtype=np.intp)
+        return np.full(table.row_count, ALL_LEGS)
     table.require(columns.leg, "the leg whose set the pose belongs to")
-    return table.whole_numbers(columns.leg, 0, leg_count)
+    return table.whole_numbers(columns.leg, 0, leg_count) - 1
 
 
 def _check_unread_rows(table: Table, measurements: Measurements) -> None:

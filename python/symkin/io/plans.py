@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from symkin.planning import Plan
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["read_plan", "read_pose_list", "write_plan"]
+__all__ = ["plan_columns", "read_plan", "read_pose_list", "write_plan"]
 
 _ROLES = ("primary", "spare")
 
@@ -39,17 +39,21 @@ def write_plan(
     Columns ``leg, order, role``, the pose (``x_m, y_m, phi_rad``, or spatially ``x_m, y_m, z_m, qx,
     qy, qz, qw``) and the reading of every leg (``psi_1_rad``, ...).
     """
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), plan_columns(plan, mechanism))
+
+
+def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
+    """Return the columns of a plan's table."""
     pose_names = pose_column_names(mechanism.pose_space)
     reading_names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
-    columns = {
-        "leg": plan.leg_sets,
+    return {
+        "leg": plan.leg_sets + 1,
         "order": plan.order,
         "role": [_ROLES[int(spare)] for spare in plan.spare],
         **dict(zip(pose_names, plan.poses.T, strict=True)),
         **dict(zip(reading_names, plan.readings.T, strict=True)),
     }
-    with OutputFiles(overwrite=overwrite) as outputs:
-        write_table(outputs.file(Path(path)), columns)
 
 
 def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
@@ -90,7 +94,8 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
     if spare.all():
         raise table.error("has spares only; expected primary poses that they stand in for")
     return Plan(
-        leg_sets=table.whole_numbers("leg", 0, leg_count),
+        mechanism=mechanism,
+        leg_sets=table.whole_numbers("leg", 0, leg_count) - 1,
         order=table.whole_numbers("order", 1, table.row_count),
         spare=spare,
         poses=read_poses(table, columns),

@@ -1,31 +1,41 @@
 # SPDX-License-Identifier: MIT
-"""How a plan is made."""
+"""How a plan is made: poses and spares are chosen for each task of the design, and carried."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import one_of
-from symkin.measurements import Measurements
+from symkin.checks.undefined_angles import undefined_angles
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind
-from symkin.planning.choosing import Chosen, Demands, choose
-from symkin.planning.designs import Design, design_tasks
-from symkin.planning.limits import Clearance, Region
-from symkin.planning.plan import Plan, PlanBasis
-from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.observability import RowKind, error_weight, parameter_tolerances
+from symkin.planning.designs import (
+    Clearance,
+    Design,
+    Region,
+    Task,
+    allowed_candidates,
+    check_regions,
+    clearance,
+    design_tasks,
+)
+from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
+from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
 from symkin.planning.visiting import visiting_order
-from symkin.symmetry.group import SymmetryElement, map_poses
-from symkin.workspace.sample import WorkspaceSample
+from symkin.symmetry import SymmetryElement, map_poses
+from symkin.workspace import WorkspaceSample
 
 __all__ = ["make_plan"]
 
 Poses = NDArray[np.float64]
+
+_THINNED = 2000  # candidates among which spares are sought
 
 
 def make_plan(
@@ -38,7 +48,7 @@ def make_plan(
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
-    required: ArrayLike | None = None,
+    required: ArrayLike | WorkspaceSample | None = None,
     measured: Measurements | None = None,
     avoid: Sequence[Region] = (),
     minimum_distance: float = 0.0,
@@ -77,7 +87,7 @@ def make_plan(
         candidates (I- or V-optimality), see `error_weight`; it needs noise-aware rows.
     method : {"exchange", "sun_hollerbach", "exhaustive", "random", "all"}
         See `select_poses`.
-    required : array_like, shape (k, coordinates), optional
+    required : WorkspaceSample, or array_like of shape (k, coordinates), optional
         Poses that must be measured; they count among `count`, and serve all legs.
     measured : Measurements, optional
         What is measured already, to be augmented by `count` further poses.
@@ -115,14 +125,13 @@ def make_plan(
         For demands that contradict each other or the mechanism.
     """
     one_of("visit", visit, ("sets", "travel"))
-    sampled = candidates if isinstance(candidates, WorkspaceSample) else None
-    poses = np.ascontiguousarray(sampled.poses if sampled else candidates, dtype=np.float64)
-    poses = np.atleast_2d(poses)
-    demands = Demands(
+    poses = pose_rows(candidates)
+    sample = candidates if isinstance(candidates, WorkspaceSample) else None
+    demands = _Demands(
         mechanism=mechanism,
         candidates=poses,
-        conditions=sampled.conditions if sampled else None,
-        required=poses[:0] if required is None else np.atleast_2d(np.asarray(required, float)),
+        sample=sample,
+        required=poses[:0] if required is None else pose_rows(required),
         measured=measured,
         count=mechanism.protocol.pose_count if count is None else count,
         seed=mechanism.protocol.seed if seed is None else seed,
@@ -132,36 +141,35 @@ def make_plan(
         method=method,
         avoid=avoid,
         minimum_distance=minimum_distance,
-        margin_sigmas=margin_sigmas,
         spares=spares,
         time_limit=time_limit,
         threads=threads,
     )
     symmetric = use_symmetry and not demands.tells_legs_apart
-    kept = demands.clearance()
+    kept = clearance(mechanism, poses, margin_sigmas)
     chosen = [
-        choose(demands, task, kept)
+        _choose(demands, task, kept)
         for task in design_tasks(mechanism, design, use_symmetry=symmetric)
     ]
     plan = _assemble(demands, chosen, kept)
     return _in_visiting_order(mechanism, plan, demands.seed) if visit == "travel" else plan
 
 
-def _assemble(demands: Demands, chosen: Sequence[Chosen], kept: Clearance) -> Plan:
+def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> Plan:
     """Join the sets of all selections; required poses begin the set of all legs."""
     mechanism = demands.mechanism
-    sets = {0: [demands.required]} if len(demands.required) else {}
+    sets = {ALL_LEGS: [demands.required]} if len(demands.required) else {}
     spares: dict[int, Poses] = {}
     for found in chosen:
-        for number, elements in found.task.sets:
-            sets.setdefault(number, []).append(_images(mechanism, elements, found.poses))
-            spares[number] = _images(mechanism, elements, found.spares)
+        for leg, elements in found.task.sets:
+            sets.setdefault(leg, []).append(_images(mechanism, elements, found.poses))
+            spares[leg] = _images(mechanism, elements, found.spares)
     parts = [
-        (number, spare, poses)
-        for number, wanted in sorted(sets.items())
+        (leg, spare, poses)
+        for leg, wanted in sorted(sets.items())
         for spare, poses in (
             (False, np.concatenate(wanted)),
-            (True, spares.get(number, demands.required[:0])),
+            (True, spares.get(leg, demands.required[:0])),
         )
     ]
     poses = np.concatenate([poses for _, _, poses in parts])
@@ -170,7 +178,8 @@ def _assemble(demands: Demands, chosen: Sequence[Chosen], kept: Clearance) -> Pl
         if spare:  # spares go on counting behind the poses of their set
             order[at] = order[at] + len(order[at - 1])
     return Plan(
-        leg_sets=np.concatenate([np.full(len(poses), number) for number, _, poses in parts]),
+        mechanism=mechanism,
+        leg_sets=np.concatenate([np.full(len(poses), leg) for leg, _, poses in parts]),
         order=np.concatenate(order),
         spare=np.concatenate([np.full(len(poses), spare) for _, spare, poses in parts]),
         poses=poses,
@@ -186,6 +195,8 @@ def _assemble(demands: Demands, chosen: Sequence[Chosen], kept: Clearance) -> Pl
             clearance=kept,
             choices=tuple(found.record(len(mechanism.legs)) for found in chosen),
         ),
+        candidates=demands.candidates if demands.sample is None else demands.sample,
+        measured=demands.measured,
     )
 
 
@@ -210,3 +221,211 @@ def _in_visiting_order(mechanism: Mechanism, plan: Plan, seed: int) -> Plan:
         poses=plan.poses[rows],
         readings=plan.readings[rows],
     )
+
+
+@dataclass(frozen=True)
+class _Demands:
+    """What `make_plan` was asked for, by the names of its arguments."""
+
+    mechanism: Mechanism
+    candidates: Poses
+    sample: WorkspaceSample | None  # the candidates, if they are one
+    required: Poses
+    measured: Measurements | None
+    count: int
+    seed: int
+    design: Design
+    rows: RowKind
+    criterion: Criterion
+    method: SelectionMethod
+    avoid: Sequence[Region]
+    minimum_distance: float
+    spares: int | None
+    time_limit: float
+    threads: int
+
+    def __post_init__(self) -> None:
+        """Refuse demands that do not go together."""
+        if self.criterion == "expected_error" and self.rows == "paper":
+            raise SymkinError(
+                "the expected error follows from what the noise does, which the paper's rows do "
+                'not know; choose rows "noise_aware"'
+            )
+        if self.design == "orbits" and (self.tells_legs_apart or self.minimum_distance):
+            raise SymkinError(
+                "orbits are chosen for one leg and serve all legs alike, so required poses, "
+                "measured poses and a minimum distance do not go with them; choose the design "
+                '"legs" or "mechanism"'
+            )
+        check_regions(self.mechanism, self.avoid)
+
+    @property
+    def tells_legs_apart(self) -> bool:
+        """Whether what is given already shows more of one leg than of another."""
+        return len(self.required) > 0 or self.measured is not None
+
+
+@dataclass(frozen=True)
+class _Chosen:
+    """What came of a task: poses and spares before they are carried to the legs."""
+
+    task: Task
+    selection: Selection
+    poses: Poses
+    spares: Poses
+    excluded: int
+
+    def record(self, leg_count: int) -> ChosenPoses:
+        """What a plan keeps of it."""
+        legs = tuple(leg for leg, _ in self.task.sets)
+        return ChosenPoses(
+            legs=tuple(range(leg_count)) if legs == (ALL_LEGS,) else legs,
+            elements=tuple(element.label for element in self.task.elements),
+            selection=self.selection,
+        )
+
+
+def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
+    """Select the poses of a task and their spares."""
+    mechanism, required = demands.mechanism, demands.required
+    conditions = None if demands.sample is None else demands.sample.conditions
+    allowed = allowed_candidates(
+        mechanism, task, demands.candidates, conditions, demands.avoid, kept
+    )
+    excluded = int(np.count_nonzero(~allowed))
+    if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
+        raise SymkinError(
+            f"{demands.count} poses are wanted, but only {len(allowed) - excluded} of "
+            f"{len(allowed)} candidates may be measured: the others, or their images under the "
+            "symmetry, lie outside the workspace's box, in a region to avoid, within "
+            f"{kept.reach_margin:.3g} m of the end of a leg's reach, or are conditioned worse than "
+            f"{kept.conditioning_limit:.3g}"
+        )
+    poses = demands.candidates
+    if len(required):  # behind the candidates: nobody else may choose them
+        poses = np.concatenate([poses, required])
+        allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
+    numbers = np.arange(len(demands.candidates), len(poses), dtype=np.intp)
+    rows = task.candidate_rows(mechanism, poses, demands.rows)
+    wanted = demands.count
+    if task.is_orbit:
+        wanted = -(-wanted // len(task.elements))
+    prior = _prior(demands, task)
+    selection = _select(
+        demands,
+        task,
+        rows,
+        wanted,
+        demands.seed,
+        method=demands.method,
+        criterion=demands.criterion,
+        required=numbers.tolist(),
+        forbidden=~allowed,
+        prior=prior,
+        time_limit=demands.time_limit,
+        threads=demands.threads,
+        parameter_names=task.parameter_names(mechanism),
+        **_distances(demands, poses),
+        **_criterion_settings(demands, task),
+    )
+    chosen = np.setdiff1d(selection.indices, numbers)
+    spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
+    spares = poses[:0]
+    if spare_count:
+        available = allowed.copy()
+        available[numbers] = False
+        found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
+        spares = poses[found]
+    return _Chosen(task, selection, poses[chosen], spares, excluded)
+
+
+def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selection:
+    """Select; a refusal says so if a joint's angle is undefined, which no pose can show."""
+    try:
+        return select_poses(*args, **settings)
+    except NotIdentifiableError as error:
+        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
+        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
+        error.args = ("; ".join([str(error), *causes]),)
+        raise
+
+
+def _prior(demands: _Demands, task: Task) -> NDArray[np.float64] | None:
+    """Information of what is measured already; rows in which a reading is missing do not count."""
+    measured = demands.measured
+    if measured is None:
+        return None
+    readings = measured.readings if task.leg is None else measured.readings[:, [task.leg]]
+    complete = np.isfinite(readings).all(axis=1)
+    rows = task.measured_rows(demands.mechanism, measured.poses[complete], demands.rows)
+    rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
+    return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
+
+
+def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
+    if not demands.minimum_distance:
+        return {}
+    size = 3 if demands.mechanism.pose_space == "spatial" else 2
+    return {"coordinates": poses[:, :size], "minimum_distance": demands.minimum_distance}
+
+
+def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:
+    mechanism, p = demands.mechanism, len(demands.mechanism.parameter_names)
+    legs = range(len(mechanism.legs)) if task.leg is None else [task.leg]
+    scale = parameter_tolerances(mechanism)[list(legs)].ravel()
+    if demands.criterion != "expected_error":
+        return {"scale": scale}
+    own = slice(legs[0] * p, (legs[-1] + 1) * p)
+    weight = error_weight(mechanism, thinned(demands.candidates))[own, own]
+    return {"scale": scale, "error_weight": weight}
+
+
+def _spares(
+    demands: _Demands,
+    task: Task,
+    poses: Poses,
+    chosen: NDArray[np.intp],
+    allowed: NDArray[np.bool_],
+    prior: NDArray[np.float64] | None,
+    count: int,
+) -> NDArray[np.intp]:
+    """Candidates to replace chosen poses that a real robot cannot take, best first.
+
+    The best poses crowd at the rim of the workspace, where a robot with errors misses neighbours
+    together. Spares keep twice the distance from singularities and complete the chosen poses that
+    do so too.
+    """
+    mechanism = demands.mechanism
+    few = np.flatnonzero(allowed)[:: -(-len(poses) // _THINNED)]
+    some = np.unique(np.concatenate([chosen, few]))
+    rows = task.rows(mechanism, poses[some], demands.rows)
+    limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
+    safe = mechanism.singularity_measures(poses[some])[2] <= limit
+    is_chosen = np.isin(some, chosen)
+    if np.count_nonzero(safe & ~is_chosen) < count:
+        safe[:] = True
+    # Poses that may be missed count for little, but keep the information regular.
+    weights = np.where(safe[is_chosen], 1.0, 0.01)[:, None, None]
+    information = np.einsum("nri,nrj->ij", rows[is_chosen], weights * rows[is_chosen])
+    if prior is not None:
+        information = information + prior
+    left = np.flatnonzero(safe & ~is_chosen)
+    if len(left) <= count:
+        return np.asarray(some[left])
+    found = select_poses(rows[left], count, demands.seed, prior=information)
+    return np.asarray(some[_best_first(left[found.indices], rows, information)])
+
+
+def _best_first(
+    indices: NDArray[np.intp], rows: NDArray[np.float64], information: NDArray[np.float64]
+) -> NDArray[np.intp]:
+    """Order candidates so that each adds most to the information of those before it."""
+    left, ordered = indices.tolist(), []
+    while left:
+        candidates = rows[left]
+        answers = np.linalg.solve(information, candidates.transpose(0, 2, 1))
+        gains = np.linalg.slogdet(np.eye(rows.shape[1]) + candidates @ answers)[1]
+        best = left.pop(int(np.argmax(gains)))
+        information = information + rows[best].T @ rows[best]
+        ordered.append(best)
+    return np.array(ordered, dtype=np.intp)

@@ -3,29 +3,53 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import MeasurementError
-from symkin.measurements import Measurements, make_arrays
-from symkin.observability import RowKind
-from symkin.planning.designs import Design
-from symkin.planning.limits import Clearance
+from symkin.errors import MeasurementError, SymkinError
+from symkin.measurements import ALL_LEGS, Measurements, make_arrays, pose_rows
+from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy, Observability, RowKind, analyse_observability
+from symkin.planning.designs import Clearance, Design
 from symkin.planning.selection import Criterion, Selection, SelectionMethod
+from symkin.planning.visiting import travel_length
+from symkin.result import Result, Value, field, record
 
-__all__ = ["ChosenPoses", "Plan", "PlanBasis"]
+if TYPE_CHECKING:
+    from symkin.identification.estimate import Estimator
+    from symkin.report.content import Page
+    from symkin.workspace import WorkspaceSample
+
+__all__ = ["ChosenPoses", "Plan", "PlanBasis", "set_name", "thinned"]
+
+_AVERAGED = 2000  # poses over which an expected error is averaged
 
 
-@dataclass(frozen=True)
-class ChosenPoses:
+def set_name(leg: int) -> str:
+    """Name the set of a leg (from 0), or of all (-1), as people count."""
+    return "all legs" if leg == ALL_LEGS else f"leg {leg + 1}"
+
+
+def thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """At most 2000 of the poses, over which an expected error is averaged."""
+    return poses[:: -(-len(poses) // _AVERAGED)]
+
+
+@record
+class ChosenPoses(Value):
     """One selection of a plan.
 
     Attributes
     ----------
     legs : tuple of int
-        The legs, from 1, that it serves.
+        The legs, from 0, that it serves.
     elements : tuple of str
         The symmetry elements that carry its poses to them: to one leg each, or (design "orbits")
         all of them to every leg.
@@ -33,13 +57,13 @@ class ChosenPoses:
         What was chosen, with its certificate. A pose of an orbit counts once.
     """
 
-    legs: tuple[int, ...]
+    legs: tuple[int, ...] = field(number=True)
     elements: tuple[str, ...]
     selection: Selection
 
 
-@dataclass(frozen=True)
-class PlanBasis:
+@record
+class PlanBasis(Value):
     """How a plan was made.
 
     Attributes
@@ -74,16 +98,19 @@ class PlanBasis:
         return self.design != "mechanism" and len(self.choices) == 1
 
 
-@dataclass(frozen=True)
-class Plan:
+@record
+class Plan(Result):
     """Commanded poses of every set, with the readings of all legs at the nominal parameters.
 
     The rows stand in the order in which the poses are to be visited.
 
     Attributes
     ----------
+    mechanism : Mechanism
+        The nominal one.
     leg_sets : ndarray of int, shape (N,)
-        The leg, from 1, that the pose identifies; 0 for all legs.
+        The leg, from 0, that the pose identifies; -1 for all legs. (Files, reports and messages
+        count legs from 1, and write 0 for all.)
     order : ndarray of int, shape (N,)
         Place of the pose within its set, from 1; spares come last, the best first.
     spare : ndarray of bool, shape (N,)
@@ -94,14 +121,21 @@ class Plan:
         Commanded readings in the sensor's unit.
     basis : PlanBasis or None
         How it was made; None for a plan that was read from a file.
+    candidates : WorkspaceSample, ndarray or None
+        What the poses were chosen from.
+    measured : Measurements or None
+        What is measured already, to which it adds.
     """
 
+    mechanism: Mechanism
     leg_sets: NDArray[np.intp]
     order: NDArray[np.intp]
     spare: NDArray[np.bool_]
     poses: NDArray[np.float64]
     readings: NDArray[np.float64]
     basis: PlanBasis | None = None
+    candidates: WorkspaceSample | NDArray[np.float64] | None = None
+    measured: Measurements | None = None
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
@@ -118,25 +152,127 @@ class Plan:
             count = len(getattr(self, name))
             if count != rows:
                 raise MeasurementError(f"the plan has {count} {name} for {rows} poses")
+        super().__post_init__()
 
     @property
     def row_kind(self) -> RowKind:
         """What its poses were chosen by; of a plan that does not say, the paper's rows."""
         return "paper" if self.basis is None else self.basis.rows
 
-    def rows_of_set(self, number: int, *, spare: bool = False) -> NDArray[np.intp]:
-        """Return the rows, from 0, of a set (0 for all legs) in its order; or its spares."""
-        rows = np.flatnonzero((self.leg_sets == number) & (self.spare == spare))
+    @property
+    def travel(self) -> float:
+        """Length of the way from home through the poses in their order, without spares, m."""
+        return travel_length(self.mechanism, self.poses[~self.spare])
+
+    @property
+    def estimator(self) -> Estimator:
+        """What it is worth most to: poses that are chosen for all legs at once, to `joint`."""
+        joint = self.basis is not None and self.basis.design == "mechanism"
+        return "joint" if joint else "implicit"
+
+    @cached_property
+    def expected(self) -> ExpectedAccuracy | None:
+        """The end-effector error to expect over the candidates; None if that cannot be told.
+
+        With `estimator`, all poses and those measured already, see `predict_accuracy`.
+        """
+        from symkin.planning.prediction import predict_accuracy
+
+        if self.candidates is None:
+            return None
+        cloud = thinned(pose_rows(self.candidates))
+        try:
+            return predict_accuracy(
+                self.mechanism, self, cloud, self.estimator, measured=self.measured
+            )
+        except SymkinError:  # as `joint` without a noise of redundant readings
+            return None
+
+    @cached_property
+    def observability(self) -> tuple[Observability, ...]:
+        """What the poses show of each leg, with those measured already.
+
+        The indices are those of the rows that the selection saw, the rest of the paper's rows.
+        """
+        legs = []
+        for leg, poses in enumerate(self.leg_poses()):
+            shown = analyse_observability(self.mechanism, leg, poses)
+            chosen = analyse_observability(self.mechanism, leg, poses, self.row_kind)
+            legs.append(replace(shown, indices=chosen.indices))
+        return tuple(legs)
+
+    def rows_of_set(self, leg: int, *, spare: bool = False) -> NDArray[np.intp]:
+        """Return the rows, from 0, of a leg's set (-1 for all legs) in its order; or its spares."""
+        rows = np.flatnonzero((self.leg_sets == leg) & (self.spare == spare))
         return rows[np.argsort(self.order[rows], kind="stable")]
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
         """Return the rows, from 0, that identify a leg (from 0): its own and those of all legs."""
-        return np.concatenate([self.rows_of_set(leg + 1), self.rows_of_set(0)])
+        return self._leg_rows[leg]
 
-    def leg_poses(self, measured: Measurements | None = None) -> list[NDArray[np.float64]]:
-        """Return the poses that identify each leg; with those measured already, if given."""
-        legs = range(self.readings.shape[1])
-        sets = [self.poses[self.rows_of(leg)] for leg in legs]
-        if measured is None:
+    @cached_property
+    def _leg_rows(self) -> tuple[NDArray[np.intp], ...]:
+        common, legs = self.rows_of_set(ALL_LEGS), range(self.readings.shape[1])
+        return tuple(np.concatenate([self.rows_of_set(leg), common]) for leg in legs)
+
+    def leg_poses(self) -> list[NDArray[np.float64]]:
+        """Return the poses that identify each leg, with those measured already."""
+        sets = [self.poses[rows] for rows in self._leg_rows]
+        taken = self.measured
+        if taken is None:
             return sets
-        return [np.concatenate([sets[leg], measured.poses[measured.rows_of(leg)]]) for leg in legs]
+        return [np.concatenate([own, taken.poses[taken.rows_of(i)]]) for i, own in enumerate(sets)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what it shows of each leg's parameters, and how it was made."""
+        spares = [int(self.spare[self.leg_sets == leg].sum()) for leg in range(len(self._leg_rows))]
+        common = int(self.spare[self.leg_sets == ALL_LEGS].sum())
+        expected = self.expected
+        return {
+            "mechanism": self.mechanism.name,
+            "poses": int(np.sum(~self.spare)),
+            "spares": int(np.sum(self.spare)),
+            "travel_m": self.travel,
+            "selection": self.basis and self.basis.to_dict(),
+            "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
+            "legs": [
+                {
+                    "poses": len(self.rows_of(shown.leg)),
+                    "spares": spares[shown.leg] + common,
+                    **shown.to_dict(),
+                }
+                for shown in self.observability
+            ],
+        }
+
+    def page(self) -> Page:
+        """Return its poses, their certificate and what they show."""
+        from symkin.report.plan import plan_page
+
+        return plan_page(self)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the columns of its file."""
+        from symkin.io.plans import plan_columns
+
+        return plan_columns(self, self.mechanism)
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write it as CSV or Parquet, by extension; `read_plan` reads it.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        from symkin.io.plans import write_plan
+
+        write_plan(self, path, self.mechanism, overwrite=overwrite)
+        return Path(path)

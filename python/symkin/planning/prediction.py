@@ -3,33 +3,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
 from symkin.identification.estimate import Estimator, PoseUse, identify
-from symkin.measurements import Measurements
+from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
 from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
-from symkin.planning.plan import Plan
+from symkin.planning.plan import Plan, thinned
 from symkin.planning.selection import Criterion
+from symkin.result import Result, Value, record
 
-__all__ = ["PoseCountCurve", "pose_count_curve", "predict_accuracy"]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+    from symkin.workspace import WorkspaceSample
+
+__all__ = ["NeededPoses", "PoseCountCurve", "Remedy", "pose_count_curve", "predict_accuracy"]
 
 _POINTS = 25  # of a curve
-_LARGEST = 10  # times as many poses as parameters
-_AVERAGED = 2000  # poses over which the error is averaged
+_LARGEST = 10  # times as many poses as parameters, of a curve
+_MOST = 50  # the same, when an accuracy asks for them
+_LEAST_HELP = 0.01  # share of the error that a remedy takes away
 
 
 def predict_accuracy(
     mechanism: Mechanism,
     plan: Plan,
-    workspace: ArrayLike,
+    workspace: ArrayLike | WorkspaceSample,
     estimator: Estimator = "implicit",
     *,
     poses: PoseUse = "all",
@@ -46,7 +53,7 @@ def predict_accuracy(
         The nominal one.
     plan : Plan
         Its spares do not count.
-    workspace : array_like, shape (n, coordinates)
+    workspace : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses over which the error is averaged.
     estimator, poses
         See `identify`.
@@ -68,19 +75,26 @@ def predict_accuracy(
         readings = mechanism.inverse_kinematics(measured.poses)
         readings[~np.isfinite(measured.readings)] = np.nan
         parts.append((measured.poses, readings, measured.leg_sets))
-    exact = Measurements.of(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+    poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
+    exact = Measurements.of(poses_taken, read, sets)
     covariance = identify(mechanism, exact, estimator, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
     return expected_accuracy(mechanism, workspace, covariance)
 
 
-@dataclass(frozen=True)
-class PoseCountCurve:
+@record
+class PoseCountCurve(Result):
     """What more poses bring.
 
     Attributes
     ----------
+    mechanism : Mechanism
+        The nominal one.
+    candidates : ndarray, shape (n, coordinates)
+        What the poses were chosen from.
+    settings : dict
+        What they were predicted for: design, rows, criterion, estimator, poses, seed.
     counts : ndarray of int, shape (k,)
         Poses that each leg is identified from, ascending.
     measured : ndarray of int, shape (k,)
@@ -97,6 +111,9 @@ class PoseCountCurve:
         The first count from which on another pose is not; None if all are.
     """
 
+    mechanism: Mechanism
+    candidates: NDArray[np.float64]
+    settings: Mapping[str, Any]
     counts: NDArray[np.intp]
     measured: NDArray[np.intp]
     position: NDArray[np.float64]
@@ -105,10 +122,183 @@ class PoseCountCurve:
     least_gain: float
     enough: int | None
 
+    def for_accuracy(
+        self, position: float | None = None, orientation: float | None = None
+    ) -> NeededPoses:
+        """Find how many poses a wanted accuracy needs, beyond the curve if it must be.
+
+        The fewest poses found by bisection, at most 50 times as many as a leg has parameters. If
+        they are not enough, what else would help is predicted too.
+
+        Parameters
+        ----------
+        position, orientation : float, optional
+            Root mean square end-effector error that is wanted, m and rad; at least one of them.
+
+        Returns
+        -------
+        NeededPoses
+
+        Raises
+        ------
+        SymkinError
+            For nothing wanted, an error that is not positive, or the orientation of a point.
+        """
+        _check_wanted(self.mechanism, position, orientation)
+        limits = np.array([np.inf if each is None else each for each in (position, orientation)])
+        size, low, high = _orbit_size(self.mechanism, self.settings["design"]), 0, 0
+        points: dict[int, _Point] = {}
+
+        def reaches(orbits: int) -> bool:
+            if orbits not in points:
+                points[orbits] = _predicted(
+                    self.mechanism, self.candidates, orbits * size, self.settings
+                )
+            accuracy = points[orbits].accuracy
+            return bool((np.array([accuracy.position, accuracy.orientation]) <= limits).all())
+
+        fewest = -(-len(self.mechanism.parameter_names) // size)
+        met = np.flatnonzero((self.position <= limits[0]) & (self.orientation <= limits[1]))
+        if len(met):
+            low = int(self.counts[met[0] - 1]) // size if met[0] else fewest - 1
+            high = int(self.counts[met[0]]) // size
+        else:
+            low = high = int(self.counts[-1]) // size
+            reaches(high)
+            available = points[high].allowed // size
+            most = max(high, min(_MOST * len(self.mechanism.parameter_names) // size, available))
+            while not reaches(high) and high < most:
+                low, high = high, min(2 * high, most)
+        reached = reaches(high)
+        while reached and high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if reaches(middle) else (middle, high)
+        return NeededPoses(
+            curve=self,
+            position=position,
+            orientation=orientation,
+            count=high * size if reached else None,
+            tried=high * size,
+            measured=len(points[high].plan.poses),
+            expected=points[high].accuracy,
+            remedies=() if reached else _remedies(self, points[high], limits),
+        )
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the curve, a row a count."""
+        return {
+            "poses_per_leg": self.counts,
+            "poses": self.measured,
+            "position_rms_m": self.position,
+            "orientation_rms_rad": self.orientation,
+            "efficiency": self.efficiency,
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the curve and what it was predicted for."""
+        return {
+            "mechanism": self.mechanism.name,
+            "settings": dict(self.settings),
+            **{name: np.asarray(column).tolist() for name, column in self.columns().items()},
+            "least_gain": self.least_gain,
+            "enough": self.enough,
+        }
+
+    def page(self) -> Page:
+        """Return what more poses bring."""
+        from symkin.report.pose_count import pose_count_page
+
+        return pose_count_page(self)
+
+
+@record
+class Remedy(Value):
+    """What else would make the expected error smaller, at the same poses.
+
+    Attributes
+    ----------
+    change : str
+        What to change.
+    expected : ExpectedAccuracy
+        What is then expected.
+    enough : bool
+        Whether that is the accuracy wanted.
+    """
+
+    change: str
+    expected: ExpectedAccuracy
+    enough: bool
+
+
+@record
+class NeededPoses(Result):
+    """How many poses a wanted accuracy needs.
+
+    Attributes
+    ----------
+    curve : PoseCountCurve
+        What more poses bring.
+    position, orientation : float or None
+        Root mean square error wanted, m and rad.
+    count : int or None
+        Poses that each leg is identified from; None if not even `tried` are enough.
+    tried : int
+        Poses of each leg,
+    measured : int
+        poses to measure in all, and
+    expected : ExpectedAccuracy
+        what they promise: those that are needed, or the most that were tried.
+    remedies : tuple of Remedy
+        What else would help, the most helpful first; empty if the accuracy is reached.
+    """
+
+    curve: PoseCountCurve
+    position: float | None
+    orientation: float | None
+    count: int | None
+    tried: int
+    measured: int
+    expected: ExpectedAccuracy
+    remedies: tuple[Remedy, ...]
+
+    @property
+    def excess(self) -> float:
+        """How many times the expected error is what is wanted; at most 1 if it is reached.
+
+        To first order all errors are proportional to the noise: so many times smaller it must be.
+        """
+        wanted, expected = (self.position, self.orientation), self.expected
+        errors = zip((expected.position, expected.orientation), wanted, strict=True)
+        return max(error / limit for error, limit in errors if limit is not None)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the curve."""
+        return self.curve.columns()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the curve, and the answer as ``accuracy``."""
+        return self.curve.to_dict() | {
+            "accuracy": {
+                "wanted_position_rms_m": self.position,
+                "wanted_orientation_rms_rad": self.orientation,
+                "poses_per_leg": self.count,
+                "tried": self.tried,
+                "poses": self.measured,
+                "expected": self.expected.to_dict(),
+                "remedies": [remedy.to_dict() for remedy in self.remedies],
+            }
+        }
+
+    def page(self) -> Page:
+        """Return the answer, and what more poses bring."""
+        from symkin.report.pose_count import needed_poses_page
+
+        return needed_poses_page(self)
+
 
 def pose_count_curve(
     mechanism: Mechanism,
-    candidates: ArrayLike,
+    candidates: ArrayLike | WorkspaceSample,
     counts: Sequence[int] | None = None,
     seed: int | None = None,
     *,
@@ -125,7 +315,7 @@ def pose_count_curve(
     ----------
     mechanism : Mechanism
         The nominal one.
-    candidates : array_like, shape (n, coordinates)
+    candidates : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses to choose from, over which the error is averaged too.
     counts : sequence of int, optional
         Numbers of poses, by default 25 from the number p of a leg's parameters to 10 p.
@@ -149,35 +339,112 @@ def pose_count_curve(
     """
     if not 0 < least_gain < 1:
         raise SymkinError(f"the least gain is {least_gain:g}; expected a share between 0 and 1")
-    cloud = np.atleast_2d(np.ascontiguousarray(candidates, dtype=np.float64))
-    workspace = cloud[:: -(-len(cloud) // _AVERAGED)]
+    cloud = pose_rows(candidates)
+    settings = {
+        "design": design,
+        "rows": rows,
+        "criterion": criterion,
+        "estimator": estimator,
+        "poses": poses,
+        "seed": mechanism.protocol.seed if seed is None else seed,
+    }
     numbers = _counts(mechanism, design, counts)
-    points = []
-    for count in numbers:
-        plan = make_plan(
-            mechanism,
-            cloud,
-            count,
-            seed,
-            design=design,
-            rows=rows,
-            criterion=criterion,
-            spares=0,
-        )
-        accuracy = predict_accuracy(mechanism, plan, workspace, estimator, poses=poses)
-        choices = plan.basis.choices if plan.basis else ()
-        efficiency = min(choice.selection.certificate.o1_efficiency for choice in choices)
-        points.append((len(plan.poses), accuracy.position, accuracy.orientation, efficiency))
-    measured, position, orientation, efficiency = np.array(points).T
+    points = [_predicted(mechanism, cloud, count, settings) for count in numbers]
+    position = np.array([point.accuracy.position for point in points])
     return PoseCountCurve(
+        mechanism=mechanism,
+        candidates=cloud,
+        settings=settings,
         counts=np.array(numbers, dtype=np.intp),
-        measured=measured.astype(np.intp),
+        measured=np.array([len(point.plan.poses) for point in points], dtype=np.intp),
         position=position,
-        orientation=orientation,
-        efficiency=efficiency,
+        orientation=np.array([point.accuracy.orientation for point in points]),
+        efficiency=np.array([point.efficiency for point in points]),
         least_gain=least_gain,
         enough=_enough(numbers, position, least_gain),
     )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Point:
+    """A plan and what it promises."""
+
+    plan: Plan
+    accuracy: ExpectedAccuracy
+    efficiency: float
+    allowed: int
+
+
+def _predicted(
+    mechanism: Mechanism, cloud: NDArray[np.float64], count: int, settings: Mapping[str, Any]
+) -> _Point:
+    made_by = {name: settings[name] for name in ("seed", "design", "rows", "criterion")}
+    plan = make_plan(mechanism, cloud, count, spares=0, **made_by)
+    accuracy = predict_accuracy(
+        mechanism, plan, thinned(cloud), settings["estimator"], poses=settings["poses"]
+    )
+    basis = plan.basis
+    assert basis is not None  # it was made, not read
+    certificates = [choice.selection.certificate for choice in basis.choices]
+    efficiency = min(certificate.o1_efficiency for certificate in certificates)
+    return _Point(plan, accuracy, efficiency, basis.candidates - basis.excluded)
+
+
+def _remedies(
+    curve: PoseCountCurve, point: _Point, limits: NDArray[np.float64]
+) -> tuple[Remedy, ...]:
+    """Changes of noise and estimate that make the error smaller, the most helpful first."""
+    mechanism, settings = curve.mechanism, curve.settings
+    noise = mechanism.noise
+    changes: list[tuple[str, Mechanism, dict[str, Any]]] = [
+        (
+            f"half the noise of the {what}",
+            mechanism.replace(noise=dataclasses.replace(noise, **{name: getattr(noise, name) / 2})),
+            {},
+        )
+        for name, what in (
+            ("position", "measured positions"),
+            ("orientation", "measured orientations"),
+            ("reading", "sensor readings"),
+        )
+        if getattr(noise, name) > 0
+    ]
+    if settings["poses"] == "own" and settings["estimator"] != "joint":
+        changes.append(("every leg identified from all poses", mechanism, {"poses": "all"}))
+    if settings["estimator"] != "joint":
+        joint = {"estimator": "joint", "poses": "all"}
+        changes.append(("the estimator joint", mechanism, joint))
+    before = np.array([point.accuracy.position, point.accuracy.orientation])
+    binding = np.isfinite(limits)
+    found = []
+    for change, changed, other in changes:
+        made = {"estimator": settings["estimator"], "poses": settings["poses"], **other}
+        try:
+            expected = predict_accuracy(changed, point.plan, thinned(curve.candidates), **made)
+        except SymkinError:  # as `joint` without a noise of redundant readings
+            continue
+        after = np.array([expected.position, expected.orientation])
+        excess = float((after / limits)[binding].max())
+        if excess < (1 - _LEAST_HELP) * (before / limits)[binding].max():
+            found.append((excess, Remedy(change, expected, excess <= 1)))
+    return tuple(remedy for _, remedy in sorted(found, key=lambda each: each[0]))
+
+
+def _check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:
+    wanted = {"position": position, "orientation": orientation}
+    if position is None and orientation is None:
+        raise SymkinError("no accuracy is wanted; expected one of the position or the orientation")
+    if orientation is not None and mechanism.pose_space == "point":
+        raise SymkinError(f"{mechanism.name} has a point platform, which has no orientation")
+    for name, value in wanted.items():
+        if value is not None and not 0 < value < np.inf:
+            raise SymkinError(f"the {name} error wanted is {value:g}; expected a positive one")
+
+
+def _orbit_size(mechanism: Mechanism, design: Design) -> int:
+    """Poses that are chosen together."""
+    (task, *_) = design_tasks(mechanism, design, use_symmetry=True)
+    return len(task.elements) if task.is_orbit else 1
 
 
 def _counts(mechanism: Mechanism, design: Design, counts: Sequence[int] | None) -> list[int]:
@@ -185,8 +452,7 @@ def _counts(mechanism: Mechanism, design: Design, counts: Sequence[int] | None) 
     p = len(mechanism.parameter_names)
     if counts is None:
         counts = np.rint(np.geomspace(p, _LARGEST * p, _POINTS)).astype(int).tolist()
-    (task, *_) = design_tasks(mechanism, design, use_symmetry=True)
-    size = len(task.elements) if task.is_orbit else 1
+    size = _orbit_size(mechanism, design)
     return sorted({-(-count // size) * size for count in counts})
 
 

@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin._core import SymmetryElement
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, noise_of, with_combinations
-from symkin.symmetry.group import symmetry_group
+from symkin.result import Value, field, record
+from symkin.symmetry import symmetry_group
+
+if TYPE_CHECKING:
+    from symkin.workspace import WorkspaceSample
 
 __all__ = ["Certificate", "Criterion", "LegRows", "Selection", "SelectionMethod", "select_poses"]
 
@@ -23,8 +27,8 @@ SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", 
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
 
 
-@dataclass(frozen=True)
-class Certificate:
+@record
+class Certificate(Value):
     """How far a selection can be from the best possible one.
 
     Efficiencies of the determinant are ``(det M / bound)**(1/p)``: 1 for the best, and no selection
@@ -51,14 +55,14 @@ class Certificate:
     proven_optimal: bool
 
 
-@dataclass(frozen=True)
-class Selection:
+@record
+class Selection(Value):
     """Candidates chosen for measurement.
 
     Attributes
     ----------
     indices : ndarray of int, shape (N,)
-        Rows of the candidates, ascending.
+        Rows of the candidates, from 0, ascending.
     log_det : float
         Logarithm of det(C'C) of the chosen rows (and of the prior).
     criterion : str
@@ -73,12 +77,12 @@ class Selection:
         Nodes of the proof's search tree; 0 without one.
     """
 
-    indices: NDArray[np.intp]
+    indices: NDArray[np.intp] = field(number=True)
     log_det: float
     criterion: Criterion
     criterion_value: float
     certificate: Certificate
-    spares: NDArray[np.intp]
+    spares: NDArray[np.intp] = field(number=True)
     nodes: int
 
 
@@ -94,7 +98,7 @@ class LegRows:
         Its noise weighs the rows of kind "noise_aware".
     leg : int
         From 0.
-    poses : array_like, shape (n, coordinates)
+    poses : WorkspaceSample, or array_like of shape (n, coordinates)
         Candidate poses.
     kind : {"paper", "noise_aware"}
         See `observability_rows`.
@@ -114,7 +118,7 @@ class LegRows:
         self,
         mechanism: Mechanism,
         leg: int,
-        poses: ArrayLike,
+        poses: ArrayLike | WorkspaceSample,
         kind: RowKind = "paper",
         *,
         orbit: Sequence[SymmetryElement | str] = ("r0",),
@@ -124,7 +128,7 @@ class LegRows:
         self.core = _core.LegRows(
             mechanism.core,
             leg,
-            np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64)),
+            pose_rows(poses),
             one_of("kind of rows", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
             group,

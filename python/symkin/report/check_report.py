@@ -11,11 +11,11 @@ from symkin.checks.check import CheckResult
 from symkin.plot import DrawnSymmetry
 from symkin.report.content import Page, Section
 from symkin.report.html import write_page
+from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.sections.conditions import conditions_section
 from symkin.report.sections.groups import groups_section
 from symkin.report.sections.home import home_section
 from symkin.report.sections.mechanism import mechanism_section
-from symkin.report.sections.observability import observability_section, singular_values_table
 from symkin.report.wording import NONE, plural
 
 __all__ = ["write_check_report"]

@@ -18,11 +18,11 @@ from symkin.mechanism import Mechanism
 from symkin.observability import expected_accuracy
 from symkin.pipeline import ProtocolResult
 from symkin.report.html import write_page
+from symkin.report.observability import observability_section
+from symkin.report.plan import plan_section
 from symkin.report.sections.accuracy import measured_accuracy_section, simulated_accuracy_section
 from symkin.report.sections.identification import identification_section
 from symkin.report.sections.mechanism import mechanism_section
-from symkin.report.sections.observability import observability_section
-from symkin.report.sections.plan import plan_section
 from symkin.report.sections.summary import identification_summary, protocol_summary
 from symkin.report.sections.symmetry import symmetry_section
 from symkin.report.sections.workspace import measured_poses_section, workspace_section
@@ -66,7 +66,7 @@ def write_report(
         mechanism_section(nominal, poses[:1]),
         symmetry_section(nominal),
         workspace_section(nominal, result.candidates, plan),
-        plan_section(nominal, plan, result.simulation),
+        plan_section(plan, result.simulation),
         observability_section(nominal, sets, symmetric=symmetric, rows=plan.row_kind),
         identification_section(
             nominal,

@@ -47,7 +47,7 @@ def undeclarable(protocol: Path, tmp_path: Path) -> Path:
 def test_a_group_that_the_listed_legs_do_not_have_is_refused(
     refused: Callable, undeclarable: Path, tmp_path: Path
 ) -> None:
-    refused("plan", undeclarable, "--out", tmp_path / "plan.csv", words="symmetry")
+    refused("plan", undeclarable, "--out", tmp_path, words="symmetry")
 
 
 def test_check_shows_what_breaks_a_declared_group_before_it_refuses_it(
@@ -133,26 +133,32 @@ def test_fewer_poses_than_parameters_are_refused(
         (["check", "3RRR", "--bogus"], "No such option"),
         (["bogus"], "No such command"),
         (["plan", "3RRR"], "Missing option"),
-        (["plan", "3RRR", "--out", "p.csv", "--poses", "0"], "--poses"),
-        (["plan", "3RRR", "--out", "p.csv", "--poses", "many"], "--poses"),
-        (["plan", "3RRR", "--out", "p.csv", "--seed", "-1"], "--seed"),
-        (["plan", "3RRR", "--out", "p.csv", "--rows", "best"], "'paper', 'noise_aware'"),
-        (["plan", "3RRR", "--out", "p.csv", "--poses", "5"], "at least 8"),
-        (["plan", "3RRR", "--out", "p.csv", "--avoid", "x"], "such as x=0.1:0.3"),
-        (["plan", "3RRR", "--out", "p.csv", "--avoid", "x=1 kg:2"], "kg"),
-        (["plan", "3RRR", "--out", "p.csv", "--avoid", "z=1:2"], "coordinates of the poses"),
-        (["plan", "3RRR", "--out", "p.csv", "--avoid", "x=1:2,x=3:4"], "limits x twice"),
-        (["plan", "3RRR", "--out", "p.csv", "--avoid", "phi=30:60"], 'write "30 deg"'),
-        (["plan", "3RRR", "--out", "p.csv", "--threads", "2147483648"], "--threads"),
-        (["plan", "3RRR", "--out", "p.csv", "--seed", "18446744073709551616"], "--seed"),
+        (["plan", "3RRR", "--out", "p", "--pose-count", "0"], "--pose-count"),
+        (["plan", "3RRR", "--out", "p", "--pose-count", "many"], "--pose-count"),
+        (["plan", "3RRR", "--out", "p", "--seed", "-1"], "--seed"),
+        (["plan", "3RRR", "--out", "p", "--rows", "best"], "'paper', 'noise_aware'"),
+        (["plan", "3RRR", "--out", "p", "--pose-count", "5"], "at least 8"),
+        (["plan", "3RRR", "--out", "p", "--avoid", "x"], "such as x=0.1:0.3"),
+        (["plan", "3RRR", "--out", "p", "--avoid", "x=1 kg:2"], "kg"),
+        (["plan", "3RRR", "--out", "p", "--avoid", "z=1:2"], "coordinates of the poses"),
+        (["plan", "3RRR", "--out", "p", "--avoid", "x=1:2,x=3:4"], "limits x twice"),
+        (["plan", "3RRR", "--out", "p", "--avoid", "phi=30:60"], 'write "30 deg"'),
+        (["plan", "3RRR", "--out", "p", "--threads", "2147483648"], "--threads"),
+        (["plan", "3RRR", "--out", "p", "--seed", "18446744073709551616"], "--seed"),
         (["workspace", "3RRR", "--out", "w", "--orientations", "0,0,0"], "has an angle twice"),
         (["workspace", "3RRR", "--out", "w", "--orientations", "0,x"], "unknown unit"),
         (["identify", "3RRR", "m.csv", "--columns", "3RRR"], "no such file"),
-        (["plan", "3RRR", "--out", "p.csv", "--minimum-distance", "-1"], "is negative"),
-        (["plan", "3RRR", "--out", "p.csv", "--required", "no.csv"], "no.csv"),
-        (["plan", "3RRR_asymmetric", "--out", "p.csv", "--design", "orbits"], "images of leg 1"),
+        (["plan", "3RRR", "--out", "p", "--minimum-distance", "-1"], "is negative"),
+        (["plan", "3RRR", "--out", "p", "--required", "no.csv"], "no.csv"),
+        (["plan", "3RRR_asymmetric", "--out", "p", "--design", "orbits"], "images of leg 1"),
         (["pose-count", "3RRR", "--least-gain", "2"], "share between 0 and 1"),
-        (["plan", "3RRR", "--out", "p.csv", "--candidates", "20"], "20 candidates"),
+        (["pose-count", "3RRR", "--accuracy", "0.05"], "with a unit; expected such as 0.05mm"),
+        (["pose-count", "3RRR", "--accuracy", "50"], "with a unit; expected such as 0.05mm"),
+        (["pose-count", "3RRR", "--accuracy", "5kg"], "with a unit; expected such as 0.05mm"),
+        (["pose-count", "3RRR", "--accuracy", "-5um"], "is not positive"),
+        (["pose-count", "3RRR", "--accuracy", "5um", "--accuracy", "1mm"], "a second error"),
+        (["pose-count", "5bar", "--accuracy", "1mrad"], "has a point platform"),
+        (["plan", "3RRR", "--out", "p", "--candidates", "20"], "20 candidates"),
         (["run", "3RRR", "--out", "out", "--pose-count", "4"], "at least 8"),
         (["simulate", "3RRR", "nosuch.csv", "--out", "m.csv"], "nosuch.csv"),
         (["identify", "3RRR", "nosuch.csv"], "no such file"),
@@ -180,8 +186,8 @@ def test_a_place_that_cannot_be_written_is_refused(
     file = tmp_path / "file"
     file.write_text("mine")
     small = ["--candidates", "200", *json]
-    refused("plan", "3RRR", "--out", file / "plan.csv", *small, words=str(file))
-    refused("plan", "3RRR", "--out", tmp_path, *small, words="is a folder")
+    refused("plan", "3RRR", "--out", file / "planned", *small, words=str(file))
+    refused("plan", "3RRR", "--out", file, *small, words="is not a folder")
     refused("run", "3RRR", "--out", file, *small, words="is not a folder")
     refused("run", "3RRR", "--out", "/proc/nowhere", *small, words="/proc/nowhere")
     assert file.read_text() == "mine"

@@ -38,6 +38,7 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
         (("identify", "3RRR", measured), outputs.IDENTIFICATION_FILES),
         (("pose-count", "3RRR"), outputs.POSE_COUNT_FILES),
         (("workspace", "3RRR"), outputs.WORKSPACE_FILES),
+        (("plan", "3RRR"), outputs.PLAN_FILES),
     ):
         folder = tmp_path / command[0]
         folder.mkdir()
@@ -46,25 +47,19 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
             refused(*command, "--out", folder, words=f"{name}: exists")
             (folder / name).unlink()
     new = tmp_path / "new.csv"
-    refused("plan", "3RRR", "--out", old, words="exists")
-    refused("plan", "3RRR", "--out", new, "--report", protocol, words="exists")
     refused("simulate", "3RRR", plan, "--out", old, words="exists")
     refused("simulate", "3RRR", plan, "--out", new, "--actual-out", old, words="exists")
     assert not new.exists()
 
 
 @pytest.mark.usefixtures("idle")
-def test_a_plan_and_its_report_have_places_of_their_own(refused: Callable, tmp_path: Path) -> None:
-    report = tmp_path / "report"
-    for out in (report / "plan.html", report / "workspace.png"):
-        refused("plan", "3RRR", "--out", out, "--report", report, words="two outputs")
-    refused("plan", "3RRR", "--out", report, "--report", report, words="a file and a folder")
+def test_two_outputs_have_places_of_their_own(refused: Callable, tmp_path: Path) -> None:
     same = ("--out", tmp_path / "m.csv", "--actual-out", tmp_path / "m.csv")
     (tmp_path / "p.csv").write_text(
         "leg,order,role,x_m,y_m,phi_rad,psi_1_rad,psi_2_rad,psi_3_rad\n1,1,primary,0,0,0,0,0,0\n"
     )
     refused("simulate", "3RRR", tmp_path / "p.csv", *same, words="two outputs")
-    assert not report.exists()
+    assert not (tmp_path / "m.csv").exists()
 
 
 def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
@@ -80,13 +75,13 @@ def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
 def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
     symkin: Callable, refused: Callable, tmp_path: Path
 ) -> None:
-    small = ("plan", "3RRR", "--poses", 8, "--candidates", 200, "--out", tmp_path / "plan.csv")
+    small = ("plan", "3RRR", "--pose-count", 8, "--candidates", 200, "--out", tmp_path)
     assert symkin(*small, "--seed", 1).code == 0
     first = (tmp_path / "plan.csv").read_bytes()
     refused(*small, "--seed", 2, words="--overwrite")
     assert symkin(*small, "--seed", 2, "--overwrite").code == 0
     assert (tmp_path / "plan.csv").read_bytes() != first
-    assert [path.name for path in tmp_path.iterdir()] == ["plan.csv"]
+    assert {path.name for path in tmp_path.iterdir()} == set(outputs.PLAN_FILES)
 
 
 def test_every_file_of_a_command_is_known_before(
@@ -105,7 +100,7 @@ def test_every_file_of_a_command_is_known_before(
         (("identify", "3RRR", measured, "--out"), outputs.IDENTIFICATION_FILES),
         (("pose-count", "3RRR", *few, "--out"), outputs.POSE_COUNT_FILES),
         (("workspace", "3RRR", "--resolution", 60, "--out"), outputs.WORKSPACE_FILES),
-        (("plan", "3RRR", *few, "--out", tmp_path / "p.csv", "--report"), outputs.PLAN_FILES),
+        (("plan", "3RRR", *few, "--out"), outputs.PLAN_FILES),
     ):
         folder = tmp_path / command[0]
         assert symkin(*command, folder).code == 0

@@ -17,7 +17,7 @@ def measurements(paper):
 
 
 def shared(measurements):
-    return dataclasses.replace(measurements, leg_sets=np.zeros_like(measurements.leg_sets))
+    return measurements.for_all_legs()
 
 
 def test_unseen_poses_of_a_real_hexapod_are_predicted_worse_in_blocks(hexapod, hexapod_table):
@@ -88,7 +88,7 @@ def test_own_sets_of_few_poses_lose_poses_evenly(paper, measurements):
 
 
 def test_readings_of_single_legs_have_no_end_effector_error(paper, measurements):
-    own = measurements.leg_sets[:, np.newaxis] == np.arange(1, 4)
+    own = measurements.leg_sets[:, np.newaxis] == np.arange(3)
     readings = np.where(own, measurements.readings, np.nan)
     single = dataclasses.replace(measurements, readings=readings)
     validated = symkin.cross_validate(paper, single, folds=3)

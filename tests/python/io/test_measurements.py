@@ -25,7 +25,7 @@ Write = Callable[..., Path]
 def test_measurements_read_back_to_the_same_numbers(
     tmp_path: Path, paper: Mechanism, measured: Measurements, name: str
 ) -> None:
-    for sets in (np.repeat([1, 2, 3], 4), np.zeros(12, dtype=np.intp)):
+    for sets in (np.repeat([0, 1, 2], 4), np.full(12, -1)):
         write_measurements(replace(measured, leg_sets=sets), tmp_path / name, paper, overwrite=True)
         read = read_measurements(tmp_path / name, paper)
         assert np.array_equal(read.poses, measured.poses)
@@ -131,9 +131,9 @@ def test_a_file_of_one_leg_leaves_the_others_unmeasured(
 def test_cells_of_legs_that_a_row_does_not_serve_may_be_empty(
     tmp_path: Path, paper: Mechanism, measured: Measurements
 ) -> None:
-    sets = np.repeat([1, 2, 3], 12)
+    sets = np.repeat([0, 1, 2], 12)
     readings = np.tile(measured.readings, (3, 1))
-    own = np.arange(3) + 1 == sets[:, None]
+    own = np.arange(3) == sets[:, None]
     poses = np.tile(measured.poses, (3, 1))
     written = Measurements.of(poses, np.where(own, readings, np.nan), sets)
     path = tmp_path / "m.csv"
@@ -143,7 +143,7 @@ def test_cells_of_legs_that_a_row_does_not_serve_may_be_empty(
     assert read.rows_of(1).tolist() == list(range(12, 24))
 
 
-@pytest.mark.parametrize("sets", [np.zeros(12, dtype=np.intp), np.repeat([1, 2, 3], 4)])
+@pytest.mark.parametrize("sets", [np.full(12, -1), np.repeat([0, 1, 2], 4)])
 def test_an_empty_cell_is_a_reading_that_was_not_taken(
     tmp_path: Path, paper: Mechanism, measured: Measurements, sets: np.ndarray
 ) -> None:
@@ -206,7 +206,7 @@ def test_a_leg_number_that_the_mechanism_does_not_have_is_refused(
     write: Write, paper: Mechanism, measured: Measurements
 ) -> None:
     path = write("", "m.csv")
-    write_measurements(replace(measured, leg_sets=np.full(12, 3)), path, paper, overwrite=True)
+    write_measurements(replace(measured, leg_sets=np.full(12, 2)), path, paper, overwrite=True)
     text = path.read_text().replace("\n3,", "\n4,", 1)
     with pytest.raises(MeasurementError, match='row 2 has 4 in column "leg"'):
         read_measurements(write(text, "leg4.csv"), paper)
@@ -216,7 +216,7 @@ def test_arrays_of_unequal_length_are_refused(measured: Measurements) -> None:
     with pytest.raises(MeasurementError, match="11 readings for 12 poses"):
         replace(measured, readings=measured.readings[1:])
     with pytest.raises(MeasurementError, match="legs 1 to 3"):
-        replace(measured, leg_sets=np.full(12, 4))
+        replace(measured, leg_sets=np.full(12, 3))
 
 
 def test_measurements_without_any_reading_identify_nothing(measured: Measurements) -> None:

@@ -14,9 +14,10 @@ from symkin.planning import Plan
 
 
 @pytest.fixture
-def plan(measured: Measurements) -> Plan:
+def plan(paper: Mechanism, measured: Measurements) -> Plan:
     return Plan(
-        leg_sets=np.repeat([1, 2, 3], 4),
+        mechanism=paper,
+        leg_sets=np.repeat([0, 1, 2], 4),
         order=np.tile([2, 1, 3, 1], 3),
         spare=np.tile([False, False, False, True], 3),
         poses=measured.poses,
@@ -70,4 +71,4 @@ def test_a_plan_of_spares_alone_is_refused(tmp_path: Path, paper: Mechanism, pla
 
 def test_the_rows_of_a_leg_come_in_their_order_without_spares(plan: Plan) -> None:
     assert plan.rows_of(1).tolist() == [5, 4, 6]
-    assert plan.rows_of_set(2, spare=True).tolist() == [7]
+    assert plan.rows_of_set(1, spare=True).tolist() == [7]

@@ -53,7 +53,7 @@ def test_poses_of_a_set_keep_their_distance(paper, candidates, design):
 def test_required_poses_are_measured_and_serve_all_legs(paper, candidates):
     needed = candidates[[5, 77, 300]] + 1e-4  # no candidates
     plan = symkin.make_plan(paper, candidates, 12, required=needed)
-    np.testing.assert_array_equal(plan.poses[plan.rows_of_set(0)], needed)
+    np.testing.assert_array_equal(plan.poses[plan.rows_of_set(-1)], needed)
     for leg, choice in enumerate(plan.basis.choices):
         assert len(plan.rows_of(leg)) == 12
         found = np.linalg.slogdet(information(paper, leg, plan.poses[plan.rows_of(leg)]))[1]

@@ -24,6 +24,22 @@ def test_the_way_through_few_poses_is_the_shortest(paper, candidates):
         assert found == pytest.approx(best, rel=1e-6)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 599, 600, 1205])
+def test_plans_of_any_size_are_put_in_an_order(paper, count):
+    # Around 600 poses the way is improved piece by piece.
+    angles = np.random.default_rng(count).permutation(count) * (2 * np.pi / count)
+    circle = 0.1 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
+    order = visiting_order(paper, circle, seed=1)
+    assert sorted(order) == list(range(count))
+    assert travel_length(paper, circle[order]) <= 0.1 + 0.2 * np.pi
+
+
+def test_the_order_depends_on_the_seed_alone(paper, candidates):
+    orders = [visiting_order(paper, candidates[:60], seed) for seed in (1, 1, 2**63 - 1)]
+    np.testing.assert_array_equal(orders[0], orders[1])
+    assert sorted(orders[2]) == list(range(60))
+
+
 @pytest.mark.parametrize("name", ["3RRR", "5bar", "hexapod_jugglebot"])
 def test_visiting_shortens_the_way_and_changes_nothing_else(name):
     mechanism = symkin.load_mechanism(name)
@@ -112,6 +128,7 @@ def test_a_share_that_is_none_is_refused(paper, candidates):
 def test_poses_that_do_not_show_all_parameters_promise_nothing(paper, candidates):
     plan = symkin.make_plan(paper, candidates, 8, spares=0)
     alike = symkin.Plan(
+        paper,
         plan.leg_sets,
         plan.order,
         plan.spare,

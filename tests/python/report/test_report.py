@@ -143,7 +143,7 @@ def test_sampling_and_plan_are_counted(run):
     assert counts[0] == result.candidates.drawn == sum(counts[1:])
     assert counts[-1] == 400
     for leg, replaced in enumerate(result.simulation.replaced):
-        spares = len(result.plan.rows_of_set(leg + 1, spare=True))
+        spares = len(result.plan.rows_of_set(leg, spare=True))
         shown = page.row("Planned poses", f"leg {leg + 1}")
         assert shown == ["16", str(spares), str(replaced)]
     (choice,) = result.plan.basis.choices
@@ -218,7 +218,7 @@ def test_measurements_of_single_legs_are_reported_without_end_effector_errors(
     planar_result, tmp_path
 ):
     taken = planar_result.simulation.measurements
-    own = taken.leg_sets[:, np.newaxis] == np.arange(1, 4)
+    own = taken.leg_sets[:, np.newaxis] == np.arange(3)
     partial = symkin.Measurements(
         taken.poses, np.where(own, taken.readings, np.nan), taken.leg_sets, taken.row_numbers
     )

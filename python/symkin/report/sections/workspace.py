@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
+from symkin.planning.plan import set_name
 from symkin.plot import poses_figure
 from symkin.report.content import Group, Section, Table, image
 from symkin.report.wording import count, plural, share
@@ -37,9 +38,9 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
         rows.append(("more than needed", count(surplus), share(surplus, drawn)))
     rows.append(("candidates", count(kept), share(kept, drawn)))
     table = Table("Sampling of the workspace", ("Poses", "Number", "Share"), [Group(rows)])
-    numbers = sorted(np.unique(plan.leg_sets).tolist(), key=lambda number: number or np.inf)
-    sets = [plan.poses[plan.rows_of_set(number)] for number in numbers]
-    labels = [f"leg {number}" if number else "all legs" for number in numbers]
+    legs = sorted(np.unique(plan.leg_sets).tolist(), key=lambda leg: np.inf if leg < 0 else leg)
+    sets = [plan.poses[plan.rows_of_set(leg)] for leg in legs]
+    labels = [set_name(leg) for leg in legs]
     poses = image(
         poses_figure(mechanism.pose_space, candidates.poses, sets, labels),
         "workspace",
@@ -61,9 +62,9 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
 def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
     """Show where the measured poses lie."""
     sets: list[NDArray[np.float64]] = []
-    if measurements.leg_sets.any():
+    if (measurements.leg_sets >= 0).any():
         legs = range(len(mechanism.legs))
-        sets = [measurements.poses[measurements.leg_sets == leg + 1] for leg in legs]
+        sets = [measurements.poses[measurements.leg_sets == leg] for leg in legs]
     poses = image(
         poses_figure(mechanism.pose_space, measurements.poses, sets),
         "poses",

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,14 @@ from symkin.observability import (
     analyse_observability,
     observability_rows,
 )
-from symkin.plot import observability_figure
-from symkin.report.content import Group, Section, Table, image
+from symkin.report.content import Group, Image, Page, Section, Table
 from symkin.report.wording import plural, significant
-from symkin.symmetry.group import observability_group
+from symkin.symmetry import observability_group
 
-__all__ = ["observability_section", "singular_values_table"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["observability_page", "observability_section", "singular_values_table"]
 
 _R = "|R_ii|"
 _INDICES = {
@@ -33,12 +36,41 @@ _INDICES = {
 }
 
 
+def observability_page(shown: Observability) -> Page:
+    """Describe what poses show of one leg."""
+    count = len(shown.parameter_names)
+    seen = shown.rank == count
+    rows = [(name, significant(shown.indices[name])) for name in _INDICES]
+    diagonal = [
+        (name, significant(value))
+        for name, value in zip(shown.parameter_names, shown.r_diagonal, strict=True)
+    ]
+    groups = [Group(diagonal, f"{_R}, SI units"), Group(rows, "Indices")]
+    table = Table(f"Observability of leg {shown.leg + 1}", ("", "Value"), groups, brief=True)
+    return Page(
+        title=f"Observability of leg {shown.leg + 1}",
+        headlines=[
+            ("Rank", f"{shown.rank} of {count}", "parameters shown"),
+            ("Condition number", significant(shown.condition), "free of units"),
+            ("O1", significant(shown.indices["O1"]), "parameters in tolerances"),
+        ],
+        verdict="good" if seen else "bad",
+        judgement="The poses show all parameters" if seen else "The poses leave parameters unseen",
+        doubts=[f"no pose shows {each}" for each in shown.unseen],
+        sections=[
+            Section("observability", "Observability", [_EXPLANATION], [table]),
+            Section("values", "Singular values", [], [singular_values_table([shown])]),
+        ],
+    )
+
+
 def observability_section(
     mechanism: Mechanism,
     sets: Sequence[NDArray[np.float64]],
     *,
     symmetric: bool,
     rows: RowKind = "paper",
+    brief: bool = False,
 ) -> Section:
     """Compare the observability of all legs.
 
@@ -52,6 +84,8 @@ def observability_section(
         Whether the sets were made to be images of each other.
     rows : {"paper", "noise_aware"}
         Of which rows the indices are: those that poses were chosen by.
+    brief : bool
+        Whether the command line prints the table.
 
     Returns
     -------
@@ -74,13 +108,22 @@ def observability_section(
         paragraphs.append(_symmetrical(mechanism, deviations))
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
-    bars = image(
-        observability_figure(mechanism.parameter_names, diagonals),
+
+    def draw() -> Figure:
+        from symkin.plot import observability_figure
+
+        return observability_figure(mechanism.parameter_names, diagonals)
+
+    bars = Image(
         "observability",
-        alternative=f"Bars of {_R} for every parameter, all legs side by side.",
-        caption=f"{_R} of every parameter, all legs at their own poses.",
+        f"Bars of {_R} for every parameter, all legs side by side.",
+        f"{_R} of every parameter, all legs at their own poses.",
+        draw,
     )
-    table = _table(mechanism, legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
+    groups = _groups(mechanism, legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
+    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation")
+    title = "Observability of every leg at its own poses"
+    table = Table(title, columns, groups, brief=brief)
     return Section("observability", "Observability", paragraphs, [bars, table])
 
 
@@ -131,7 +174,7 @@ def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
     return deviations
 
 
-def _indices(legs: Sequence[dict[str, float]]) -> list[tuple[str, ...]]:
+def _indices(legs: Sequence[Mapping[str, float]]) -> list[tuple[str, ...]]:
     return [
         (label, *(significant(leg[key]) for leg in legs), "") for key, label in _INDICES.items()
     ]
@@ -142,13 +185,13 @@ def _of(rows: RowKind) -> str:
     return "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
 
 
-def _table(
+def _groups(
     mechanism: Mechanism,
     legs: Sequence[Observability],
     diagonals: NDArray[np.float64],
     deviations: NDArray[np.float64],
     indices: Group,
-) -> Table:
+) -> list[Group]:
     names = mechanism.parameter_names
     visible = [
         (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
@@ -159,12 +202,8 @@ def _table(
         ("rank", *(f"{leg.rank} of {len(names)}" for leg in legs), ""),
         ("not shown at all", *("; ".join(leg.unseen) or "nothing" for leg in legs), ""),
     ]
-    return Table(
-        "Observability of every leg at its own poses",
-        ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation"),
-        [
-            Group(visible, f"{_R}, SI units"),
-            indices,
-            Group(ranks, "Identifiability"),
-        ],
-    )
+    return [
+        Group(visible, f"{_R}, SI units"),
+        indices,
+        Group(ranks, "Identifiability"),
+    ]

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: MIT
+"""The poses that were planned, how good they are, and those that spares had to replace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symkin.mechanism import Mechanism
+from symkin.planning import ChosenPoses, Plan, PlanBasis
+from symkin.planning.plan import set_name
+from symkin.report.content import Group, Headline, Page, Section, Table
+from symkin.report.observability import observability_section
+from symkin.report.sections.mechanism import mechanism_section
+from symkin.report.sections.workspace import workspace_section
+from symkin.report.wording import count, milli, plural, quantity, significant
+from symkin.simulation import Simulation
+from symkin.workspace import WorkspaceSample
+
+__all__ = ["CRITERIA", "expected_headlines", "plan_page", "plan_section"]
+
+CRITERIA = {
+    "O1": "O1 (D-optimality)",
+    "O2": "O2",
+    "O3": "O3 (E-optimality)",
+    "O4": "O4",
+    "O5": "O5",
+    "expected_error": "expected end-effector error (I-optimality)",
+}
+_DESIGNS = {
+    "legs": "a set of poses for each leg",
+    "orbits": "whole orbits of poses, which every leg uses",
+    "mechanism": "one set of poses for the parameters of all legs at once",
+}
+_PERCENT = "\N{NO-BREAK SPACE}%"
+
+
+def plan_page(plan: Plan) -> Page:
+    """Describe a plan: how good it is, what it shows, and where its poses lie."""
+    mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
+    wanted, spares = int((~plan.spare).sum()), int(plan.spare.sum())
+    headlines: list[Headline] = [("Poses", count(wanted), f"and {plural(spares, 'spare')}")]
+    judgement = "The poses were read from a file, which does not say how they were chosen"
+    if basis is not None:
+        certificates = [choice.selection.certificate for choice in basis.choices]
+        proven = all(certificate.proven_optimal for certificate in certificates)
+        least = min(certificate.efficiency for certificate in certificates)
+        remark = "proven optimal" if proven else "of a bound that no set of poses exceeds"
+        headlines.append(("Efficiency", f"{100 * least:.2f}{_PERCENT}", remark))
+        judgement = (
+            "The poses are proven optimal" if proven else "The poses come with a certificate"
+        )
+    if expected is not None:
+        remark = f"expected, rms ({plan.estimator}, all poses)"
+        headlines += expected_headlines(mechanism, expected.position, expected.orientation, remark)
+    headlines.append(("Way", quantity(plan.travel, "m"), "from home through the poses"))
+    symmetric = basis is not None and basis.symmetrical
+    sets = plan.leg_poses()
+    sections = [
+        plan_section(plan),
+        observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind, brief=True),
+    ]
+    if isinstance(plan.candidates, WorkspaceSample):
+        sections.append(workspace_section(mechanism, plan.candidates, plan))
+    sections.append(mechanism_section(mechanism, plan.poses[:1]))
+    errors = (
+        "Expected errors are those of the end effector over the workspace after identification "
+        "with all poses, for the declared noise."
+    )
+    return Page(
+        title=f"{mechanism.name}: plan",
+        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
+        headlines=headlines,
+        verdict="" if basis is None else "good",
+        judgement=judgement,
+        paragraphs=[errors] if expected is not None else [],
+        next_step="take the poses in their order, spares only in place of those that the robot "
+        "cannot take; then symkin identify MECHANISM measurements.csv --out DIR",
+        sections=sections,
+    )
+
+
+def expected_headlines(
+    mechanism: Mechanism, position: float, orientation: float, remark: str
+) -> Sequence[Headline]:
+    """Expected errors as headlines; a point platform has no orientation."""
+    errors = [
+        ("Position error", milli(position, "m"), remark),
+        ("Orientation error", milli(orientation, "rad"), remark),
+    ]
+    return errors[:1] if mechanism.pose_space == "point" else errors
+
+
+def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
+    """Count planned and spare poses of every set, and those that a simulated robot replaced."""
+    replaced = simulation.replaced if simulation else ()
+    rows = []
+    for at, leg in enumerate(np.unique(plan.leg_sets).tolist()):
+        figures = [len(plan.rows_of_set(leg, spare=spare)) for spare in (False, True)]
+        figures += [replaced[at]] if simulation else []
+        rows.append((set_name(leg), *map(str, figures)))
+    columns = ("Set of", "Poses", "Spares", *(("Replaced by spares",) if simulation else ()))
+    parts = [Table("Planned poses", columns, [Group(rows)], brief=True)]
+    if plan.basis is not None:
+        parts.append(_selections(plan.basis))
+    return Section("plan", "Plan", _paragraphs(plan, simulation), parts)
+
+
+def _selections(basis: PlanBasis) -> Table:
+    """What was chosen for which legs, and how far it can be from the best."""
+    return Table(
+        "Selections and their certificates",
+        (
+            "For",
+            f"Value of {basis.criterion}",
+            "Efficiency",
+            "Of the determinant",
+            "With repeats",
+            "Proven optimal",
+        ),
+        [Group([_selection(basis, choice) for choice in basis.choices])],
+        brief=True,
+    )
+
+
+def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
+    selection, certificate = choice.selection, choice.selection.certificate
+    value = selection.criterion_value
+    numbers = ", ".join(str(leg + 1) for leg in choice.legs)
+    return (
+        f"leg{'s' * (len(choice.legs) > 1)} {numbers}",
+        quantity(1e3 * value**0.5, "mm")
+        if basis.criterion == "expected_error"
+        else significant(value, 4),
+        *(
+            f"{100 * share:.2f}{_PERCENT}"
+            for share in (
+                certificate.efficiency,
+                certificate.o1_efficiency,
+                certificate.efficiency_repeats,
+            )
+        ),
+        "yes" if certificate.proven_optimal else "no",
+    )
+
+
+def _paragraphs(plan: Plan, simulation: Simulation | None) -> list[str]:
+    wanted = np.flatnonzero(~plan.spare)
+    text = f"{plural(len(wanted), 'pose')} to measure; the way through them, from home, is "
+    paragraphs = [f"{text}{quantity(plan.travel, 'm')}."]
+    if plan.basis is not None:
+        paragraphs += _made(plan.basis)
+    if simulation is not None:
+        replaced = sum(simulation.replaced)
+        paragraphs.append(
+            f"The robot could not take {count(replaced)} of them, which spares replaced."
+            if replaced
+            else "The robot could take all of them."
+        )
+    return paragraphs
+
+
+def _made(basis: PlanBasis) -> list[str]:
+    rows = "noise-aware rows" if basis.rows == "noise_aware" else "the paper's rows"
+    left = basis.candidates - basis.excluded
+    text = (
+        f"The design is {_DESIGNS[basis.design]}, chosen from {plural(left, 'candidate')} by "
+        f"{CRITERIA[basis.criterion]} with {rows}, method {basis.method}."
+    )
+    if basis.excluded:
+        text += f" {plural(basis.excluded, 'candidate was', 'candidates were')} left out by limits."
+    if any(len(choice.elements) > 1 for choice in basis.choices):
+        text += " The symmetry carries what was chosen for one leg to the others."
+    certificate = (
+        "The efficiency is the share of a bound that no set of so many poses exceeds: of the p-th "
+        "root of the determinant for O1, of the value for O2 to O5, of the expected squared error "
+        "for that criterion. The bound with repeats lets a pose be measured more than once."
+    )
+    return [text, certificate]

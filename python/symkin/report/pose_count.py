@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""What more poses bring, and how many a wanted accuracy needs."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from symkin.planning import NeededPoses, PoseCountCurve
+from symkin.report.content import Group, Headline, Image, Page, Section, Table
+from symkin.report.plan import expected_headlines
+from symkin.report.wording import milli, plural, setting, significant
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["needed_poses_page", "pose_count_page"]
+
+_PERCENT = "\N{NO-BREAK SPACE}%"
+
+
+def pose_count_page(curve: PoseCountCurve) -> Page:
+    """Describe what more poses bring."""
+    mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
+    enough = (
+        f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
+        "position error"
+        if curve.enough is not None
+        else f"Every further pose saves at least {gain} of the position error"
+    )
+    ends: list[Headline] = [
+        (name, milli(curve.position[at], "m"), f"{plural(int(curve.counts[at]), 'pose')} a leg")
+        for name, at in (("Fewest", 0), ("Most", -1))
+    ]
+    return Page(
+        title=f"{mechanism.name}: number of poses",
+        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
+        headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
+        verdict="good",
+        judgement=enough,
+        paragraphs=["Errors are predicted to first order from the declared noise."],
+        next_step=_plan(curve.enough or int(curve.counts[-1])),
+        sections=[_curve_section(curve)],
+    )
+
+
+def needed_poses_page(needed: NeededPoses) -> Page:
+    """Describe how many poses a wanted accuracy needs, and what else would help."""
+    curve, expected = needed.curve, needed.expected
+    mechanism, reached = curve.mechanism, needed.count is not None
+    wanted = " and ".join(
+        setting(1e3 * value, unit)
+        for value, unit in ((needed.position, "mm"), (needed.orientation, "mrad"))
+        if value is not None
+    )
+    poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
+    judgement = (
+        f"{poses}, are enough for {wanted}" if reached else f"{poses}, are too few for {wanted}"
+    )
+    doubts = (
+        []
+        if reached
+        else [
+            f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
+            "accuracy that much coarser"
+        ]
+    )
+    headlines = [
+        ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
+        *expected_headlines(mechanism, expected.position, expected.orientation, "expected, rms"),
+    ]
+    remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
+    return dataclasses.replace(
+        pose_count_page(curve),
+        headlines=headlines,
+        verdict="good" if reached else "bad",
+        judgement=judgement,
+        doubts=doubts,
+        next_step=_plan(needed.tried) if reached else "",
+        sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
+    )
+
+
+def _plan(count: int) -> str:
+    return f"symkin plan MECHANISM --pose-count {count} --out DIR"
+
+
+def _remedies(needed: NeededPoses) -> Table:
+    turns = needed.curve.mechanism.pose_space != "point"
+    rows = [
+        (
+            remedy.change,
+            milli(remedy.expected.position, "m"),
+            *([milli(remedy.expected.orientation, "rad")] if turns else []),
+            "yes" if remedy.enough else "no",
+        )
+        for remedy in needed.remedies
+    ]
+    columns = ["Change", "Position error, rms", *(["Orientation error, rms"] if turns else [])]
+    caption = "What else would help, at the same poses"
+    return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
+
+
+def _curve_section(curve: PoseCountCurve) -> Section:
+    turns = curve.mechanism.pose_space != "point"
+
+    def draw() -> Figure:
+        from symkin.plot import pose_count_figure
+
+        return pose_count_figure(curve, turns=turns)
+
+    figure = Image(
+        "pose_count",
+        "Expected errors and efficiency against the number of poses.",
+        "Expected error after identification, and efficiency of the selection, against the number "
+        "of poses that each leg is identified from. The dashed line is where another pose begins "
+        "to gain too little.",
+        draw,
+    )
+    rows = []
+    for at, number in enumerate(curve.counts.tolist()):
+        row = [str(number), str(curve.measured[at]), milli(curve.position[at], "m")]
+        row += [milli(curve.orientation[at], "rad")] if turns else []
+        rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
+    columns = ["Poses a leg", "Poses in all", "Position error, rms"]
+    columns += ["Orientation error, rms"] if turns else []
+    table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)], brief=True)
+    return Section("curve", "Number of poses", [], [figure, table])
