@@ -209,12 +209,28 @@ class Mechanism:
         -------
         Mechanism
         """
-        given = {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if field.name != "core"
-        }
-        return Mechanism(**(given | changes))
+        return Mechanism(**(self._given() | changes))
+
+    def _given(self) -> dict[str, Any]:
+        """The constructor's arguments."""
+        fields = dataclasses.fields(self)
+        return {field.name: getattr(self, field.name) for field in fields if field.name != "core"}
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all settings and numbers are alike."""
+        if not isinstance(other, Mechanism):
+            return NotImplemented
+        mine, its = self._given(), other._given()
+        known, its_known = (np.array(each.pop("deviations"), dtype=float) for each in (mine, its))
+        return mine == its and np.array_equal(known, its_known, equal_nan=True)
+
+    def __hash__(self) -> int:
+        """Agree with ``==``."""
+        return hash((self.name, self.chain, len(self.legs)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make a copy, or what is unpickled, anew."""
+        return _made, (self._given(),)
 
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None
@@ -398,6 +414,10 @@ def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
             f'the robot "{actual.name}" has {shapes[0]}, its model "{model.name}" {shapes[1]}; '
             "expected the same"
         )
+
+
+def _made(given: dict[str, Any]) -> Mechanism:
+    return Mechanism(**given)
 
 
 def _floats(values: ArrayLike) -> Array:

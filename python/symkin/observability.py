@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import NotIdentifiableError
 from symkin.mechanism import Mechanism
+from symkin.result import Value, record
 from symkin.settings import NoiseSettings, Tolerances
 
 __all__ = [
@@ -33,8 +34,8 @@ __all__ = [
 RowKind = Literal["paper", "noise_aware"]
 
 
-@dataclass(frozen=True)
-class Observability:
+@record
+class Observability(Value):
     """What a set of rows shows of a leg's parameters.
 
     Attributes
@@ -56,7 +57,7 @@ class Observability:
     """
 
     r_diagonal: NDArray[np.float64]
-    indices: dict[str, float]
+    indices: Mapping[str, float]
     singular_values: NDArray[np.float64]
     condition: float
     rank: int

@@ -25,7 +25,7 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.symmetry.group import generate_legs, verify_declared
+from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["load_mechanism", "shipped_mechanisms"]
 

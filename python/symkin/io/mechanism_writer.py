@@ -21,7 +21,7 @@ from symkin.io.mechanism_text import (
 )
 from symkin.io.output_files import OutputFiles
 from symkin.mechanism import Mechanism
-from symkin.symmetry.group import generate_legs, verify_declared
+from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["mechanism_text", "save_mechanism"]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.checks.undefined_angles import undefined_angles
+from symkin.checks import undefined_angles
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism

@@ -14,7 +14,7 @@ from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, mechanism_rows, observability_rows
 from symkin.planning.selection import LegRows
-from symkin.symmetry.group import (
+from symkin.symmetry import (
     SymmetryElement,
     leg_carriers,
     map_poses,

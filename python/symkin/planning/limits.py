@@ -14,7 +14,7 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.planning.designs import Task
-from symkin.symmetry.group import map_poses
+from symkin.symmetry import map_poses
 from symkin.workspace.sample import (
     closure_deviation,
     coordinate_names,

@@ -19,7 +19,7 @@ from symkin.planning.limits import Clearance, Region
 from symkin.planning.plan import Plan, PlanBasis
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.planning.visiting import visiting_order
-from symkin.symmetry.group import SymmetryElement, map_poses
+from symkin.symmetry import SymmetryElement, map_poses
 from symkin.workspace.sample import WorkspaceSample
 
 __all__ = ["make_plan"]

@@ -15,7 +15,7 @@ from symkin._core import SymmetryElement
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind, noise_of, with_combinations
-from symkin.symmetry.group import symmetry_group
+from symkin.symmetry import symmetry_group
 
 __all__ = ["Certificate", "Criterion", "LegRows", "Selection", "SelectionMethod", "select_poses"]
 
@@ -127,7 +127,7 @@ class LegRows:
             np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64)),
             getattr(_core.RowKind, kind),
             noise_of(mechanism.noise),
-            group,
+            group.core,
             elements,
         )
 

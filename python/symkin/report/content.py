@@ -34,6 +34,8 @@ class Table:
         Whether its cells are words, set to the left, rather than numbers.
     brief : bool
         Whether the command line prints it too.
+    brief_rows : int
+        How many rows of it, 0 for all.
     """
 
     caption: str
@@ -41,6 +43,7 @@ class Table:
     groups: Sequence[Group]
     wordy: bool = False
     brief: bool = False
+    brief_rows: int = 0
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from symkin.planning import Plan, PoseCountCurve
 from symkin.plot import pose_count_figure
 from symkin.report.content import Group, Page, Section, Table, image
 from symkin.report.html import write_page
-from symkin.report.sections.mechanism import mechanism_section
+from symkin.report.mechanism import mechanism_section
 from symkin.report.sections.observability import observability_section
 from symkin.report.sections.plan import plan_section
-from symkin.report.sections.workspace import workspace_section
 from symkin.report.wording import milli, plural
+from symkin.report.workspace import workspace_section
 from symkin.workspace.sample import WorkspaceSample
 
 __all__ = ["write_plan_report", "write_pose_count_report"]

@@ -10,6 +10,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.mechanism import Mechanism
+from symkin.symmetry.detection import detect_within
 from symkin.symmetry.group import SymmetryGroup
 
 __all__ = ["larger_group", "near_limit", "scaled_tolerance", "tolerances_needed"]
@@ -42,7 +43,7 @@ def larger_group(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup | 
     for multiple, tolerance in _growing(mechanism):
         if multiple > _DETECTED_UP_TO and (near or nearest or found.size > 1):
             break
-        detected = _core.detect_symmetry(mechanism.core, tolerance)
+        detected = detect_within(mechanism, tolerance)
         loose = detected.structure
         if loose.size > (near or found).size:
             group = _about_the_origins(mechanism, loose)
@@ -80,7 +81,7 @@ def tolerances_needed(
     one = _manufacturing(mechanism, 1) if unit is None else unit
     worst = 0.0
     for element in group.elements:
-        image = _core.image_of_legs(mechanism.core, group, element, one)
+        image = _core.image_of_legs(mechanism.core, group.core, element, one)
         if len(set(image.permutation)) < len(image.permutation):
             return math.inf
         worst = max(worst, *(deviation.in_tolerances for deviation in image.deviations))
@@ -139,7 +140,7 @@ def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
 def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
     """Sum of the roots of all deviations in tolerances: one is less than its parts."""
     tolerance = scaled_tolerance(mechanism, multiple)
-    deviations = _core.symmetry_deviations(mechanism.core, group, tolerance)
+    deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
     units = _manufacturing(mechanism, 1)
     scale = [
         units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units[:-2]

@@ -19,7 +19,7 @@ from symkin.observability import (
 from symkin.plot import observability_figure
 from symkin.report.content import Group, Section, Table, image
 from symkin.report.wording import plural, significant
-from symkin.symmetry.group import observability_group
+from symkin.symmetry import observability_group
 
 __all__ = ["observability_section", "singular_values_table"]
 

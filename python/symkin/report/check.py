@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: MIT
+"""The page about a mechanism before anything is measured: what it means first, theory last."""
+
+from __future__ import annotations
+
+from symkin.checks import CheckResult
+from symkin.report.content import Group, Headline, Page, Section, Table
+from symkin.report.mechanism import mechanism_section
+from symkin.report.sections.observability import observability_section, singular_values_table
+from symkin.report.symmetry import (
+    carriers_table,
+    conditions_section,
+    deviations_table,
+    groups_table,
+)
+from symkin.report.wording import NONE, count, plural, quantity, setting, share, significant
+
+__all__ = ["check_page"]
+
+_DESIGNS = {
+    "orbits": "each pose, with its images under the symmetry, serves all legs",
+    "mechanism": "poses are chosen for all legs at once, and serve all",
+    "legs": "poses are chosen for each leg",
+}
+
+
+def check_page(result: CheckResult) -> Page:
+    """Describe what a check found."""
+    mechanism, comparison = result.mechanism, result.comparison
+    doubts = _doubts(result)
+    exact = comparison.verdict == comparison.sensors == "exact"
+    bad = result.blind or result.missing or result.unusable is not None
+    differing = comparison.deviations or comparison.sensor_deviations
+    return Page(
+        title=f"{mechanism.name}: check",
+        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}, {mechanism.pose_space}",
+        headlines=_headlines(result),
+        verdict="bad" if bad else "doubtful" if doubts or not exact else "good",
+        judgement=result.verdict,
+        doubts=doubts,
+        notes=_notes(result),
+        next_step=result.next_step,
+        sections=[
+            *([_differences(result)] if differing else []),
+            _legs(result),
+            _mechanism(result),
+            _home(result),
+            _identifiability(result),
+            Section(
+                "symmetry",
+                "Symmetry",
+                [*comparison.sentences, result.orbits_in_words],
+                [groups_table(result.groups), carriers_table(mechanism)],
+            ),
+            _conditions(result),
+        ],
+    )
+
+
+def _headlines(result: CheckResult) -> list[Headline]:
+    mechanism, home = result.mechanism, result.home
+    settings, total = mechanism.workspace, len(mechanism.parameter_names)
+    limit = "" if settings is None else f"at most {settings.conditioning_limit:g}; "
+    condition = ("Condition number at home", significant(home.condition), f"{limit}1 is best")
+    if result.sample is None:
+        return [("Parameters that poses show", NONE, "not tested"), condition]
+    least = min(leg.rank for leg in result.observability)
+    return [
+        (
+            "Parameters that poses show",
+            f"all {total}" if least == total else f"{least} of {total}",
+            "of every leg",
+        ),
+        (
+            "Poses",
+            f"at least {result.least_poses}",
+            f"{mechanism.protocol.pose_count} by default; symkin pose-count tells what more are "
+            "worth",
+        ),
+        ("Design", result.design, _DESIGNS[result.design]),
+        ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
+        condition,
+    ]
+
+
+def _doubts(result: CheckResult) -> list[str]:
+    doubts = [
+        f"leg {leg}: no pose shows {combination}"
+        for leg, shown in enumerate(result.observability, 1)
+        for combination in shown.unseen
+    ]
+    doubts += result.undefined
+    if result.untested:
+        doubts.append(f"conditions and identifiability are not tested: {result.untested}")
+    return doubts
+
+
+def _notes(result: CheckResult) -> list[str]:
+    notes = [*result.comparison.sentences[1:]] if result.comparison.sensors != "exact" else []
+    notes = [note for note in notes if "sensor" in note]
+    conditions = () if result.conditions is None else result.conditions.conditions
+    failing = [each for each in conditions if not each.holds]
+    if failing:
+        numbers = ", ".join(f"{each.section}({each.number})" for each in failing)
+        notes.append(
+            f"{len(failing)} of the paper's {len(conditions)} conditions on symmetry "
+            f"({numbers}) {'does' if len(failing) == 1 else 'do'} not hold, which does not stop "
+            "the protocol."
+        )
+    return notes
+
+
+def _differences(result: CheckResult) -> Section:
+    text = (
+        "Each leg is carried back to the first of those that are, or should be, alike, and "
+        "compared with their median; tolerances are those of manufacture."
+    )
+    return Section("differences", "Differences", [text], [deviations_table(result.comparison)])
+
+
+def _legs(result: CheckResult) -> Section:
+    mechanism, home = result.mechanism, result.home
+    units = zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
+    labels = [f"{name}, {unit}" if unit else name for name, unit in units]
+    rows = [
+        ("image of", *(f"leg {leg.reference + 1}" for leg in result.origins)),
+        ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
+        *(
+            (label, *(setting(value, digits=6) for value in mechanism.parameters[:, index]))
+            for index, label in enumerate(labels)
+        ),
+        (
+            f"reading at home, {mechanism.reading_unit}",
+            *(setting(value, digits=6) for value in home.readings.round(12) + 0.0),
+        ),
+    ]
+    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
+    return Section("legs", "Legs", (), [Table("The legs", columns, [Group(rows)], brief=True)])
+
+
+def _mechanism(result: CheckResult) -> Section:
+    """Draw the structure's symmetry, or the one that is nearly there."""
+    mechanism, comparison, found = result.mechanism, result.comparison, result.comparison.found
+    poses = mechanism.home[None, :] if result.sample is None else result.sample.poses[:1]
+    group, kept = found.structure, [label for label, keeps in found.keeps_modes.items() if keeps]
+    nearly = comparison.verdict == "nearly"
+    if nearly and comparison.reference is not None:
+        group, kept = comparison.reference, [*comparison.reference_elements]
+    return mechanism_section(mechanism, poses, group, keeps_modes=kept, nearly=nearly)
+
+
+def _home(result: CheckResult) -> Section:
+    mechanism, home, sample = result.mechanism, result.home, result.sample
+    rows = [
+        (
+            f"leg {leg}",
+            quantity(float(reading), mechanism.reading_unit, 6),
+            significant(float(serial)),
+        )
+        for leg, (reading, serial) in enumerate(zip(home.readings, home.serial, strict=True), 1)
+    ]
+    paragraphs = [
+        f"At home the determinant of dg/dpose is {significant(home.parallel)} and its condition "
+        f"number {significant(home.condition)}. A determinant of zero is a parallel singularity; "
+        "a dh/dq of zero is a serial singularity of the leg."
+    ]
+    if sample is not None:
+        used = sample.drawn - sum(sample.rejected.values())
+        causes = ", ".join(f"{cause} {count(number)}" for cause, number in sample.rejected.items())
+        paragraphs.append(
+            f"Of {count(sample.drawn)} poses drawn from the workspace box "
+            f"{share(used, sample.drawn)} can be used. Rejected: {causes}."
+        )
+    table = Table("The legs at home", ("Leg", "Reading", "dh/dq"), [Group(rows)])
+    return Section("home", "Home and workspace", paragraphs, [table])
+
+
+def _identifiability(result: CheckResult) -> Section:
+    if result.sample is None:
+        text = f"There are no poses to look at: {result.untested}."
+        return Section("observability", "Identifiability", [text])
+    section = observability_section(result.mechanism, result.leg_poses, symmetric=True)
+    poses = plural(len(result.sample), "pose")
+    where = f"Each reference leg at {poses} of the workspace, and its images at their images."
+    return Section(
+        section.anchor,
+        "Identifiability",
+        [where, *section.paragraphs],
+        [*section.parts, singular_values_table(result.observability)],
+    )
+
+
+def _conditions(result: CheckResult) -> Section:
+    if result.conditions is None:
+        text = f"The conditions are not tested: {result.untested}."
+        return Section("conditions", "Conditions", [text])
+    return conditions_section(result.conditions)
