@@ -190,7 +190,9 @@ class CheckResult(Result):
         if len(self.orbits) == 1:
             sensors = sorted({each.parameter for each in self.comparison.sensor_deviations})
             but = f" but for {' and '.join(sensors)}" if sensors else ""
-            return f"All {len(self.origins)} legs are alike{but}: poses chosen for one serve all."
+            count = len(self.origins)
+            who, whom = ("Both legs", "both") if count == 2 else (f"All {count} legs", "all")
+            return f"{who} are alike{but}: poses chosen for one serve {whom}."
         if len(self.orbits) < len(self.origins):
             kinds = "; ".join(named_legs(orbit) for orbit in self.orbits)
             return f"The legs are of {len(self.orbits)} kinds ({kinds}): poses for one of each."

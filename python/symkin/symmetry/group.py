@@ -26,9 +26,7 @@ __all__ = [
     "subgroup_names",
 ]
 
-copyreg.pickle(  # type: ignore[call-overload]
-    SymmetryElement, lambda each: (SymmetryElement, (each.rotation, each.reflection))
-)
+copyreg.pickle(SymmetryElement, lambda each: (SymmetryElement, (each.rotation, each.reflection)))
 
 
 @record
@@ -163,7 +161,7 @@ class SymmetryGroup(Value):
             return NotImplemented
         return self.name == other.name and self.frame == other.frame
 
-    def __hash__(self) -> int:
+    def __hash__(self) -> int:  # type: ignore[override]
         """Agree with ``==``."""
         return hash((self.name, self.frame.base_axis))
 

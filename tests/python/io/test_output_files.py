@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import symkin
-from symkin.checks.check import check_mechanism
+from symkin.checks import check_mechanism
 from symkin.errors import SymkinError
 from symkin.identification.outcome import MeasuredIdentification
 from symkin.io.output_files import OutputFiles

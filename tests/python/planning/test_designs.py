@@ -10,7 +10,7 @@ import symkin
 from symkin.documents import plan_document
 from symkin.observability import mechanism_rows
 from symkin.planning import predict_accuracy
-from symkin.symmetry.group import observability_group
+from symkin.symmetry import observability_group
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +131,7 @@ def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
     return deviations
 
 
-def _indices(legs: Sequence[dict[str, float]]) -> list[tuple[str, ...]]:
+def _indices(legs: Sequence[Mapping[str, float]]) -> list[tuple[str, ...]]:
     return [
         (label, *(significant(leg[key]) for leg in legs), "") for key, label in _INDICES.items()
     ]
