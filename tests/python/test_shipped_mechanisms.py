@@ -7,8 +7,8 @@ import pytest
 import symkin
 from symkin import _core
 from symkin.symmetry import observability_group, verify_declared
-from symkin.workspace.study import check_elements
 from symkin.workspace.slices import other_working_modes
+from symkin.workspace.study import check_elements
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism, poses_from_bounds
-from symkin.result import Value, plain, record
+from symkin.result import Value, field, plain, record
 from symkin.workspace.sample import inside_workspace, workspace_options
 
 __all__ = [
@@ -127,7 +127,7 @@ class ModeSlices(Value):
         See `singular_orientations`, rad.
     """
 
-    mechanism: Mechanism
+    mechanism: Mechanism = field(private=True)
     slices: tuple[ConstantOrientation, ...]
     singular_orientations: Array
 

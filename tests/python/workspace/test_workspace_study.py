@@ -15,7 +15,6 @@ import symkin
 from symkin.cli import main
 from symkin.plot.workspace_study import active_joint_figure, constant_orientation_figure
 from symkin.symmetry import SymmetryGroup
-from symkin.workspace.study import check_elements
 from symkin.workspace.slices import (
     _connected_regions,
     constant_orientations,
@@ -23,7 +22,7 @@ from symkin.workspace.slices import (
     other_working_modes,
     singular_orientations,
 )
-from symkin.workspace.study import study_workspace
+from symkin.workspace.study import check_elements, study_workspace
 
 
 @pytest.fixture(scope="module")
