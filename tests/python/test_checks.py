@@ -243,7 +243,16 @@ def test_legs_of_two_kinds_are_listed(hexapod):
     assert result.verdict == (
         "The legs are of 2 kinds (legs 1, 2, 3, 4, 5, 6; leg 7): poses for one of each."
     )
-    assert result.design == "legs"
+    assert result.design == "mechanism"
+
+
+@pytest.mark.parametrize("name", ["3RRR", "3RRR_asymmetric", "4RRR", "5bar"])
+def test_the_design_that_is_recommended_can_be_planned(name):
+    robot = symkin.load_mechanism(name)
+    for each in (robot, symkin.disturb(robot, seed=1).replace(symmetry=None)):
+        design = check_mechanism(each).design
+        plan = symkin.make_plan(each, symkin.sample_workspace(each, 200).poses, 16, design=design)
+        assert np.count_nonzero(~plan.spare) >= 16
 
 
 def test_a_parameter_that_no_pose_shows_makes_the_check_bad_and_more_poses_no_remedy(paper):
