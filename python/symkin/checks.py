@@ -153,16 +153,6 @@ class CheckResult(Result):
         return _leg_poses(self.mechanism, self.sample)
 
     @property
-    def orbits_in_words(self) -> str:
-        """Which legs are images of each other."""
-        if len(self.orbits) == len(self.origins):
-            return "No leg is the image of another."
-        if len(self.orbits) == 1:
-            return "All legs are images of leg 1."
-        orbits = "; ".join(", ".join(str(leg + 1) for leg in orbit) for orbit in self.orbits)
-        return f"Legs that are images of each other: {orbits}."
-
-    @property
     def orbits(self) -> tuple[tuple[int, ...], ...]:
         """Legs (from 0) that are images of each other, the reference leg first."""
         references = dict.fromkeys(origin.reference for origin in self.origins)
@@ -255,7 +245,7 @@ class CheckResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that was found as plain values; legs count from 1."""
-        mechanism, sample = self.mechanism, self.sample
+        mechanism, names = self.mechanism, self.mechanism.parameter_names
         document = {
             "mechanism": mechanism.name,
             "file": mechanism.source,
@@ -264,7 +254,7 @@ class CheckResult(Result):
             "reading_unit": mechanism.reading_unit,
             "verdict": self.verdict,
             "measuring": {
-                "identifiable": None if sample is None else not self.blind,
+                "identifiable": None if self.sample is None else not self.blind,
                 "least_poses": self.least_poses,
                 "design": self.design,
                 "next": self.next_step,
@@ -290,20 +280,14 @@ class CheckResult(Result):
                 )
             ],
             "home": self.home,
-            "workspace": sample,
+            "workspace": self.sample,
             "unusable": self.unusable,
             "undefined": self.undefined,
             "identifiability": [
                 {
                     "leg": number,
-                    "rank": shown.rank,
-                    "condition": shown.condition,
-                    "singular_values": shown.singular_values,
-                    "r_diagonal": dict(
-                        zip(mechanism.parameter_names, shown.r_diagonal, strict=True)
-                    ),
-                    "unseen": shown.unseen,
-                    "indices": shown.indices,
+                    **shown.to_dict(),
+                    "r_diagonal": dict(zip(names, shown.r_diagonal, strict=True)),
                 }
                 for number, shown in enumerate(self.observability, 1)
             ],
@@ -404,19 +388,8 @@ def _typed_name(mechanism: Mechanism) -> str:
 def undefined_angles(mechanism: Mechanism, leg: int) -> tuple[str, ...]:
     """Say which joints of a leg (from 0) have no angle, being within a tolerance of the origin.
 
-    Such a joint can be identified, but not by its polar coordinates.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Whose length tolerance says how near counts.
-    leg : int
-        From 0.
-
-    Returns
-    -------
-    tuple of str
-        A sentence for each end, with what to do; empty for nearly every leg.
+    Such a joint can be identified, but not by its polar coordinates. A sentence for each end, with
+    what to do; empty for nearly every leg.
     """
     return tuple(_undefined(mechanism, leg))
 

@@ -200,43 +200,17 @@ def _tested_groups(group: SymmetryGroup, checks: Sequence[ElementCheck]) -> tupl
 
 @dataclass(frozen=True)
 class _Figures:
-    """Figures on which several conditions rest.
-
-    Attributes
-    ----------
-    comparison : SymmetryComparison
-        The symmetry that there is.
-    group : str
-        The group that was tested, in the paper's notation.
-    exact : bool
-        Whether the legs have it to rounding.
-    trivial : bool
-        Whether it has nothing to test.
-    tested : int
-        Poses whose images were looked at.
-    mismatches : int
-        Those in the workspace with images outside, or the reverse.
-    deviation : float
-        Largest difference between readings at images and images of readings, sensor's unit, over
-        the elements that keep the working modes; NaN if only the identity does.
-    closure : float
-        Largest of a leg at its inverse kinematics, m.
-    home : float
-        How far the home readings are from images of each other; NaN if no leg is an image.
-    gains : float
-        Largest relative difference.
-    """
+    """Figures on which several conditions rest."""
 
     comparison: SymmetryComparison
-    group: str
-    exact: bool
-    trivial: bool
-    tested: int
-    mismatches: int
-    deviation: float
-    closure: float
-    home: float
-    gains: float
+    group: SymmetryGroup  # that was tested
+    exact: bool  # whether the legs have it to rounding
+    tested: int  # poses whose images were looked at
+    mismatches: int  # those in the workspace with images outside, or the reverse
+    deviation: float  # largest of the readings at images, of what keeps the modes; NaN for none
+    closure: float  # largest of a leg at its inverse kinematics, m
+    home: float  # largest of home readings from images of each other; NaN if no leg is an image
+    gains: float  # largest relative difference
 
     @property
     def symmetric(self) -> bool:
@@ -248,14 +222,18 @@ class _Figures:
         """The figure of G_M, with what the legs nearly have, and its tolerance."""
         structure = self.comparison.found.structure
         elements = "1 element" if structure.size == 1 else f"{structure.size} elements"
-        nearly = "" if self.exact else f"; nearly {self.group}"
+        nearly = "" if self.exact else f"; nearly {self.group.paper_name}"
         return f"G_M = {structure.paper_name}, {elements}{nearly}", "1e-06 m, rad"
 
     def of_readings(self, deviation: float, unit: str) -> str:
         """A deviation of readings: of which group, and whether it is the sensors' alone."""
         only = self.comparison.only_sensors_differ if deviation > READING_ROUNDING else ""
-        under = "" if self.exact else f" under {self.group}"
-        return f"readings deviate by {deviation:.1e} {unit}{under}" + (only and f"; {only}")
+        return f"readings deviate by {deviation:.1e} {unit}{self.under}" + (only and f"; {only}")
+
+    @property
+    def under(self) -> str:
+        """Which group the figures are of, where that needs saying."""
+        return "" if self.exact else f" under {self.group.paper_name}"
 
 
 def _group_to_test(
@@ -282,17 +260,13 @@ def _measure(
 ) -> _Figures:
     group, tolerance = _group_to_test(comparison)
     sample = sample_workspace(mechanism, min(count, 1000), seed)
-    closures = [
-        mechanism.closure(leg, sample.poses, sample.readings[:, leg])
-        for leg in range(len(mechanism.legs))
-    ]
+    closures = [mechanism.closure(leg, sample, each) for leg, each in enumerate(sample.readings.T)]
     gains = mechanism.parameters[:, -2]
     limits = _core.SymmetryTolerance(*(tolerance or ()))
     return _Figures(
         comparison=comparison,
-        group=group.paper_name,
+        group=group,
         exact=group is comparison.found.structure,
-        trivial=group.size == 1,
         tested=count * (group.size - 1),
         mismatches=sum(check.mismatches for check in elements),
         deviation=max(
@@ -361,16 +335,15 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     symmetric = measured.symmetric and measured.exact
     text = "the structure's symmetry is a group G_M"
     yield Condition(5, 1, text, measured.symmetric, *measured.structure)
-    under = "" if measured.exact else f" under {measured.group}"
     yield Condition(
         5,
         2,
         "the workspace has the symmetry (Eq. 2)",
         symmetric and measured.mismatches == 0,
         "no element but the identity to test"
-        if measured.trivial
+        if measured.group.size == 1
         else f"{measured.mismatches} of {measured.tested} poses are in it and their images are "
-        f"not, or the reverse{under}",
+        f"not, or the reverse{measured.under}",
         "0",
     )
     text = f"one closure a leg, {_BY_CONSTRUCTION}"

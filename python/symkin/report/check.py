@@ -8,12 +8,12 @@ from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import mechanism_section
 from symkin.report.sections.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (
-    carriers_table,
     conditions_section,
     deviations_table,
-    groups_table,
+    symmetry_section,
 )
-from symkin.report.wording import NONE, count, plural, quantity, setting, share, significant
+from symkin.report.wording import NONE, plural, setting, significant
+from symkin.report.workspace import sampling_table
 
 __all__ = ["check_page"]
 
@@ -46,12 +46,7 @@ def check_page(result: CheckResult) -> Page:
             _mechanism(result),
             _home(result),
             _identifiability(result),
-            Section(
-                "symmetry",
-                "Symmetry",
-                [*comparison.sentences, result.orbits_in_words],
-                [groups_table(result.groups), carriers_table(mechanism)],
-            ),
+            symmetry_section(mechanism, comparison, result.groups),
             _conditions(result),
         ],
     )
@@ -96,16 +91,14 @@ def _doubts(result: CheckResult) -> list[str]:
 
 
 def _notes(result: CheckResult) -> list[str]:
-    notes = [*result.comparison.sentences[1:]] if result.comparison.sensors != "exact" else []
-    notes = [note for note in notes if "sensor" in note]
+    notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     conditions = () if result.conditions is None else result.conditions.conditions
-    failing = [each for each in conditions if not each.holds]
+    failing = [f"{each.section}({each.number})" for each in conditions if not each.holds]
     if failing:
-        numbers = ", ".join(f"{each.section}({each.number})" for each in failing)
         notes.append(
             f"{len(failing)} of the paper's {len(conditions)} conditions on symmetry "
-            f"({numbers}) {'does' if len(failing) == 1 else 'do'} not hold, which does not stop "
-            "the protocol."
+            f"({', '.join(failing)}) {'does' if len(failing) == 1 else 'do'} not hold, which does "
+            "not stop the protocol."
         )
     return notes
 
@@ -150,29 +143,15 @@ def _mechanism(result: CheckResult) -> Section:
 
 
 def _home(result: CheckResult) -> Section:
-    mechanism, home, sample = result.mechanism, result.home, result.sample
-    rows = [
-        (
-            f"leg {leg}",
-            quantity(float(reading), mechanism.reading_unit, 6),
-            significant(float(serial)),
-        )
-        for leg, (reading, serial) in enumerate(zip(home.readings, home.serial, strict=True), 1)
-    ]
-    paragraphs = [
+    home, sample = result.home, result.sample
+    serial = ", ".join(significant(float(value)) for value in home.serial)
+    paragraph = (
         f"At home the determinant of dg/dpose is {significant(home.parallel)} and its condition "
-        f"number {significant(home.condition)}. A determinant of zero is a parallel singularity; "
-        "a dh/dq of zero is a serial singularity of the leg."
-    ]
-    if sample is not None:
-        used = sample.drawn - sum(sample.rejected.values())
-        causes = ", ".join(f"{cause} {count(number)}" for cause, number in sample.rejected.items())
-        paragraphs.append(
-            f"Of {count(sample.drawn)} poses drawn from the workspace box "
-            f"{share(used, sample.drawn)} can be used. Rejected: {causes}."
-        )
-    table = Table("The legs at home", ("Leg", "Reading", "dh/dq"), [Group(rows)])
-    return Section("home", "Home and workspace", paragraphs, [table])
+        f"number {significant(home.condition)}; dh/dq of the legs is {serial}. A determinant of "
+        "zero is a parallel singularity, a dh/dq of zero a serial singularity of the leg."
+    )
+    parts = [] if sample is None else [sampling_table(sample)]
+    return Section("home", "Home and workspace", [paragraph], parts)
 
 
 def _identifiability(result: CheckResult) -> Section:

@@ -39,22 +39,8 @@ def mechanism_section(
 ) -> Section:
     """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        What is described.
-    poses : ndarray, shape (N, coordinates)
-        For the drawing, should home be out of reach.
-    symmetry : SymmetryGroup, optional
-        Whose centre and mirrors are drawn.
-    keeps_modes : collection of str
-        Labels of its elements that keep the working modes.
-    nearly : bool
-        Whether the mechanism has it within its tolerances only.
-
-    Returns
-    -------
-    Section
+    Drawn are centre and mirrors of `symmetry`, of whose elements some keep the working modes, and
+    which the mechanism may have nearly, within its tolerances.
     """
     groups = [
         Group(_structure(mechanism), "Structure"),

@@ -14,9 +14,8 @@ from symkin.symmetry import (
     DetectedSymmetry,
     NamedGroup,
     SymmetryComparison,
-    detect_symmetry,
+    compare_symmetry,
     leg_carriers,
-    observability_group,
     symmetry_group,
 )
 from symkin.symmetry.group import describe_element
@@ -41,10 +40,20 @@ _TITLES = {
 _ALWAYS_SHOWN = 10  # deviations
 
 
-def symmetry_section(mechanism: Mechanism) -> Section:
-    """State the groups G_M and G_C, and how every leg comes from its reference leg."""
-    paragraphs = [_structure(detect_symmetry(mechanism)), _observability(mechanism)]
-    return Section("symmetry", "Symmetry", paragraphs, [carriers_table(mechanism)])
+def symmetry_section(
+    mechanism: Mechanism,
+    comparison: SymmetryComparison | None = None,
+    groups: Sequence[NamedGroup] = (),
+) -> Section:
+    """State the symmetry that there is, and how every leg comes from its reference leg."""
+    comparison = comparison or compare_symmetry(mechanism)
+    parts = [groups_table(groups)] if groups else []
+    return Section(
+        "symmetry",
+        "Symmetry",
+        [*comparison.sentences, _orbits(mechanism)],
+        [*parts, carriers_table(mechanism)],
+    )
 
 
 def carriers_table(mechanism: Mechanism) -> Table:
@@ -147,25 +156,12 @@ def _row(condition: Condition) -> tuple[str, ...]:
 
 def detection_page(found: DetectedSymmetry) -> Page:
     """Say which symmetry the legs have."""
-    rows = [
-        (
-            element.label,
-            describe_element(found.structure, element),
-            ", ".join(str(leg + 1) for leg in found.permutations[element.label]),
-            "yes" if found.keeps_modes[element.label] else "no",
-        )
-        for element in found.structure.elements
-    ]
-    columns = ("Element", "Which is", "Legs 1, 2, \N{HORIZONTAL ELLIPSIS} go to", "Keeps modes")
-    table = Table("Elements", columns, [Group(rows)], wordy=True, brief=True)
     return Page(
         title="Symmetry of the legs",
         headlines=[
             ("Structure", found.structure.title, plural(found.structure.size, "element")),
             ("With the working modes", found.with_modes.title, ""),
         ],
-        paragraphs=[_structure(found)],
-        sections=[Section("elements", "Elements", (), [table])],
     )
 
 
@@ -207,37 +203,17 @@ def conditions_page(conditions: Conditions) -> Page:
     )
 
 
-def _structure(found: DetectedSymmetry) -> str:
-    structure, kept = found.structure, found.with_modes
-    if structure.size == 1:
-        return "No symmetry was found in the nominal parameters."
-    text = (
-        f"The legs of the nominal mechanism are symmetric under {_bare(structure.name)} "
-        f"({structure.size} elements, {_bare(structure.paper_name)} in the paper's notation), "
-        "which is its group G_M."
-    )
-    if kept.size < structure.size:
-        text += (
-            f" Of these, {_bare(kept.name)} keeps the working modes too; the other elements map "
-            "the mechanism onto the one with opposite modes."
-        )
-    return text
-
-
-def _observability(mechanism: Mechanism) -> str:
-    elements = observability_group(mechanism)
-    if elements is None:
+def _orbits(mechanism: Mechanism) -> str:
+    """Which legs are images of each other."""
+    orbits: dict[int, list[int]] = {}
+    for leg, (reference, _) in enumerate(leg_carriers(mechanism)):
+        orbits.setdefault(reference, []).append(leg)
+    if len(orbits) == 1:
         return (
-            "Not every leg is an image of leg 1, so poses are chosen for more than one reference "
-            "leg."
+            "All legs are images of leg 1. The elements G_C of the table carry it, and the poses "
+            "chosen for it, to the others: poses need to be chosen for one leg only."
         )
-    labels = ", ".join(element.label for element in elements)
-    return (
-        f"Every leg is an image of leg 1. The elements G_C = {{{labels}}} carry it, and the poses "
-        "chosen for it, to legs 1, 2, \N{HORIZONTAL ELLIPSIS}: poses need to be chosen for one leg "
-        "only."
-    )
-
-
-def _bare(name: str) -> str:
-    return name.replace("_", "")
+    if len(orbits) == len(mechanism.legs):
+        return "No leg is the image of another: poses are chosen for each."
+    listed = "; ".join(", ".join(str(leg + 1) for leg in orbit) for orbit in orbits.values())
+    return f"Legs that are images of each other: {listed}. Poses are chosen for one of each."

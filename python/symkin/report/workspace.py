@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = [
     "measured_poses_section",
     "sample_page",
+    "sampling_table",
     "workspace_page",
     "workspace_section",
 ]
@@ -55,7 +56,7 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
         "from singularities, are the candidates for measurement, and the poses over which errors "
         "are averaged."
     )
-    return Section("workspace", "Workspace", [paragraph], [_rejections(candidates), poses])
+    return Section("workspace", "Workspace", [paragraph], [sampling_table(candidates), poses])
 
 
 def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
@@ -86,7 +87,7 @@ def _poses_figure(
     return poses_figure(mechanism.pose_space, cloud, sets, labels)
 
 
-def _rejections(sample: WorkspaceSample) -> Table:
+def sampling_table(sample: WorkspaceSample) -> Table:
     """Poses drawn, rejected and kept."""
     kept, drawn = len(sample), sample.drawn
     surplus = drawn - kept - sum(sample.rejected.values())
@@ -110,7 +111,7 @@ def sample_page(sample: WorkspaceSample) -> Page:
             ("Legs", str(sample.readings.shape[1]), f"readings in {sample.reading_unit}"),
             ("Condition number", significant(float(np.median(sample.conditions))), "median"),
         ],
-        sections=[Section("sampling", "Sampling", (), [_rejections(sample)])],
+        sections=[Section("sampling", "Sampling", (), [sampling_table(sample)])],
     )
 
 

@@ -255,20 +255,7 @@ def map_poses(
 
 
 def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[NamedGroup, ...]:
-    """Return the groups that the legs alone tell: G_M, its subgroup, and G_C.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Whose they are.
-    found : DetectedSymmetry
-        Of `detect_symmetry`.
-
-    Returns
-    -------
-    tuple of NamedGroup
-        Three.
-    """
+    """Return the groups that the legs alone tell: G_M, its subgroup, and G_C."""
     structure = found.structure
     kept = [element for element in structure.elements if found.keeps_modes[element.label]]
     carriers = list(dict.fromkeys(element for _, element in leg_carriers(mechanism)))

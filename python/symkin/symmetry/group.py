@@ -236,13 +236,7 @@ def named_group(
 
 
 def subgroup_names(group: SymmetryGroup, elements: Sequence[SymmetryElement]) -> tuple[str, str]:
-    """Name a set of a group's elements, in the paper's and the usual notation.
-
-    Returns
-    -------
-    paper_name, name : str
-        Such as ``"D_6"`` and ``"D_3"``; empty if the elements form no group.
-    """
+    """Name a set of elements in the paper's and the usual notation, emptily if it is no group."""
     inside = set(elements)
     if {group.compose(outer, inner) for outer in inside for inner in inside} != inside:
         return "", ""

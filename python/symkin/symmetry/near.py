@@ -27,17 +27,7 @@ _LARGEST_SHARE = 0.5  # of the largest parameter, and rad: beyond, any legs are 
 def larger_group(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup | None:
     """Find the largest group beyond the one that the legs have, which they nearly have.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its tolerances say what is near.
-    found : SymmetryGroup
-        What the legs have.
-
-    Returns
-    -------
-    SymmetryGroup or None
-        For a mechanism without any symmetry the nearest group, if none is near.
+    For a mechanism without any symmetry the nearest group, if none is near; else None.
     """
     near = nearest = None
     for multiple, tolerance in _growing(mechanism):
@@ -69,14 +59,7 @@ def tolerances_needed(
 ) -> float:
     """How many tolerances the legs' images are off at most, sensors apart; infinity if two are one.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Whose legs are carried.
-    group : SymmetryGroup
-        By each of its elements.
-    unit : SymmetryTolerance, optional
-        What is counted in, by default the manufacturing tolerances.
+    A tolerance is `unit`, by default the manufacturing one.
     """
     one = _manufacturing(mechanism, 1) if unit is None else unit
     worst = 0.0

@@ -202,31 +202,15 @@ def check_elements(
     seed: int,
     tolerance: tuple[float, float, float] | None = None,
 ) -> tuple[ElementCheck, ...]:
-    """Test the theorem and the conjecture on poses of the box for each element of a group.
+    """Test the theorem and the conjecture on so many poses of the box for each element of a group.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With its workspace settings.
-    group : SymmetryGroup
-        That maps the legs onto themselves.
-    count : int
-        Poses for each element.
-    seed : int
-        Of the poses.
-    tolerance : tuple of float, optional
-        Within which it maps the legs: of lengths (m), angles (rad) and gains; by default that of
-        `detect_symmetry`.
-
-    Returns
-    -------
-    tuple of ElementCheck
-        In the order of the group's elements.
+    The group maps the legs onto themselves within a tolerance of lengths (m), angles (rad) and
+    gains, by default that of `detect_symmetry`.
 
     Raises
     ------
     SymmetryError
-        If an element does not map the legs onto themselves.
+        If an element does not.
     """
     options = workspace_options(mechanism)
     allowed = _core.SymmetryTolerance(*(tolerance or ()))
