@@ -229,6 +229,12 @@ class CheckResult(Result):
 
         return check_page(self)
 
+    def summary(self) -> Page:
+        """Return the verdict and what it means for measuring."""
+        from symkin.report.check import check_summary
+
+        return check_summary(self)
+
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 0."""
         mechanism, seen = self.mechanism, self.observability

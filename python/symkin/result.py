@@ -147,6 +147,15 @@ class Result(Value):
         """
         raise NotImplementedError
 
+    def summary(self) -> Page:
+        """Return the top of its page, without what takes longer to calculate.
+
+        Returns
+        -------
+        Page
+        """
+        return self.page()
+
     def text(self, *, whole: bool = False) -> str:
         """Return what the command line prints of it.
 
@@ -167,13 +176,13 @@ class Result(Value):
         """Return title, verdict and the few numbers that matter."""
         from symkin.report.text import summary_text
 
-        return f"{type(self).__name__}: {summary_text(self.page())}"
+        return f"{type(self).__name__}: {summary_text(self.summary())}"
 
     def _repr_html_(self) -> str:
         """Show the summary in a notebook."""
         from symkin.report.html import summary_html
 
-        return summary_html(self.page())
+        return summary_html(self.summary())
 
     def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write its page: one HTML file that needs no other.
@@ -298,6 +307,10 @@ def _same(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
         return math.isnan(other)
+    made = getattr(one, "__dataclass_params__", None)
+    if made is not None and made.eq and type(one) is type(other):  # its own == fails on arrays
+        names = [each.name for each in dataclasses.fields(one)]
+        return all(_same(getattr(one, name), getattr(other, name)) for name in names)
     return bool(one == other)
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from symkin.checks import CheckResult
 from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import mechanism_section
@@ -15,7 +17,7 @@ from symkin.report.symmetry import (
 from symkin.report.wording import NONE, plural, setting, significant
 from symkin.report.workspace import sampling_table
 
-__all__ = ["check_page"]
+__all__ = ["check_page", "check_summary"]
 
 _DESIGNS = {
     "orbits": "each pose, with its images under the symmetry, serves all legs",
@@ -25,12 +27,27 @@ _DESIGNS = {
 
 
 def check_page(result: CheckResult) -> Page:
-    """Describe what a check found."""
+    """Describe all that a check found."""
+    mechanism, comparison = result.mechanism, result.comparison
+    symmetry = symmetry_section(mechanism, comparison, result.groups)
+    sections = [
+        *([_differences(result)] if comparison.columns()["leg"] else []),
+        _legs(result),
+        _mechanism(result),
+        _home(result),
+        _identifiability(result),
+        *(dataclasses.replace(each, details=True) for each in (symmetry, _conditions(result))),
+    ]
+    return dataclasses.replace(check_summary(result), sections=sections)
+
+
+def check_summary(result: CheckResult) -> Page:
+    """Describe whether the legs are alike, and what it means for measuring."""
     mechanism, comparison = result.mechanism, result.comparison
     doubts = _doubts(result)
     exact = comparison.verdict == comparison.sensors == "exact"
     bad = result.blind or result.missing or result.unusable is not None
-    differing = comparison.deviations or comparison.sensor_deviations
+    source = mechanism.source
     return Page(
         title=f"{mechanism.name}: check",
         subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}, {mechanism.pose_space}",
@@ -40,15 +57,7 @@ def check_page(result: CheckResult) -> Page:
         doubts=doubts,
         notes=_notes(result),
         next_step=result.next_step,
-        sections=[
-            *([_differences(result)] if differing else []),
-            _legs(result),
-            _mechanism(result),
-            _home(result),
-            _identifiability(result),
-            symmetry_section(mechanism, comparison, result.groups),
-            _conditions(result),
-        ],
+        inputs=[] if source is None else [(source.name, source)],
     )
 
 

@@ -144,6 +144,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
         doubts=doubts,
         notes=[text for row in study.modes if (text := _singular_orientations(row))],
         sections=[_slices_section(study), _joints_section(study), _symmetry_section(study)],
+        inputs=[] if mechanism.source is None else [(mechanism.source.name, mechanism.source)],
     )
 
 
