@@ -246,6 +246,21 @@ def test_legs_of_two_kinds_are_listed(hexapod):
     assert result.design == "mechanism"
 
 
+def test_the_page_has_the_theory_last_and_folded(made):
+    page = made["check of a robot as made"].page()
+    folded = [section.anchor for section in page.sections if section.details]
+    assert folded == ["symmetry", "conditions"]
+    assert [section.anchor for section in page.sections][-2:] == folded
+    assert page.sections[0].anchor == "differences"
+
+
+def test_a_condition_that_fails_alone_is_named():
+    result = check_mechanism(symkin.load_mechanism("4RRR"))
+    (note,) = result.page().notes
+    assert "(4(1), as many legs as degrees of freedom) does not hold" in note
+    assert result.page().verdict == "good"
+
+
 @pytest.mark.parametrize("name", ["3RRR", "3RRR_asymmetric", "4RRR", "5bar"])
 def test_the_design_that_is_recommended_can_be_planned(name):
     robot = symkin.load_mechanism(name)

@@ -102,11 +102,14 @@ def _doubts(result: CheckResult) -> list[str]:
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     conditions = () if result.conditions is None else result.conditions.conditions
-    failing = [f"{each.section}({each.number})" for each in conditions if not each.holds]
+    failing = [each for each in conditions if not each.holds]
     if failing:
+        names = ", ".join(f"{each.section}({each.number})" for each in failing)
+        if len(failing) == 1:
+            names += f", {failing[0].text}"
         notes.append(
             f"{len(failing)} of the paper's {len(conditions)} conditions on symmetry "
-            f"({', '.join(failing)}) {'does' if len(failing) == 1 else 'do'} not hold, which does "
+            f"({names}) {'does' if len(failing) == 1 else 'do'} not hold, which does "
             "not stop the protocol."
         )
     return notes
