@@ -30,7 +30,8 @@ except ModuleNotFoundError as error:
     ) from error
 
 from symkin.chains import ChainInfo, chain_info, chains
-from symkin.checks.check import CheckResult, check_mechanism
+from symkin.checks import CheckResult, check_mechanism
+from symkin.conditions import Condition, Conditions, check_conditions
 from symkin.errors import (
     FailedFitError,
     MeasurementError,
@@ -80,24 +81,20 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 from symkin.simulation import Simulation, disturb, simulate
-from symkin.symmetry.comparison import (
+from symkin.symmetry import (
+    DetectedSymmetry,
+    NamedGroup,
     ParameterDeviation,
     SymmetryComparison,
-    compare_symmetry,
-)
-from symkin.symmetry.conditions import Condition, Conditions, check_conditions
-from symkin.symmetry.group import (
-    DetectedSymmetry,
     SymmetryElement,
     SymmetryGroup,
+    compare_symmetry,
     detect_symmetry,
     leg_carriers,
     map_poses,
 )
-from symkin.symmetry.named import NamedGroup
-from symkin.symmetry.verification import ElementCheck
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
-from symkin.workspace.study import WorkspaceStudy, study_workspace
+from symkin.workspace.study import ElementCheck, WorkspaceStudy, study_workspace
 
 if TYPE_CHECKING:
     from symkin.io.measurements import read_measurements, write_measurements

@@ -29,7 +29,7 @@ from symkin.settings import (
 )
 
 if TYPE_CHECKING:
-    from symkin.checks.check import CheckResult
+    from symkin.checks import CheckResult
     from symkin.evaluation import Evaluation
     from symkin.identification.estimate import Identification
     from symkin.measurements import Measurements
@@ -264,7 +264,7 @@ class Mechanism(Kinematics):
 
     def check(self, seed: int | None = None) -> CheckResult:
         """Return `check_mechanism` of it."""
-        from symkin.checks.check import check_mechanism
+        from symkin.checks import check_mechanism
 
         return check_mechanism(self, seed)
 

@@ -51,8 +51,23 @@ def record(cls: _Class) -> _Class:
     return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
 
 
+class _Fixed(dict[str, Any]):
+    """A dictionary that stays as it is."""
+
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("a result does not change; change a copy: dict(...)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        return _Fixed, (dict(self),)
+
+
 class Value:
     """A frozen dataclass that holds arrays: they are read-only, compared by value and not printed.
+
+    So are mappings; a copy, and what is pickled, is as fixed as the original.
 
     Attributes
     ----------
@@ -63,13 +78,20 @@ class Value:
     derived: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only, without touching those of whoever gave them."""
+        """Make arrays and mappings read-only, without touching those of whoever gave them."""
         for each in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, each.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
                 view = value.view()
                 view.flags.writeable = False
                 object.__setattr__(self, each.name, view)
+            elif type(value) is dict:
+                object.__setattr__(self, each.name, _Fixed(value))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Fix what has been copied or unpickled: arrays come out of it writeable."""
+        self.__dict__.update(state)
+        Value.__post_init__(self)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are alike, NaN like NaN."""
@@ -125,8 +147,22 @@ class Result(Value):
         """
         raise NotImplementedError
 
-    def text(self) -> str:
+    def summary(self) -> Page:
+        """Return the top of its page, without what takes longer to calculate.
+
+        Returns
+        -------
+        Page
+        """
+        return self.page()
+
+    def text(self, *, whole: bool = False) -> str:
         """Return what the command line prints of it.
+
+        Parameters
+        ----------
+        whole : bool
+            Whether to add all sections of the page, as ``--verbose`` does.
 
         Returns
         -------
@@ -134,19 +170,19 @@ class Result(Value):
         """
         from symkin.report.text import page_text
 
-        return page_text(self.page())
+        return page_text(self.page(), whole=whole)
 
     def __repr__(self) -> str:
         """Return title, verdict and the few numbers that matter."""
         from symkin.report.text import summary_text
 
-        return f"{type(self).__name__}: {summary_text(self.page())}"
+        return f"{type(self).__name__}: {summary_text(self.summary())}"
 
     def _repr_html_(self) -> str:
         """Show the summary in a notebook."""
         from symkin.report.html import summary_html
 
-        return summary_html(self.page())
+        return summary_html(self.summary())
 
     def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write its page: one HTML file that needs no other.
@@ -256,6 +292,8 @@ def plain(value: Any, place: str = "") -> Any:
 
 def _counted(value: Any) -> Any:
     """Indices as people count them."""
+    if isinstance(value, dict):
+        return {key: _counted(each) for key, each in value.items()}
     return [_counted(each) for each in value] if isinstance(value, list) else value + 1
 
 
@@ -269,6 +307,10 @@ def _same(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
         return math.isnan(other)
+    made = getattr(one, "__dataclass_params__", None)
+    if made is not None and made.eq and type(one) is type(other):  # its own == fails on arrays
+        names = [each.name for each in dataclasses.fields(one)]
+        return all(_same(getattr(one, name), getattr(other, name)) for name in names)
     return bool(one == other)
 
 

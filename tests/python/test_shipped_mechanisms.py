@@ -6,9 +6,9 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.symmetry.group import observability_group, verify_declared
-from symkin.symmetry.verification import check_elements
+from symkin.symmetry import observability_group, verify_declared
 from symkin.workspace.slices import other_working_modes
+from symkin.workspace.study import check_elements
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.
@@ -82,7 +82,7 @@ def test_symmetrical_observability_holds_to_rounding(symmetric):
     for element in found.structure.elements:
         keeps = found.keeps_modes[element.label]
         image = symmetric if keeps else other_working_modes(symmetric)
-        image_poses = _core.transform_poses(found.structure, element, symmetric.core, poses)
+        image_poses = _core.transform_poses(found.structure.core, element, symmetric.core, poses)
         for leg, onto in enumerate(found.permutations[element.label]):
             of_leg = symkin.analyse_observability(symmetric, leg, poses)
             of_image = symkin.analyse_observability(image, onto, image_poses)

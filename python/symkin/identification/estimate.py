@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.checks.undefined_angles import undefined_angles
+from symkin.checks import undefined_angles
 from symkin.errors import FailedFitError, NotIdentifiableError, named_legs, one_of
 from symkin.identification.calibrated import calibrated_mechanism
 from symkin.measurements import Measurements

@@ -33,7 +33,7 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.symmetry.group import generate_legs, verify_declared
+from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["load", "load_columns", "load_mechanism", "shipped_mechanisms"]
 

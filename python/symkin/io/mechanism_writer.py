@@ -19,7 +19,7 @@ from symkin.io.mechanism_schema import COORDINATES
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
-from symkin.symmetry.group import generate_legs, verify_declared
+from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
 

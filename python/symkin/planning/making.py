@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.checks.undefined_angles import undefined_angles
+from symkin.checks import undefined_angles
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism

@@ -131,7 +131,7 @@ class LegRows:
             pose_rows(poses),
             one_of("kind of rows", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
-            group,
+            group.core,
             elements,
         )
 

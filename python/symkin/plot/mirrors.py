@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from symkin.plot.style import ACCENT, BEFORE
-from symkin.symmetry.group import SymmetryGroup
+from symkin.symmetry import SymmetryGroup
 
 __all__ = ["DrawnSymmetry", "draw_symmetry"]
 

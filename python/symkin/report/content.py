@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ class Table:
         Whether its cells are words, set to the left, rather than numbers.
     brief : bool
         Whether the command line prints it too.
+    brief_rows : int
+        How many rows of it, 0 for all.
     """
 
     caption: str
@@ -41,6 +44,7 @@ class Table:
     groups: Sequence[Group]
     wordy: bool = False
     brief: bool = False
+    brief_rows: int = 0
 
 
 @dataclass(frozen=True)
@@ -58,12 +62,19 @@ class Image:
 
 @dataclass(frozen=True)
 class Section:
-    """A section of the page: paragraphs, then tables and images in their order."""
+    """A section of the page: paragraphs, then tables and images in their order.
+
+    Attributes
+    ----------
+    details : bool
+        Whether it is for the few: the page shows its title, and the rest at a click.
+    """
 
     anchor: str
     title: str
     paragraphs: Sequence[str] = ()
     parts: Sequence[Table | Image] = ()
+    details: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,6 +99,10 @@ class Page:
         What to do now.
     sections : sequence of Section
         The rest, most important first.
+    files : sequence of str
+        Names of the files that are written beside the page, which links to them.
+    inputs : sequence of (name, Path or bytes)
+        What it was made from; the page's foot has their SHA-256.
     """
 
     title: str
@@ -100,6 +115,8 @@ class Page:
     paragraphs: Sequence[str] = ()
     next_step: str = ""
     sections: Sequence[Section] = ()
+    files: Sequence[str] = ()
+    inputs: Sequence[tuple[str, Path | bytes]] = ()
 
 
 def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:

@@ -18,14 +18,14 @@ from symkin.mechanism import Mechanism
 from symkin.observability import expected_accuracy
 from symkin.pipeline import ProtocolResult
 from symkin.report.html import write_page
+from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
 from symkin.report.plan import plan_section
 from symkin.report.sections.accuracy import measured_accuracy_section, simulated_accuracy_section
 from symkin.report.sections.identification import identification_section
-from symkin.report.sections.mechanism import mechanism_section
 from symkin.report.sections.summary import identification_summary, protocol_summary
-from symkin.report.sections.symmetry import symmetry_section
-from symkin.report.sections.workspace import measured_poses_section, workspace_section
+from symkin.report.symmetry import symmetry_section
+from symkin.report.workspace import measured_poses_section, workspace_section
 
 __all__ = ["write_identification_report", "write_report"]
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import shutil
 import sys
@@ -24,7 +25,7 @@ def summary_text(page: Page) -> str:
     return _typed("\n".join(lines))
 
 
-def page_text(page: Page, width: int | None = None) -> str:
+def page_text(page: Page, width: int | None = None, *, whole: bool = False) -> str:
     """Return what the command line prints: the summary, then the brief tables.
 
     Parameters
@@ -33,6 +34,8 @@ def page_text(page: Page, width: int | None = None) -> str:
         What there is to say.
     width : int, optional
         Columns of the terminal, by default those of the one that it is printed to.
+    whole : bool
+        Whether to print all sections, with their paragraphs and tables.
     """
     lines = [page.title, *([page.subtitle] if page.subtitle else [])]
     if page.judgement:
@@ -42,10 +45,13 @@ def page_text(page: Page, width: int | None = None) -> str:
     if page.headlines:
         rows = [[label, value, remark] for label, value, remark in page.headlines]
         blocks.append(_grid([], rows, words=3, width=width))
-    tables = [part for section in page.sections for part in section.parts]
-    blocks += [
-        table_text(table, width) for table in tables if isinstance(table, Table) and table.brief
-    ]
+    for section in page.sections:
+        tables = [part for part in section.parts if isinstance(part, Table)]
+        if whole:
+            blocks += ["\n".join([section.title.upper(), *section.paragraphs])]
+            blocks += [table_text(table, width) for table in tables]
+        else:
+            blocks += [table_text(_cut(table), width) for table in tables if table.brief]
     blocks += ["\n".join(f"Note: {note}" for note in page.notes)] if page.notes else []
     blocks += [f"Next: {page.next_step}"] if page.next_step else []
     return _typed("\n\n".join(blocks))
@@ -60,6 +66,16 @@ def table_text(table: Table, width: int | None = None) -> str:
     words = len(table.columns) if table.wordy else 1
     grid = _grid(list(table.columns), rows, words, width)
     return f"{table.caption}\n{grid}" if table.caption else grid
+
+
+def _cut(table: Table) -> Table:
+    """The table with the rows that are printed of it."""
+    (group, *others), limit = table.groups, table.brief_rows
+    left = len(group.rows) - limit
+    if others or not 0 < limit < len(group.rows):
+        return table
+    rows = [*group.rows[:limit], [f"and {left} smaller"]]
+    return dataclasses.replace(table, groups=[dataclasses.replace(group, rows=rows)])
 
 
 def _grid(heading: list[str], rows: list[list[str]], words: int, width: int | None) -> str:

@@ -62,9 +62,9 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{significant(value, digits)}{_SPACE}{unit}" if math.isfinite(value) else NONE
 
 
-def setting(value: float, unit: str = "") -> str:
+def setting(value: float, unit: str = "", digits: int = 5) -> str:
     """A number that was given, without the zeros that nobody wrote: ``0.1 mm``."""
-    return _signed(f"{value:.5g}") + (_SPACE + unit if unit else "")
+    return _signed(f"{value:.{digits}g}") + (_SPACE + unit if unit else "")
 
 
 def milli(value: float, unit: str) -> str:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Groups that carry a mechanism onto itself, what they are called, and the conditions on them."""
+"""Groups that carry a mechanism onto itself, what they are called, and what breaks them."""
 
-from symkin.symmetry.group import (
+from symkin.symmetry.comparison import (
+    ParameterDeviation,
+    SymmetryComparison,
+    compare_symmetry,
+)
+from symkin.symmetry.detection import (
     DetectedSymmetry,
-    SymmetryElement,
-    SymmetryGroup,
     declared_group,
     detect_symmetry,
     generate_legs,
@@ -15,11 +18,17 @@ from symkin.symmetry.group import (
     symmetry_group,
     verify_declared,
 )
+from symkin.symmetry.group import NamedGroup, SymmetryElement, SymmetryFrame, SymmetryGroup
 
 __all__ = [
     "DetectedSymmetry",
+    "NamedGroup",
+    "ParameterDeviation",
+    "SymmetryComparison",
     "SymmetryElement",
+    "SymmetryFrame",
     "SymmetryGroup",
+    "compare_symmetry",
     "declared_group",
     "detect_symmetry",
     "generate_legs",

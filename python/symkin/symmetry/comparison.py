@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from symkin import _core
 from symkin.mechanism import Mechanism
-from symkin.observability import tolerances_of
-from symkin.symmetry.group import DetectedSymmetry, SymmetryGroup, declared_group, detect_symmetry
-from symkin.symmetry.named import group_title, subgroup_names
+from symkin.observability import parameter_tolerances
+from symkin.result import Result, Value, field, plain, record
+from symkin.symmetry.detection import DetectedSymmetry, declared_group, detect_symmetry
+from symkin.symmetry.group import SymmetryGroup, group_title, subgroup_names
 from symkin.symmetry.near import (
     larger_group,
     near_limit,
@@ -20,12 +21,10 @@ from symkin.symmetry.near import (
     tolerances_needed,
 )
 
-__all__ = [
-    "ParameterDeviation",
-    "SymmetryComparison",
-    "SymmetryVerdict",
-    "compare_symmetry",
-]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = ["ParameterDeviation", "SymmetryComparison", "SymmetryVerdict", "compare_symmetry"]
 
 SymmetryVerdict = Literal["exact", "nearly", "broken"]
 
@@ -33,8 +32,8 @@ _ROUNDING = _core.SymmetryTolerance()
 _EXACT = _core.IMAGE_TOLERANCES * _ROUNDING.length  # m, rad, and of gains
 
 
-@dataclass(frozen=True)
-class ParameterDeviation:
+@record
+class ParameterDeviation(Value):
     """By how much one parameter of one leg breaks a symmetry of the structure, or of the sensors.
 
     Attributes
@@ -50,17 +49,20 @@ class ParameterDeviation:
         The same over the parameter's manufacturing tolerance, without sign.
     standard_deviation : float
         Of the identified parameter; NaN for a mechanism that was not calibrated.
+    unit : str
+        Of both: "m", "rad", ...; empty for a number.
     """
 
-    leg: int
+    leg: int = field(number=True)
     parameter: str
     deviation: float
     in_tolerances: float
     standard_deviation: float
+    unit: str
 
 
-@dataclass(frozen=True)
-class SymmetryComparison:
+@record
+class SymmetryComparison(Result):
     """What `compare_symmetry` finds.
 
     Attributes
@@ -79,8 +81,9 @@ class SymmetryComparison:
         nothing to compare with.
     reference_elements : tuple of str
         Those of its elements that keep the working modes too.
-    tolerance : SymmetryTolerance
-        Within which `reference` maps the legs onto themselves.
+    tolerance : tuple of float
+        Within which `reference`, or else the exact group, maps the legs onto themselves: of
+        lengths (m), of angles (rad) and of gains.
     deviations : tuple of ParameterDeviation
         What breaks `reference` in the structure, largest in tolerances first.
     sensors : {"exact", "nearly", "broken"}
@@ -97,7 +100,7 @@ class SymmetryComparison:
     verdict: SymmetryVerdict
     reference: SymmetryGroup | None
     reference_elements: tuple[str, ...]
-    tolerance: _core.SymmetryTolerance
+    tolerance: tuple[float, float, float]
     deviations: tuple[ParameterDeviation, ...]
     sensors: SymmetryVerdict
     sensor_deviations: tuple[ParameterDeviation, ...]
@@ -106,10 +109,10 @@ class SymmetryComparison:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was found, in words."""
-        structure = _title(self.found.structure)
+        structure = self.found.structure.title
         if self.declared is not None:
             verb = "do not have" if self.reference is self.declared else "have"
-            first = f"The legs {verb} the declared symmetry {_title(self.declared)}."
+            first = f"The legs {verb} the declared symmetry {self.declared.title}."
         elif self.found.structure.size > 1:
             first = f"No symmetry is declared; the legs have {structure}."
         else:
@@ -120,7 +123,7 @@ class SymmetryComparison:
         if self.reference is None:
             return (first, *sensors)
         kept = [self.reference.parse(label) for label in self.reference_elements]
-        named = _title(self.reference)
+        named = self.reference.title
         if len(kept) < self.reference.size:
             named += (
                 f", with the working modes {group_title(*subgroup_names(self.reference, kept))}"
@@ -155,6 +158,35 @@ class SymmetryComparison:
             f"{self.only_sensors_differ.capitalize()}: the structure has the symmetry, the sensors "
             "do not."
         )
+
+    def page(self) -> Page:
+        """Return what was found and what breaks it."""
+        from symkin.report.symmetry import comparison_page
+
+        return comparison_page(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, legs counted from 1."""
+        reference = self.reference
+        return {
+            "verdict": self.verdict,
+            "declared_group": self.declared and self.declared.name,
+            "compared_with": reference
+            and {
+                "name_in_the_paper": reference.paper_name,
+                "name": reference.name,
+                "elements_that_keep_the_working_modes": list(self.reference_elements),
+                "worst_in_tolerances": self.worst,
+            },
+            "deviations": plain(self.deviations),
+            "sensors": {"verdict": self.sensors, "deviations": plain(self.sensor_deviations)},
+        }
+
+    def columns(self) -> Mapping[str, Sequence[Any]]:
+        """Return a row a deviation; legs count from 0."""
+        names = "leg", "parameter", "deviation", "unit", "in_tolerances", "standard_deviation"
+        found = self.deviations + self.sensor_deviations
+        return {name: [getattr(each, name) for each in found] for name in names}
 
 
 def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
@@ -198,7 +230,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         verdict=verdict,
         reference=reference,
         reference_elements=kept,
-        tolerance=tolerance,
+        tolerance=(tolerance.length, tolerance.angle, tolerance.gain),
         deviations=structure if reference is not None else (),
         sensors=_sensor_verdict(sensors, group),
         sensor_deviations=sensors,
@@ -213,7 +245,7 @@ def _kept(
     return tuple(
         element.label
         for element in group.elements
-        if _core.image_of_legs(mechanism.core, group, element, tolerance).keeps_modes
+        if _core.image_of_legs(mechanism.core, group.core, element, tolerance).keeps_modes
     )
 
 
@@ -229,18 +261,18 @@ def _deviations(
     mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance
 ) -> tuple[tuple[ParameterDeviation, ...], tuple[ParameterDeviation, ...]]:
     """Those above rounding: of the structure, and of the sensors."""
-    values = _core.symmetry_deviations(mechanism.core, group, tolerance)
-    known = mechanism.deviations
+    values = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
+    known, scales = mechanism.deviations, parameter_tolerances(mechanism)
     structure: list[ParameterDeviation] = []
     sensors: list[ParameterDeviation] = []
     for leg, index in zip(*np.nonzero(np.abs(values) > _EXACT), strict=True):
-        scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, int(leg))
         found = ParameterDeviation(
             leg=int(leg),
             parameter=mechanism.parameter_names[index],
             deviation=float(values[leg, index]),
-            in_tolerances=float(abs(values[leg, index]) / scale[index]),
+            in_tolerances=float(abs(values[leg, index]) / scales[leg, index]),
             standard_deviation=float("nan" if known is None else known[leg, index]),
+            unit=mechanism.parameter_units[index],
         )
         (structure if index < values.shape[1] - 2 else sensors).append(found)
     return _largest_first(structure), _largest_first(sensors)
@@ -248,7 +280,3 @@ def _deviations(
 
 def _largest_first(deviations: list[ParameterDeviation]) -> tuple[ParameterDeviation, ...]:
     return tuple(sorted(deviations, key=lambda each: -each.in_tolerances))
-
-
-def _title(group: SymmetryGroup) -> str:
-    return group_title(group.paper_name, group.name)

@@ -10,6 +10,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.mechanism import Mechanism
+from symkin.symmetry.detection import detect_within
 from symkin.symmetry.group import SymmetryGroup
 
 __all__ = ["larger_group", "near_limit", "scaled_tolerance", "tolerances_needed"]
@@ -26,23 +27,13 @@ _LARGEST_SHARE = 0.5  # of the largest parameter, and rad: beyond, any legs are 
 def larger_group(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup | None:
     """Find the largest group beyond the one that the legs have, which they nearly have.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its tolerances say what is near.
-    found : SymmetryGroup
-        What the legs have.
-
-    Returns
-    -------
-    SymmetryGroup or None
-        For a mechanism without any symmetry the nearest group, if none is near.
+    For a mechanism without any symmetry the nearest group, if none is near; else None.
     """
     near = nearest = None
     for multiple, tolerance in _growing(mechanism):
         if multiple > _DETECTED_UP_TO and (near or nearest or found.size > 1):
             break
-        detected = _core.detect_symmetry(mechanism.core, tolerance)
+        detected = detect_within(mechanism, tolerance)
         loose = detected.structure
         if loose.size > (near or found).size:
             group = _about_the_origins(mechanism, loose)
@@ -68,19 +59,12 @@ def tolerances_needed(
 ) -> float:
     """How many tolerances the legs' images are off at most, sensors apart; infinity if two are one.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Whose legs are carried.
-    group : SymmetryGroup
-        By each of its elements.
-    unit : SymmetryTolerance, optional
-        What is counted in, by default the manufacturing tolerances.
+    A tolerance is `unit`, by default the manufacturing one.
     """
     one = _manufacturing(mechanism, 1) if unit is None else unit
     worst = 0.0
     for element in group.elements:
-        image = _core.image_of_legs(mechanism.core, group, element, one)
+        image = _core.image_of_legs(mechanism.core, group.core, element, one)
         if len(set(image.permutation)) < len(image.permutation):
             return math.inf
         worst = max(worst, *(deviation.in_tolerances for deviation in image.deviations))
@@ -139,7 +123,7 @@ def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
 def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
     """Sum of the roots of all deviations in tolerances: one is less than its parts."""
     tolerance = scaled_tolerance(mechanism, multiple)
-    deviations = _core.symmetry_deviations(mechanism.core, group, tolerance)
+    deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
     units = _manufacturing(mechanism, 1)
     scale = [
         units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units[:-2]

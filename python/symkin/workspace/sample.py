@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.checks.home_pose import require_usable_home
-from symkin.errors import SymkinError
+from symkin.errors import MechanismFileError, SymkinError, named_legs
 from symkin.mechanism import Mechanism
-from symkin.observability import tolerances_of
+from symkin.observability import parameter_tolerances
+from symkin.poses import poses_from_bounds
+from symkin.result import Result, field, record
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
 
 __all__ = [
     "WorkspaceSample",
@@ -26,7 +31,10 @@ __all__ = [
     "workspace_options",
 ]
 
+_CAUSES = "reach", "limits", "aspect", "conditioning"
 _MARGIN_SIGMAS = 3.0  # as `make_plan` keeps by default
+_SINGULAR = 1e8  # condition number that rounding cannot tell from infinity
+_TRIED = 2000  # poses of the box, for one that home could be
 _COORDINATES = {
     "planar": ("x", "y", "phi"),
     "point": ("x", "y"),
@@ -34,9 +42,11 @@ _COORDINATES = {
 }
 
 
-@dataclass(frozen=True)
-class WorkspaceSample:
+@record
+class WorkspaceSample(Result):
     """Poses drawn from the workspace.
+
+    Whatever takes an array of poses takes a sample, too.
 
     Attributes
     ----------
@@ -50,13 +60,49 @@ class WorkspaceSample:
         How many poses were drawn from the box for them.
     rejected : dict of str to int
         How many were rejected: "reach", "limits", "aspect", "conditioning".
+    pose_space : {"planar", "point", "spatial"}
+        Kind of the poses.
+    reading_unit : {"rad", "m"}
+        Of the readings.
     """
 
-    poses: NDArray[np.float64]
-    readings: NDArray[np.float64]
-    conditions: NDArray[np.float64]
+    poses: NDArray[np.float64] = field(private=True)
+    readings: NDArray[np.float64] = field(private=True)
+    conditions: NDArray[np.float64] = field(private=True)
     drawn: int
-    rejected: dict[str, int]
+    rejected: Mapping[str, int]
+    pose_space: str = field(private=True)
+    reading_unit: str = field(private=True)
+    derived = ("share",)
+
+    @property
+    def share(self) -> float:
+        """Share of the box that the workspace takes."""
+        return 1 - sum(self.rejected.values()) / self.drawn
+
+    def page(self) -> Page:
+        """Return how many poses there are, and of how many."""
+        from symkin.report.workspace import sample_page
+
+        return sample_page(self)
+
+    def columns(self) -> Mapping[str, Sequence[Any]]:
+        """Return poses, readings and condition numbers, named as in symkin's files."""
+        from symkin.io.columns import pose_column_names, reading_column_names
+
+        poses = pose_column_names(self.pose_space)
+        readings = reading_column_names(self.readings.shape[1], self.reading_unit)
+        table = np.hstack([self.poses, self.readings, self.conditions[:, np.newaxis]])
+        return dict(zip([*poses, *readings, "condition"], table.T, strict=True))
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.poses)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """Return the poses."""
+        values = self.poses if dtype is None else self.poses.astype(dtype, copy=False)
+        return values.copy() if copy else values
 
 
 def sample_workspace(
@@ -83,20 +129,21 @@ def sample_workspace(
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
     options = workspace_options(mechanism)
-    require_usable_home(mechanism, least_reach_margin(mechanism))
+    _require_usable_home(mechanism, options.reach_margin)
     sample = _core.sample_workspace(
         mechanism.core,
         options,
         mechanism.protocol.candidates if count is None else count,
         mechanism.protocol.seed if seed is None else seed,
     )
-    causes = ("reach", "limits", "aspect", "conditioning")
     return WorkspaceSample(
         poses=sample.poses,
         readings=sample.readings,
         conditions=sample.conditions,
         drawn=sample.drawn,
-        rejected={cause: getattr(sample.rejections, cause) for cause in causes},
+        rejected={cause: getattr(sample.rejections, cause) for cause in _CAUSES},
+        pose_space=mechanism.pose_space,
+        reading_unit=mechanism.reading_unit,
     )
 
 
@@ -147,12 +194,11 @@ def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float
 
     The largest of all legs and poses; zero where no leg can reach.
     """
-    tolerances = tolerances_of(mechanism.tolerances)
     readings = mechanism.inverse_kinematics(poses)
     largest = 0.0
-    for leg in range(len(mechanism.legs)):
+    for leg, tolerances in enumerate(parameter_tolerances(mechanism)):
         rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg]).by_parameters
-        deviations = np.linalg.norm(rows * tolerances.deviations(mechanism.core, leg), axis=1)
+        deviations = np.linalg.norm(rows * tolerances, axis=1)
         largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
     return largest
 
@@ -189,3 +235,77 @@ def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
     options.reading_lower = mechanism.joint_limits.lower
     options.reading_upper = mechanism.joint_limits.upper
     return options
+
+
+def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
+    """Refuse a home pose that is not in the workspace whose aspect it defines.
+
+    With the figure, the limit that it misses and what to try; of a mechanism that was read from a
+    file with the line.
+    """
+    settings = mechanism.workspace
+    assert settings is not None
+    values = settings.home or (0.0,) * mechanism.core.dof
+    home = f"the home pose {_listed(values)}"
+    margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
+    if not (margins >= reach_margin).all():
+        leg = int(np.argmin(margins))
+        inside = f"{margins[leg]:.3g} m within the reach of"
+        what = inside if margins[leg] >= 0 else "out of reach of"
+        raise _refusal(
+            mechanism,
+            f"{home} is {what} {named_legs([leg])}, and reach_margin is "
+            f"{reach_margin:g} m; {_another(mechanism, reach_margin)}, or lower reach_margin",
+        )
+    condition = float(mechanism.singularity_measures(mechanism.home)[2][0])
+    if not condition <= settings.conditioning_limit:
+        singular = not condition < _SINGULAR
+        what = "is singular (condition number infinite)"
+        if not singular:
+            what = f"has the condition number {condition:.3g}"
+        limit = f"conditioning_limit is {settings.conditioning_limit:g}"
+        raise _refusal(
+            mechanism,
+            f"{home} {what}, and {limit}; {_another(mechanism, reach_margin)}"
+            + ("" if singular else ", or raise conditioning_limit"),
+        )
+
+
+def _another(mechanism: Mechanism, reach_margin: float) -> str:
+    """What to try: a well-conditioned pose of the box, if it has one."""
+    settings = mechanism.workspace
+    assert settings is not None
+    random = np.random.default_rng(0)
+    values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.core.dof)).round(3)
+    poses = poses_from_bounds(mechanism.pose_space, values)
+    readings = mechanism.inverse_kinematics(poses)
+    limits = mechanism.joint_limits
+    usable = ((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1)
+    usable &= (_core.reach_margin(mechanism.core, poses) >= reach_margin).all(axis=1)
+    conditions = np.where(usable, mechanism.singularity_measures(poses)[2], np.nan)
+    if not usable.any() or not np.nanmin(conditions) <= settings.conditioning_limit:
+        return (
+            f"none of {_TRIED} poses of the workspace box would do either: change the box, or the "
+            "geometry"
+        )
+    best = int(np.nanargmin(conditions))
+    return (
+        f"try another home, such as {_listed(values[best].tolist())} (m, rad), whose condition "
+        f"number is {conditions[best]:.3g}"
+    )
+
+
+def _listed(values: tuple[float, ...] | list[float]) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
+
+
+def _refusal(mechanism: Mechanism, message: str) -> SymkinError:
+    """At its line, if the file from which the mechanism was read is still there."""
+    from symkin.io.toml_file import read_toml
+
+    if mechanism.source is not None:
+        try:
+            return read_toml(mechanism.source).error(("workspace", "home"), message)
+        except MechanismFileError:
+            pass
+    return SymkinError(f'mechanism "{mechanism.name}": {message}')

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.poses import poses_from_bounds
+from symkin.result import Value, field, plain, record
 from symkin.workspace.sample import inside_workspace, workspace_options
 
 __all__ = [
@@ -33,8 +34,8 @@ _BEYOND_BOX = 0.1  # of the box's side
 _SINGULAR = 1e8  # condition number beyond which rounding decides the determinant's sign
 
 
-@dataclass(frozen=True)
-class ConstantOrientation:
+@record
+class ConstantOrientation(Value):
     """The workspace at one orientation of the platform, on a grid over the box and a little more.
 
     Grids are addressed ``[row of y, column of x]``.
@@ -103,9 +104,18 @@ class ConstantOrientation:
         cells = np.bincount(self.aspects.ravel(), self.side.ravel())[1:]
         return np.asarray(self.cell_area * cells, dtype=np.float64)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return orientation and areas, without the grids."""
+        return {
+            "orientation_rad": plain(self.orientation),
+            "reachable_area_m2": self.reachable_area,
+            "usable_area_m2": self.usable_area,
+            "aspect_areas_m2": plain(self.aspect_areas),
+        }
 
-@dataclass(frozen=True)
-class ModeSlices:
+
+@record
+class ModeSlices(Value):
     """Constant-orientation workspaces of a mechanism in its working modes.
 
     Attributes
@@ -118,7 +128,7 @@ class ModeSlices:
         See `singular_orientations`, rad.
     """
 
-    mechanism: Mechanism
+    mechanism: Mechanism = field(private=True)
     slices: tuple[ConstantOrientation, ...]
     singular_orientations: Array
 
@@ -129,6 +139,14 @@ class ModeSlices:
         if len(set(modes)) == 1:
             return f"working mode {modes[0]:+d}"
         return "working modes " + "".join("+" if mode > 0 else "-" for mode in modes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return modes, singular orientations and areas."""
+        return {
+            "working_modes": list(self.mechanism.working_modes),
+            "singular_orientations_at_home_rad": plain(self.singular_orientations),
+            "slices": plain(self.slices),
+        }
 
 
 def mode_slices(

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""What a workspace looks like, and whether it has the mechanism's symmetry."""
+"""What a workspace looks like, and whether it has the symmetry of the legs, tested on poses."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from symkin import _core
 from symkin.mechanism import Mechanism
-from symkin.symmetry.group import DetectedSymmetry, detect_symmetry
-from symkin.symmetry.verification import ElementCheck, check_elements
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.result import Result, Value, plain, record
+from symkin.symmetry import DetectedSymmetry, SymmetryElement, SymmetryGroup, detect_symmetry
+from symkin.workspace.sample import WorkspaceSample, sample_workspace, workspace_options
 from symkin.workspace.slices import (
     ConstantOrientation,
     ModeSlices,
@@ -17,11 +20,56 @@ from symkin.workspace.slices import (
     other_working_modes,
 )
 
-__all__ = ["WorkspaceStudy", "study_workspace"]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = [
+    "READING_ROUNDING",
+    "ElementCheck",
+    "WorkspaceStudy",
+    "check_elements",
+    "study_workspace",
+]
+
+READING_ROUNDING = 1e-9  # rad or m, far above what the readings inside a workspace differ by
 
 
-@dataclass(frozen=True)
-class WorkspaceStudy:
+@record
+class ElementCheck(Value):
+    """The workspace theorem (Eq. 2) and the active-joint conjecture (Eq. 5) for one element.
+
+    Attributes
+    ----------
+    element : str
+        Such as ``"r1"`` or ``"s0"``.
+    keeps_modes : bool
+        Whether it keeps the working modes. One that does not maps the workspace onto that of the
+        opposite modes, and is tested against it.
+    keeps_aspect : bool
+        Whether it keeps the working modes and home's side of the parallel singularities, so that it
+        can map the workspace onto itself.
+    tested, inside, unreachable : int
+        Poses drawn from the box; how many are in the workspace, or beyond a leg's reach.
+    mismatches : int
+        Poses that are in the workspace while their images are not, or the reverse; or that a leg
+        reaches while its image does not reach theirs.
+    reading_deviation : float
+        Largest difference between the readings at the image of a pose and the image of its
+        readings, in the sensor's unit.
+    """
+
+    element: str
+    keeps_modes: bool
+    keeps_aspect: bool
+    tested: int
+    inside: int
+    unreachable: int
+    mismatches: int
+    reading_deviation: float
+
+
+@record
+class WorkspaceStudy(Result):
     """A mechanism's workspace.
 
     Attributes
@@ -53,7 +101,7 @@ class WorkspaceStudy:
     @property
     def share(self) -> float:
         """Share of the box that the total workspace takes."""
-        return 1 - sum(self.sample.rejected.values()) / self.sample.drawn
+        return self.sample.share
 
     @property
     def workspace_group(self) -> tuple[str, ...]:
@@ -61,6 +109,44 @@ class WorkspaceStudy:
         return tuple(
             check.element for check in self.elements if check.keeps_aspect and check.mismatches == 0
         )
+
+    def page(self) -> Page:
+        """Return whether the workspace has the symmetry, and what it looks like."""
+        from symkin.report.workspace import workspace_page
+
+        return workspace_page(self)
+
+    def columns(self) -> Mapping[str, Sequence[Any]]:
+        """Return a row for each constant orientation of each working mode."""
+        rows = [
+            {"working_modes": modes.title, **found.to_dict()}
+            for modes in self.modes
+            for found in modes.slices
+        ]
+        return {name: [row[name] for row in rows] for name in rows[0]}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return figures and verdicts, without poses and grids."""
+        symmetry, sample, unit = self.symmetry, self.sample, self.mechanism.reading_unit
+        elements = [check.to_dict() for check in self.elements]
+        for element in elements:
+            element[f"reading_deviation_{unit}"] = element.pop("reading_deviation")
+        return {
+            "mechanism": self.mechanism.name,
+            "symmetry": {
+                "structure": symmetry.structure.name,
+                "structure_in_the_paper": symmetry.structure.paper_name,
+                "with_working_modes": symmetry.with_modes.name,
+                "workspace": list(self.workspace_group),
+            },
+            "elements": elements,
+            "total_workspace": {"poses": len(sample), **sample.to_dict()},
+            "active_joint_workspace": {
+                f"lower_{unit}": sample.readings.min(axis=0).tolist(),
+                f"upper_{unit}": sample.readings.max(axis=0).tolist(),
+            },
+            "constant_orientations": plain(self.modes),
+        }
 
 
 def study_workspace(
@@ -107,3 +193,50 @@ def study_workspace(
         sample=sample_workspace(mechanism, count, seed),
         elements=check_elements(mechanism, symmetry.structure, count, seed),
     )
+
+
+def check_elements(
+    mechanism: Mechanism,
+    group: SymmetryGroup,
+    count: int,
+    seed: int,
+    tolerance: tuple[float, float, float] | None = None,
+) -> tuple[ElementCheck, ...]:
+    """Test the theorem and the conjecture on so many poses of the box for each element of a group.
+
+    The group maps the legs onto themselves within a tolerance of lengths (m), angles (rad) and
+    gains, by default that of `detect_symmetry`.
+
+    Raises
+    ------
+    SymmetryError
+        If an element does not.
+    """
+    options = workspace_options(mechanism)
+    allowed = _core.SymmetryTolerance(*(tolerance or ()))
+    checks = []
+    for element in group.elements:
+        found = _core.verify_workspace_symmetry(
+            mechanism.core, options, group.core, element, count, seed, allowed
+        )
+        checks.append(
+            ElementCheck(
+                element=element.label,
+                keeps_modes=found.keeps_modes,
+                keeps_aspect=found.keeps_modes and _keeps_side(mechanism, group, element),
+                tested=found.tested,
+                inside=found.inside,
+                unreachable=found.unreachable,
+                mismatches=found.mismatches,
+                reading_deviation=found.reading_deviation,
+            )
+        )
+    return tuple(checks)
+
+
+def _keeps_side(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement) -> bool:
+    """Whether det(dg/dpose) has the same sign at home and at its image."""
+    home = mechanism.home[np.newaxis]
+    image = _core.transform_poses(group.core, element, mechanism.core, home)
+    _, parallel, _ = mechanism.singularity_measures(np.concatenate([home, image]))
+    return bool(parallel[0] * parallel[1] > 0)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -55,12 +56,16 @@ def test_check_shows_what_breaks_a_declared_group_before_it_refuses_it(
 ) -> None:
     shown = symkin("check", undeclarable, "--out", tmp_path / "checked")
     assert shown.code == 2
-    assert "do not have the declared symmetry C_3" in shown.out
-    assert "Nearly C_3: within" in shown.out
-    assert shown.out.count(" tolerances)") == 10
+    verdict = shown.out.splitlines()[2]
+    assert re.match(r"The file says that the legs are alike, but leg \d differs most, ", verdict)
+    assert len(re.findall(r"^leg \d, \w+ +-?\d", shown.out, re.MULTILINE)) == 10
+    assert "Next: correct the legs" in shown.out
+    whole = symkin("check", undeclarable, "--verbose").out
+    assert "do not have the declared symmetry C_3" in whole
+    assert "Nearly C_3: within" in whole
     assert shown.err.startswith(f"Error: {undeclarable}:")
     assert shown.err.count("\n") == 1
-    assert (tmp_path / "checked" / "report.html").exists()
+    assert (tmp_path / "checked" / "check.html").exists()
 
 
 def _cells(text: str) -> list[list[str]]:

@@ -6,6 +6,8 @@ from __future__ import annotations
 import dataclasses
 import filecmp
 import math
+import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 
@@ -28,14 +30,50 @@ def test_check_describes_a_mechanism(symkin: Callable) -> None:
 
 
 def test_check_prints_the_groups_in_both_notations_and_every_condition(symkin: Callable) -> None:
-    shown = symkin("check", "3RRR")
+    shown = symkin("check", "3RRR", "--verbose")
     lines = [line.split() for line in shown.out.splitlines()]
-    assert ["G_M", "structure", "D_6", "D_3", "r0,", "r1", "120°,"] in [line[:7] for line in lines]
-    assert ["G_Q", "active", "joints", "C_3", "C_3"] in [line[:5] for line in lines]
-    numbers = [line[0] for line in lines if line[1:2] == ["holds"]]
-    assert numbers == [*(f"4({i})" for i in range(1, 6)), *(f"5({i})" for i in range(1, 8))]
+    assert ["G_M,", "structure", "D_6", "D_3", "6"] in [line[:5] for line in lines]
+    assert "r0: the identity; r1: rotation by 120°; " in shown.out
+    assert ["G_Q,", "active", "joints", "C_3", "C_3"] in [line[:5] for line in lines]
+    numbers = [line[0] for line in lines if line[:1] > ["("] and "holds" in line]
+    assert numbers == [*(f"({i})" for i in range(1, 6)), *(f"({i})" for i in range(1, 8))]
     assert "All legs are images of leg 1." in shown.out
-    assert "singular value 8" in shown.out
+    assert ["s_8", "0.00490", "0.00490", "0.00490"] in lines
+
+
+def test_check_begins_with_a_verdict_and_ends_with_a_command_that_runs(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    shown = symkin("check", "3RRR").out
+    title, subtitle, verdict, *_ = shown.splitlines()
+    assert (title, subtitle) == ("3RRR: check", "3 legs [R]RR, planar")
+    assert verdict == "All 3 legs are alike: poses chosen for one serve all."
+    assert "at least 8" in shown
+    assert not re.search(r"G_[MWQC]|D_6|Eq\.|R_ii|singular value", shown)
+    program, *arguments, _ = shlex.split(shown.splitlines()[-1].removeprefix("Next: "))
+    assert program == "symkin"
+    assert symkin(*arguments, tmp_path / "planned.csv", "--candidates", 300).code == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "design"),
+    [
+        ("5bar", "Both legs are alike: poses chosen for one serve both.", "orbits"),
+        (
+            "3RRR_asymmetric",
+            "The legs are not alike: leg 2 differs most, base_angle by 15 degrees (262 "
+            "tolerances).",
+            "mechanism",
+        ),
+    ],
+)
+def test_check_says_which_leg_differs_by_what(
+    symkin: Callable, name: str, verdict: str, design: str
+) -> None:
+    document = symkin("check", name, "--json").json
+    assert document["verdict"] == verdict
+    assert document["measuring"]["design"] == design
+    assert verdict in symkin("check", name).out
 
 
 def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
@@ -44,12 +82,15 @@ def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
     calibrated = protocol / "calibrated.toml"
     shown = symkin("check", calibrated)
     assert shown.code == 0
-    assert "Nearly D_6 (D_3), with the working modes C_3: within" in shown.out
+    whole = symkin("check", calibrated, "--verbose").out
+    assert "Nearly D_6 (D_3), with the working modes C_3: within" in whole
     symmetry = symkin("check", calibrated, "--json").json["symmetry"]
     assert symmetry["verdict"] == "nearly"
     worst = symmetry["deviations"][0]
-    line = f"  leg {worst['leg']} {worst['parameter']} {worst['deviation']:+.6f}"
-    assert line in shown.out
+    where = f"leg {worst['leg']} differs most, {worst['parameter']} by "
+    assert f"alike within tolerances, not exactly: {where}" in shown.out
+    row = rf"^leg {worst['leg']}, {worst['parameter']} +{worst['deviation']:#.3g} "
+    assert re.search(row, shown.out, re.MULTILINE)
     assert worst["standard_deviation"] > 0
 
 
@@ -58,7 +99,7 @@ def test_check_writes_its_report_and_the_document_that_json_prints(
 ) -> None:
     shown = symkin("check", "5bar", "--out", tmp_path)
     assert shown.code == 0
-    assert shown.out.splitlines()[-1] == str(tmp_path / "report.html")
+    assert shown.out.splitlines()[-1] == str(tmp_path / "check.html")
     printed = symkin("check", "5bar", "--json").out
     assert (tmp_path / "check.json").read_text(encoding="utf-8") == printed
     assert symkin("check", "5bar", "--out", tmp_path).code == 2
@@ -72,7 +113,7 @@ def test_check_needs_no_workspace(symkin: Callable, changed: Callable, tmp_path:
     shown = symkin("check", path, "--out", tmp_path / "out")
     assert shown.code == 0
     assert "no [workspace] in the file" in shown.out
-    assert (tmp_path / "out" / "report.html").exists()
+    assert (tmp_path / "out" / "check.html").exists()
 
 
 def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> None:

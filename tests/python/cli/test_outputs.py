@@ -11,6 +11,9 @@ import pytest
 import symkin as library
 from symkin import outputs
 
+CHECK_FILES = ("check.json", "check.html")
+WORKSPACE_FILES = ("workspace.json", "workspace.html")
+
 
 @pytest.fixture
 def idle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -22,7 +25,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("sample_workspace", "identify", "simulate", "run_protocol", "study_workspace")
     for name in names:
         monkeypatch.setattr(library, name, computed)
-    monkeypatch.setattr("symkin.checks.check.check_mechanism", computed)
+    monkeypatch.setattr("symkin.checks.check_mechanism", computed)
 
 
 @pytest.mark.usefixtures("idle")
@@ -33,11 +36,11 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     old = tmp_path / "old.csv"
     old.write_text("mine")
     for command, files in (
-        (("check", "3RRR"), outputs.CHECK_FILES),
+        (("check", "3RRR"), CHECK_FILES),
         (("run", "3RRR"), outputs.RUN_FILES),
         (("identify", "3RRR", measured), outputs.IDENTIFICATION_FILES),
         (("pose-count", "3RRR"), outputs.POSE_COUNT_FILES),
-        (("workspace", "3RRR"), outputs.WORKSPACE_FILES),
+        (("workspace", "3RRR"), WORKSPACE_FILES),
         (("plan", "3RRR"), outputs.PLAN_FILES),
     ):
         folder = tmp_path / command[0]
@@ -96,10 +99,10 @@ def test_every_file_of_a_command_is_known_before(
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
     for command, files in (
-        (("check", "3RRR", "--out"), outputs.CHECK_FILES),
+        (("check", "3RRR", "--out"), CHECK_FILES),
         (("identify", "3RRR", measured, "--out"), outputs.IDENTIFICATION_FILES),
         (("pose-count", "3RRR", *few, "--out"), outputs.POSE_COUNT_FILES),
-        (("workspace", "3RRR", "--resolution", 60, "--out"), outputs.WORKSPACE_FILES),
+        (("workspace", "3RRR", "--resolution", 60, "--out"), WORKSPACE_FILES),
         (("plan", "3RRR", *few, "--out"), outputs.PLAN_FILES),
     ):
         folder = tmp_path / command[0]

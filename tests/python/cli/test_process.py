@@ -68,8 +68,8 @@ def test_the_surroundings_leave_a_command_and_its_stderr_alone(
         env=os.environ | environment,
     )
     assert (shown.returncode, shown.stderr) == (0, "")
-    assert shown.stdout.endswith("out/report.html\n") or redirection
-    assert (tmp_path / "out" / "report.html").exists()
+    assert shown.stdout.endswith("out/check.html\n") or redirection
+    assert (tmp_path / "out" / "check.html").exists()
 
 
 def test_a_full_disk_behind_stdout_is_told_in_one_sentence() -> None:

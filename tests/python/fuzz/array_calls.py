@@ -42,7 +42,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     core, legs = mechanism.core, len(mechanism.legs)
     readings = mechanism.inverse_kinematics(poses)
     noise = _core.MeasurementNoise(1e-4, 1e-4, 1e-4)
-    group = symkin.symmetry.symmetry_group(mechanism)
+    group = symkin.symmetry.symmetry_group(mechanism).core
     element = group.elements[-1]
     kind = _core.RowKind.noise_aware
     leg = {"leg": 0}
@@ -219,7 +219,7 @@ def _in_box(name: str, mechanism: symkin.Mechanism, box: dict[str, Any], count: 
         setattr(options, key, value)
     if name == "sample_workspace":
         return _core.sample_workspace(mechanism.core, options, count, 1)
-    group = symkin.symmetry.symmetry_group(mechanism)
+    group = symkin.symmetry.symmetry_group(mechanism).core
     element = group.elements[-1]
     return _core.verify_workspace_symmetry(mechanism.core, options, group, element, count, 1)
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import symkin
 from symkin import _core
-from symkin.checks.check import check_mechanism
+from symkin.checks import check_mechanism
 from symkin.errors import FailedFitError, SymkinError
 from symkin.frames import with_moved_workspace
 from symkin.identification.calibrated import canonical, changed_settings

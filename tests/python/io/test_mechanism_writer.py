@@ -140,7 +140,7 @@ def test_a_mechanism_of_listed_legs_is_changed_leg_by_leg(write: Write, listed_t
 
 
 def test_another_reference_leg_stays_a_reference_leg(tmp_path: Path, paper: Mechanism) -> None:
-    from symkin.symmetry.group import generate_legs
+    from symkin.symmetry import generate_legs
 
     assert paper.symmetry is not None
     reference = Leg("[R]RR", {**paper.legs[0].parameters, "distal_length": 1.6}, -1)

@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 
 import symkin
-from symkin.checks.check import check_mechanism
+from symkin.checks import check_mechanism
 from symkin.errors import SymkinError
 from symkin.identification.outcome import MeasuredIdentification
 from symkin.io.output_files import OutputFiles
-from symkin.outputs import write_actual, write_check, write_identification, write_run
+from symkin.outputs import write_actual, write_identification, write_run
 from symkin.report import write_identification_report, write_report
 
 NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
@@ -352,7 +352,8 @@ def test_every_writer_of_the_library_asks_before_it_replaces(
         "identified/results.json": lambda path, **o: write_identification(
             measured, path.parent, **o
         ),
-        "check/check.json": lambda path, **o: write_check(checked, path.parent, **o),
+        "check/check.json": checked.save,
+        "check/check.html": checked.report,
         "report/residuals.png": lambda path, **o: write_report(result, path.parent, **o),
         "identification/report.html": lambda path, **o: write_identification_report(
             *arguments, path.parent, **o

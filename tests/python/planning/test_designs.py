@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import symkin
 from symkin.observability import mechanism_rows
 from symkin.planning import predict_accuracy
-from symkin.symmetry.group import observability_group
+from symkin.symmetry import observability_group
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,9 @@
 """The groups by their names in the paper and in general."""
 
 import symkin
-from symkin.symmetry.conditions import check_conditions
-from symkin.symmetry.named import describe_element, mechanism_groups, subgroup_names
+from symkin.conditions import check_conditions
+from symkin.symmetry.detection import mechanism_groups
+from symkin.symmetry.group import describe_element, subgroup_names
 
 
 def named(groups):

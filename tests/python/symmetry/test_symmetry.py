@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symkin
-from symkin.symmetry.group import observability_group, symmetry_deviations
+from symkin.symmetry import observability_group, symmetry_deviations
 
 GROUPS = st.builds(
     symkin.SymmetryGroup,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.symmetry.comparison import compare_symmetry
+from symkin.symmetry import compare_symmetry
 
 
 def changed(mechanism, leg, parameter, change):

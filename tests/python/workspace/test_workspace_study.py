@@ -5,6 +5,7 @@ import dataclasses
 import io
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,8 +14,7 @@ from matplotlib.figure import Figure
 import symkin
 from symkin.cli import main
 from symkin.plot.workspace_study import active_joint_figure, constant_orientation_figure
-from symkin.symmetry.group import SymmetryGroup
-from symkin.symmetry.verification import check_elements
+from symkin.symmetry import SymmetryGroup
 from symkin.workspace.slices import (
     _connected_regions,
     constant_orientations,
@@ -22,7 +22,7 @@ from symkin.workspace.slices import (
     other_working_modes,
     singular_orientations,
 )
-from symkin.workspace.study import study_workspace
+from symkin.workspace.study import check_elements, study_workspace
 
 
 @pytest.fixture(scope="module")
@@ -214,16 +214,13 @@ def test_the_command_prints_and_writes_the_study(tmp_path, capsys):
     assert main(arguments) == 0
     printed = capsys.readouterr().out
     assert "structure D_6 (D_3)" in printed
-    assert "carried onto itself by r0, r1, r2" in printed
+    assert re.search("Carried onto itself by +r0, r1, r2", printed)
     document = json.loads((tmp_path / "workspace.json").read_text(encoding="utf-8"))
     assert [check["mismatches"] for check in document["elements"]] == [0] * 6
     modes = document["constant_orientations"]
     assert [found["working_modes"][0] for found in modes] == [-1, 1]
     assert [found["orientation_rad"] for found in modes[1]["slices"]] == [0, 0.4]
-    assert {path.name for path in tmp_path.glob("*.png")} == {
-        "active_joints.png",
-        "constant_orientations.png",
-    }
+    assert {path.name for path in tmp_path.iterdir()} == {"workspace.json", "workspace.html"}
     page = (tmp_path / "workspace.html").read_text(encoding="utf-8")
     assert page.count("data:image/png") == 2
     assert "hold" in page

@@ -4,8 +4,7 @@
 import pytest
 
 import symkin
-from symkin.checks.check import check_mechanism
-from symkin.checks.undefined_angles import undefined_angles
+from symkin.checks import check_mechanism, undefined_angles
 
 
 def with_values(mechanism, leg, **values):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.checks.check import check_mechanism
+from symkin.checks import check_mechanism
 from symkin.settings import WorkspaceSettings
 
 

@@ -4,7 +4,7 @@
 import pytest
 
 import symkin
-from symkin.symmetry.conditions import check_conditions
+from symkin.conditions import check_conditions
 
 
 def failing(conditions):

@@ -4,23 +4,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import chain_info
 from symkin.mechanism import Mechanism
-from symkin.plot import DrawnSymmetry, mechanism_figure
-from symkin.report.content import Group, Image, Section, Table, image
-from symkin.report.wording import (
-    plural,
-    pose_coordinates,
-    quantity,
-    setting,
-)
-from symkin.symmetry.named import group_title
+from symkin.report.content import Group, Image, Section, Table
+from symkin.report.wording import plural, pose_coordinates, quantity, setting
+from symkin.symmetry import SymmetryGroup
 from symkin.workspace.sample import least_reach_margin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["mechanism_section"]
 
@@ -32,9 +30,18 @@ _PLATFORMS = {
 
 
 def mechanism_section(
-    mechanism: Mechanism, poses: NDArray[np.float64], symmetry: DrawnSymmetry | None = None
+    mechanism: Mechanism,
+    poses: NDArray[np.float64],
+    symmetry: SymmetryGroup | None = None,
+    *,
+    keeps_modes: Collection[str] = (),
+    nearly: bool = False,
 ) -> Section:
-    """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches."""
+    """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches.
+
+    Drawn are centre and mirrors of `symmetry`, of whose elements some keep the working modes, and
+    which the mechanism may have nearly, within its tolerances.
+    """
     groups = [
         Group(_structure(mechanism), "Structure"),
         Group(_workspace(mechanism), "Workspace"),
@@ -47,7 +54,7 @@ def mechanism_section(
         [group for group in groups if group.rows],
         wordy=True,
     )
-    drawing = _drawing(mechanism, poses, symmetry)
+    drawing = _drawing(mechanism, poses, symmetry, keeps_modes, nearly)
     paragraph = (
         f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
         f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
@@ -56,7 +63,11 @@ def mechanism_section(
 
 
 def _drawing(
-    mechanism: Mechanism, poses: NDArray[np.float64], symmetry: DrawnSymmetry | None
+    mechanism: Mechanism,
+    poses: NDArray[np.float64],
+    symmetry: SymmetryGroup | None,
+    keeps_modes: Collection[str],
+    nearly: bool,
 ) -> list[Image]:
     """The drawing, unless no pose is within reach of all legs."""
     tried = np.vstack([mechanism.home, poses])
@@ -64,22 +75,25 @@ def _drawing(
     if not reached.size:
         return []
     where = "at its home pose" if reached[0] == 0 else "at one of its poses (home is out of reach)"
-    drawn = image(
-        mechanism_figure(mechanism, tried[reached[0]], symmetry),
-        "mechanism",
-        alternative=f"Drawing of {mechanism.name} {where}: base, platform and numbered legs.",
-        caption=f"{mechanism.name} {where}. Each leg keeps its colour in all figures."
-        + _drawn_symmetry(symmetry),
-    )
-    return [drawn]
+    pose = tried[reached[0]]
 
+    def draw() -> Figure:
+        from symkin.plot import DrawnSymmetry, mechanism_figure
 
-def _drawn_symmetry(symmetry: DrawnSymmetry | None) -> str:
-    """What the caption says of centre and mirrors."""
-    if symmetry is None or symmetry.group.size == 1:
-        return ""
-    title = group_title(symmetry.group.paper_name, symmetry.group.name)
-    return f" The symmetry is {title}{', nearly' if symmetry.nearly else ''}."
+        drawn = None if symmetry is None else DrawnSymmetry(symmetry, keeps_modes, nearly)
+        return mechanism_figure(mechanism, pose, drawn)
+
+    mirrors = ""
+    if symmetry is not None and symmetry.size > 1:
+        mirrors = f" The symmetry is {symmetry.title}{', nearly' if nearly else ''}."
+    return [
+        Image(
+            "mechanism",
+            f"Drawing of {mechanism.name} {where}: base, platform and numbered legs.",
+            f"{mechanism.name} {where}. Each leg keeps its colour in all figures.{mirrors}",
+            draw,
+        )
+    ]
 
 
 def _structure(mechanism: Mechanism) -> list[Sequence[str]]:

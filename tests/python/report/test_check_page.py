@@ -4,25 +4,21 @@
 import pytest
 
 import symkin
-from symkin.checks.check import check_mechanism
-from symkin.outputs import write_check
+from symkin.checks import check_mechanism
 
 CONDITIONS = "The paper's conditions"
 
 
 @pytest.fixture(scope="module")
 def page(paper, page_of, tmp_path_factory):
-    return page_of(write_check(check_mechanism(paper), tmp_path_factory.mktemp("check") / "new"))
+    return page_of(
+        check_mechanism(paper).report(tmp_path_factory.mktemp("check") / "new" / "check.html")
+    )
 
 
 def test_the_page_is_self_contained(page):
     page.assert_self_contained()
-    assert {path.name for path in page.folder.iterdir()} == {
-        "check.json",
-        "report.html",
-        "mechanism.png",
-        "observability.png",
-    }
+    assert {path.name for path in page.folder.iterdir()} == {"check.html"}
 
 
 def test_the_groups_are_there_in_both_notations(page):
@@ -50,8 +46,8 @@ def test_the_legs_are_equally_observable_at_their_images(page):
 def test_what_breaks_a_near_symmetry_is_listed_largest_first(paper, page_of, tmp_path):
     made = symkin.disturb(paper, seed=2).replace(symmetry=None)
     result = check_mechanism(made)
-    page = page_of(write_check(result, tmp_path))
-    rows = page.tables["What breaks D6"][1:]
+    page = page_of(result.report(tmp_path / "check.html"))
+    rows = page.tables["Where the legs differ"][1:]
     first = result.comparison.deviations[0]
     assert rows[0][0] == f"leg {first.leg + 1}, {first.parameter}"
     assert len(rows) == len(result.comparison.deviations + result.comparison.sensor_deviations)

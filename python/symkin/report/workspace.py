@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: MIT
+"""The workspace: what a sample, a study and measured poses say of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.planning import Plan
+from symkin.planning.plan import set_name
+from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.symmetry import elements_table
+from symkin.report.wording import count, plural, share, significant
+from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace.slices import ConstantOrientation, ModeSlices
+from symkin.workspace.study import READING_ROUNDING, WorkspaceStudy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "measured_poses_section",
+    "sample_page",
+    "sampling_table",
+    "workspace_page",
+    "workspace_section",
+]
+
+_CAUSES = {
+    "reach": "out of a leg's reach, or too near its limits",
+    "limits": "beyond the limits of a joint",
+    "aspect": "behind a singularity, seen from home",
+    "conditioning": "too near a singularity (condition number)",
+}
+
+
+def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: Plan) -> Section:
+    """Count the poses drawn and kept, and show them with the chosen ones."""
+    legs = sorted(np.unique(plan.leg_sets).tolist(), key=lambda leg: np.inf if leg < 0 else leg)
+    sets = [plan.poses[plan.rows_of_set(leg)] for leg in legs]
+    labels = [set_name(leg) for leg in legs]
+    turns = "" if mechanism.pose_space == "point" else ", coloured by orientation"
+    poses = Image(
+        "workspace",
+        "Scatter plots of the candidate poses and of the chosen poses.",
+        f"Candidates (small dots{turns}) and the chosen poses (large markers).",
+        lambda: _poses_figure(mechanism, candidates.poses, sets, labels),
+    )
+    paragraph = (
+        f"{plural(len(candidates), 'pose')} that every leg reaches, in the aspect of home and away "
+        "from singularities, are the candidates for measurement, and the poses over which errors "
+        "are averaged."
+    )
+    return Section("workspace", "Workspace", [paragraph], [sampling_table(candidates), poses])
+
+
+def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
+    """Show where the measured poses lie."""
+    sets: list[NDArray[np.float64]] = []
+    if (measurements.leg_sets >= 0).any():
+        legs = range(len(mechanism.legs))
+        sets = [measurements.poses[measurements.leg_sets == leg] for leg in legs]
+    poses = Image(
+        "poses",
+        "Scatter plots of the measured poses.",
+        "The measured poses.",
+        lambda: _poses_figure(mechanism, measurements.poses, sets),
+    )
+    file = f" from {measurements.source_name}" if measurements.source else ""
+    paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
+    return Section("poses", "Measured poses", [paragraph], [poses])
+
+
+def _poses_figure(
+    mechanism: Mechanism,
+    cloud: NDArray[np.float64],
+    sets: Sequence[NDArray[np.float64]],
+    labels: Sequence[str] = (),
+) -> Figure:
+    from symkin.plot import poses_figure
+
+    return poses_figure(mechanism.pose_space, cloud, sets, labels)
+
+
+def sampling_table(sample: WorkspaceSample) -> Table:
+    """Poses drawn, rejected and kept."""
+    kept, drawn = len(sample), sample.drawn
+    surplus = drawn - kept - sum(sample.rejected.values())
+    rows = [("drawn from the box", count(drawn), share(drawn, drawn))]
+    rows += [
+        (f"rejected: {_CAUSES.get(cause, cause)}", count(number), share(number, drawn))
+        for cause, number in sample.rejected.items()
+    ]
+    if surplus > 0:
+        rows.append(("more than needed", count(surplus), share(surplus, drawn)))
+    rows.append(("candidates", count(kept), share(kept, drawn)))
+    return Table("Sampling of the workspace", ("Poses", "Number", "Share"), [Group(rows)])
+
+
+def sample_page(sample: WorkspaceSample) -> Page:
+    """Say how many poses were kept, and why the others were not."""
+    return Page(
+        title=f"{plural(len(sample), 'pose')} of a workspace",
+        headlines=[
+            ("Workspace", f"{100 * sample.share:.1f}%", "of its box"),
+            ("Legs", str(sample.readings.shape[1]), f"readings in {sample.reading_unit}"),
+            ("Condition number", significant(float(np.median(sample.conditions))), "median"),
+        ],
+        sections=[Section("sampling", "Sampling", (), [sampling_table(sample)])],
+    )
+
+
+def workspace_page(study: WorkspaceStudy) -> Page:
+    """Say whether a workspace has the symmetry of the legs, and what it looks like."""
+    mechanism, structure, unit = study.mechanism, study.symmetry.structure, _unit(study)
+    doubts = [
+        f"{check.element}: {check.mismatches} mismatches, readings differ by "
+        f"{check.reading_deviation:.2g} {unit}"
+        for check in study.elements
+        if check.mismatches or check.reading_deviation >= READING_ROUNDING
+    ]
+    worst = max(check.reading_deviation for check in study.elements)
+    return Page(
+        title=f"{mechanism.name}: workspace",
+        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}, structure "
+        f"{structure.title}, with its working modes {study.symmetry.with_modes.title}",
+        headlines=[
+            ("Workspace", f"{100 * study.share:.1f}%", "of its box"),
+            ("Carried onto itself by", ", ".join(study.workspace_group), "in its modes and aspect"),
+            ("Mismatches", count(sum(each.mismatches for each in study.elements)), "theorem"),
+            ("Largest deviation", f"{worst:.2g} {unit}", "conjecture"),
+        ],
+        verdict="doubtful" if doubts else "good",
+        judgement=(
+            "The workspace does not have the symmetry of the structure"
+            if doubts
+            else "The workspace theorem (Eq. 2) and the active-joint conjecture (Eq. 5) hold"
+        ),
+        doubts=doubts,
+        notes=[text for row in study.modes if (text := _singular_orientations(row))],
+        sections=[_slices_section(study), _joints_section(study), _symmetry_section(study)],
+        inputs=[] if mechanism.source is None else [(mechanism.source.name, mechanism.source)],
+    )
+
+
+def _unit(study: WorkspaceStudy) -> str:
+    return study.mechanism.reading_unit
+
+
+def _symmetry_section(study: WorkspaceStudy) -> Section:
+    paragraph = (
+        "A pose is in the workspace exactly if its image is (Eq. 2), and the readings at the image "
+        "are the image of the readings (Eq. 5): tested on poses of the box. An element that flips "
+        "the working modes is tested against the workspace of the flipped modes."
+    )
+    table = elements_table("Elements of the structure", study.elements, _unit(study), brief=True)
+    return Section("symmetry", "Symmetry of the workspace", [paragraph], [table])
+
+
+def _slices_section(study: WorkspaceStudy) -> Section:
+    groups = [Group([_slice_row(found) for found in row.slices], row.title) for row in study.modes]
+    columns = ("Orientation, rad", "Workspace, m\N{SUPERSCRIPT TWO}", "Home's side", "Other side")
+    table = Table("Areas", (*columns, "Aspects"), groups, brief=True)
+    figure = Image(
+        "constant_orientations",
+        "Maps of the poses that the legs reach at each orientation.",
+        "Constant-orientation workspaces. Numbers are those of the aspects.",
+        lambda: _slices_figure(study),
+    )
+    return Section("orientations", "Constant orientations", (), [figure, table])
+
+
+def _slice_row(found: ConstantOrientation) -> Sequence[str]:
+    return (
+        "any" if math.isnan(found.orientation) else f"{found.orientation:.3g}",
+        f"{found.usable_area:.4g}",
+        f"{found.area_of_side(1):.4g}",
+        f"{found.area_of_side(-1):.4g}",
+        str(len(found.aspect_areas)),
+    )
+
+
+def _singular_orientations(row: ModeSlices) -> str:
+    """Where a turning platform meets parallel singularities; empty if nowhere."""
+    if row.singular_orientations.size == 0:
+        return ""
+    angles = ", ".join(f"{angle:.4g}" for angle in row.singular_orientations)
+    title = row.title[0].upper() + row.title[1:]
+    return f"{title}: parallel singularities at home's position at {angles} rad."
+
+
+def _joints_section(study: WorkspaceStudy) -> Section:
+    figure = Image(
+        "active_joints",
+        "Clouds of the readings at the poses of the workspace.",
+        f"The active-joint workspace, {plural(len(study.sample), 'pose')}. "
+        "Symmetry carries the colours onto each other.",
+        lambda: _joints_figure(study),
+    )
+    return Section("joints", "Active-joint workspace", [], [figure])
+
+
+def _slices_figure(study: WorkspaceStudy) -> Figure:
+    from symkin.plot.workspace_study import constant_orientation_figure
+
+    return constant_orientation_figure(study.modes)
+
+
+def _joints_figure(study: WorkspaceStudy) -> Figure:
+    from symkin.plot.workspace_study import active_joint_figure
+
+    return active_joint_figure(study)

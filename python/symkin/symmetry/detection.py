@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: MIT
+"""The symmetry of a mechanism, and how it carries legs and poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.chains import chain_info
+from symkin.mechanism import Leg, Mechanism
+from symkin.result import Result, field, record
+from symkin.settings import DeclaredSymmetry
+from symkin.symmetry.group import NamedGroup, SymmetryElement, SymmetryGroup, named_group
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = [
+    "DetectedSymmetry",
+    "declared_group",
+    "detect_symmetry",
+    "detect_within",
+    "generate_legs",
+    "leg_carriers",
+    "map_poses",
+    "mechanism_groups",
+    "observability_group",
+    "symmetry_deviations",
+    "symmetry_group",
+    "verify_declared",
+]
+
+
+def declared_group(symmetry: DeclaredSymmetry) -> SymmetryGroup:
+    """Return the group object of a declaration."""
+    return SymmetryGroup(symmetry.group, symmetry.axis)
+
+
+def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> list[Leg]:
+    """Carry the reference leg to all legs of a mechanism.
+
+    Parameters
+    ----------
+    reference : Leg
+        Leg 1.
+    symmetry : DeclaredSymmetry
+        Its `elements`, or the natural order: the rotations r0, r1, ... when there are as many legs
+        as rotations, r0, s0, r1, s1, ... when there are as many as elements of a dihedral group.
+    count : int
+        Number of legs.
+
+    Returns
+    -------
+    list of Leg
+
+    Raises
+    ------
+    SymkinError
+        If the group does not carry one leg to so many.
+    """
+    group = declared_group(symmetry)
+    if symmetry.elements is None:
+        elements = _core.generating_elements(group.core, count)
+    else:
+        elements = [group.parse(label) for label in symmetry.elements]
+    platform = _platform_of(reference)
+    names = chain_info(reference.chain, platform).parameter_names
+    # Mechanism checks the names; here the values are only put in order.
+    values = np.array([reference.parameters.get(name, np.nan) for name in names])
+    parameters, modes = _core.generate_legs(
+        group.core, reference.chain, platform, values, reference.working_mode, elements
+    )
+    return [
+        Leg(reference.chain, dict(zip(names, row, strict=True)), mode)
+        for row, mode in zip(parameters.tolist(), modes, strict=True)
+    ]
+
+
+def verify_declared(mechanism: Mechanism) -> None:
+    """Check that a mechanism has the symmetry that it declares, working modes and sensors aside.
+
+    Raises
+    ------
+    SymmetryError
+        Naming the element, the leg, the parameter and its deviation.
+    """
+    if mechanism.symmetry is not None:
+        _core.verify_symmetry(mechanism.core, declared_group(mechanism.symmetry).core)
+
+
+@record
+class DetectedSymmetry(Result):
+    """The symmetry of a mechanism, found from its legs alone.
+
+    Attributes
+    ----------
+    structure : SymmetryGroup
+        G_M: the largest group that maps the legs onto themselves, working modes and sensors aside.
+    with_modes : SymmetryGroup
+        Its subgroup that keeps the working modes too.
+    permutations : dict of str to tuple of int
+        For each element of the structure, by label, the leg (from 0) onto which each leg goes.
+    keeps_modes : dict of str to bool
+        Whether the element keeps the working modes.
+    """
+
+    structure: SymmetryGroup
+    with_modes: SymmetryGroup
+    permutations: Mapping[str, tuple[int, ...]] = field(number=True)
+    keeps_modes: Mapping[str, bool]
+
+    def page(self) -> Page:
+        """Return the groups and what their elements do."""
+        from symkin.report.symmetry import detection_page
+
+        return detection_page(self)
+
+
+def detect_symmetry(
+    mechanism: Mechanism, tolerance: float = 1e-6, gain_tolerance: float | None = None
+) -> DetectedSymmetry:
+    """Find the largest symmetry group C_n or D_n of a mechanism, about any centre and axis.
+
+    Rotations are about Z and mirrors contain it: a spatial mechanism with a tilted axis has to be
+    described in frames along it. Where joints are counts and how long links are; gains and offsets
+    of the sensors, and azimuths of joints in the centre, do not.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its declared symmetry is not used.
+    tolerance : float
+        By which every parameter may be off that of a symmetric mechanism: m for lengths, rad for
+        angles. The image of a leg may then be off by up to four times that.
+    gain_tolerance : float, optional
+        The same for sensor gains, by default `tolerance`: of several elements that carry a leg
+        equally well the one is preferred that carries its sensor too.
+
+    Returns
+    -------
+    DetectedSymmetry
+    """
+    return detect_within(mechanism, _tolerance(tolerance, gain_tolerance))
+
+
+def detect_within(mechanism: Mechanism, tolerance: _core.SymmetryTolerance) -> DetectedSymmetry:
+    """Find the largest group within a tolerance; see `detect_symmetry`."""
+    found = _core.detect_symmetry(mechanism.core, tolerance)
+    limits = tolerance.length, tolerance.angle, tolerance.gain
+
+    def group(which: str) -> SymmetryGroup:
+        # The core places a group only where it finds one: a copy of it has to be found again.
+        return SymmetryGroup.of_core(
+            getattr(found, which), (_found_again, (mechanism, limits, which))
+        )
+
+    return DetectedSymmetry(
+        structure=group("structure"),
+        with_modes=group("with_modes"),
+        permutations={image.element.label: tuple(image.permutation) for image in found.images},
+        keeps_modes={image.element.label: image.keeps_modes for image in found.images},
+    )
+
+
+def _found_again(
+    mechanism: Mechanism, limits: tuple[float, float, float], which: str
+) -> SymmetryGroup:
+    found = detect_within(mechanism, _core.SymmetryTolerance(*limits))
+    return found.structure if which == "structure" else found.with_modes
+
+
+def symmetry_deviations(
+    mechanism: Mechanism, group: SymmetryGroup, tolerance: float
+) -> NDArray[np.float64]:
+    """How every leg differs from a perfectly symmetric mechanism, shape (legs, p); m, rad.
+
+    Each leg is carried back to the first leg of its orbit and compared with the median of the
+    orbit; signs are those of the leg where it stands. Elements are used that map legs onto each
+    other within `tolerance`.
+
+    Returns
+    -------
+    ndarray, shape (legs, p)
+    """
+    return _core.symmetry_deviations(mechanism.core, group.core, _tolerance(tolerance, None))
+
+
+def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
+    """Return the declared group, or else the one found that keeps the working modes.
+
+    Returns
+    -------
+    SymmetryGroup
+    """
+    if mechanism.symmetry is not None:
+        return declared_group(mechanism.symmetry)
+    return detect_symmetry(mechanism).with_modes
+
+
+def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
+    """For each leg the first leg (from 0) of its orbit, and the element that carries it there.
+
+    For a fully symmetric mechanism these elements are G_C (Eqs. 7, 21), all from leg 0. A leg that
+    is nobody's image is its own reference.
+
+    Returns
+    -------
+    list of (int, SymmetryElement)
+        One for each leg.
+    """
+    carriers = _core.leg_carriers(mechanism.core, symmetry_group(mechanism).core)
+    return [(carrier.reference, carrier.element) for carrier in carriers]
+
+
+def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
+    """G_C (Eqs. 7, 21): for each leg the element that carries leg 1 onto it.
+
+    None for a mechanism in which some leg is not an image of leg 1.
+
+    Returns
+    -------
+    list of SymmetryElement or None
+    """
+    carriers = leg_carriers(mechanism)
+    if any(reference != 0 for reference, _ in carriers):
+        return None
+    return [element for _, element in carriers]
+
+
+def map_poses(
+    mechanism: Mechanism, element: SymmetryElement | str, poses: ArrayLike
+) -> NDArray[np.float64]:
+    """Carry poses by an element of the mechanism's group (Eqs. 14, 22).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its group is the declared one, or else the one found.
+    element : SymmetryElement or str
+        Such as ``"r1"``.
+    poses : array_like, shape (N, coordinates)
+        One pose a row.
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
+    group = symmetry_group(mechanism)
+    chosen = group.parse(element) if isinstance(element, str) else element
+    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+    return _core.transform_poses(group.core, chosen, mechanism.core, rows)
+
+
+def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[NamedGroup, ...]:
+    """Return the groups that the legs alone tell: G_M, its subgroup, and G_C."""
+    structure = found.structure
+    kept = [element for element in structure.elements if found.keeps_modes[element.label]]
+    carriers = list(dict.fromkeys(element for _, element in leg_carriers(mechanism)))
+    return (
+        named_group("G_M", "structure", structure, structure.elements),
+        named_group("G_M", "with the working modes", structure, kept),
+        named_group("G_C", "observability", symmetry_group(mechanism), carriers),
+    )
+
+
+def _tolerance(tolerance: float, gain_tolerance: float | None) -> _core.SymmetryTolerance:
+    gain = tolerance if gain_tolerance is None else gain_tolerance
+    return _core.SymmetryTolerance(tolerance, tolerance, gain)
+
+
+def _platform_of(leg: Leg) -> str:
+    """A point platform's leg lacks what places the leg on a platform that turns."""
+    rigid = chain_info(leg.chain).parameter_names if leg.chain in _core.chain_names("rigid") else ()
+    lacks_platform = "platform_radius" in rigid and "platform_radius" not in leg.parameters
+    return "point" if lacks_platform else "rigid"
