@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symkin import _core
 
-__all__ = ["ChainInfo", "chain_info", "chains"]
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
+
+__all__ = ["ChainInfo", "chain_info", "chains", "shortest", "turn_of"]
 
 _ANGLES = (
     _core.ParameterRole.base_azimuth,
@@ -101,3 +109,17 @@ def chains(platform: str = "rigid") -> list[str]:
     list of str
     """
     return list(_core.chain_names(platform))
+
+
+def turn_of(mechanism: Mechanism, leg: int) -> float | None:
+    """One turn of a leg's angular joint in the sensor's unit; None for a length."""
+    if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
+        return None
+    return abs(2 * math.pi / float(mechanism.parameters[leg, -2]))
+
+
+def shortest(differences: NDArray[np.float64], turn: float | None) -> NDArray[np.float64]:
+    """Differences of readings by the shortest turn; of lengths, whose `turn` is None, as given."""
+    if turn is None:
+        return differences
+    return np.asarray(differences - turn * np.round(differences / turn))
