@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -219,7 +219,7 @@ class Evaluation(Result):
             "aligned": plain(self.aligned),
         }
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the errors, a row a pose; empty where the mechanism cannot take it."""
         position, orientation = self.errors
         return {

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -144,7 +145,7 @@ class ProtocolResult(Result):
             "comparison": plain(self.comparison),
         }
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the parameters, a row each, and how far they are from those of the robot."""
         true = self.simulation.actual.parameters
         errors = self.identification.mechanism.parameters - true
@@ -167,6 +168,7 @@ class ProtocolResult(Result):
         """
         from symkin.io.output_files import OutputFiles
         from symkin.io.plan import write_plan
+        from symkin.report.html import write_page
 
         with OutputFiles(overwrite=overwrite) as outputs:
             target = outputs.folder(Path(folder), *self.FILES)
@@ -174,7 +176,8 @@ class ProtocolResult(Result):
             self.simulation.write(target)
             self.identification.save_calibrated(target / "calibrated.toml")
             self.save(target / "results.json")
-            self.report(target / "report.html")
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            write_page(page, target / "report.html")
         return Path(folder) / "report.html"
 
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
@@ -190,7 +193,9 @@ class ProtocolResult(Result):
 
 def accuracy_figures(accuracy: ExpectedAccuracy | None) -> dict[str, Any] | None:
     """An expected accuracy with the keys of results files."""
-    return accuracy and {
+    if accuracy is None:
+        return None
+    return {
         "position_rms_m": plain(accuracy.position),
         "orientation_rms_rad": plain(accuracy.orientation),
         "evaluated": accuracy.evaluated,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast, dataclass_transform
@@ -70,6 +70,11 @@ class Value:
                 view = value.view()
                 view.flags.writeable = False
                 object.__setattr__(self, each.name, view)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Fix what has been copied or unpickled: arrays come out of it writeable."""
+        self.__dict__.update(state)
+        Value.__post_init__(self)
 
     def __eq__(self, other: object) -> bool:
         """Whether all fields are alike, NaN like NaN."""
@@ -187,7 +192,7 @@ class Result(Value):
         write_results(self.to_dict(), path, overwrite=overwrite)
         return Path(path)
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return it as the columns of a table, names with units.
 
         Returns

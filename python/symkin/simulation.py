@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -72,11 +72,15 @@ class Simulation(Result):
             "replaced": self.replaced_by_set,
         }
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the measurements, as their file has them."""
-        from symkin.io.measurements import measurement_columns
+        from symkin.io.columns import pose_column_names, reading_column_names
 
-        return measurement_columns(self.measurements, self.nominal)
+        measured, nominal = self.measurements, self.nominal
+        names = pose_column_names(nominal.pose_space)
+        names += reading_column_names(len(nominal.legs), nominal.reading_unit)
+        values = [*measured.poses.T, *measured.readings.T]
+        return {"leg": measured.leg_sets, **dict(zip(names, values, strict=True))}
 
     def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the measurements and the robot, see `FILES`, and return the folder."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -94,7 +94,7 @@ class CrossValidation(Result):
 
         return cross_validation_page(self)
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the closures at unseen poses, a row a pose."""
         legs = {f"closure_{leg}_m": values for leg, values in enumerate(self.residuals.T, 1)}
         return {"row": self.row_numbers, **legs}
@@ -219,7 +219,7 @@ measurements, options
             "cross_validation": plain(self.cross_validation),
         }
 
-    def columns(self) -> Mapping[str, Sequence[Any]]:
+    def columns(self) -> Mapping[str, Any]:
         """Return the parameters, a row each."""
         nominal, names = self.nominal, self.nominal.parameter_names
         legs = len(self.legs)
@@ -249,12 +249,14 @@ measurements, options
             The report.
         """
         from symkin.io.output_files import OutputFiles
+        from symkin.report.html import write_page
 
         with OutputFiles(overwrite=overwrite) as outputs:
             target = outputs.folder(Path(folder), *self.FILES)
             self.save_calibrated(target / "calibrated.toml")
             self.save(target / "results.json")
-            self.report(target / "report.html")
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            write_page(page, target / "report.html")
         return Path(folder) / "report.html"
 
     def save_calibrated(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

@@ -15,13 +15,14 @@ from symkin.io.column_mapping import check_columns
 from symkin.io.columns import (
     has_columns,
     own_columns,
+    pose_column_names,
     read_pose_values,
     read_readings,
+    reading_column_names,
     stated_units,
     uses_own_names,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.io.poses import pose_and_reading_columns
 from symkin.io.tables import Table, read_table, write_table
 from symkin.io.unit_check import check_units
 from symkin.measurements import Measurements
@@ -30,7 +31,7 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["measurement_columns", "read_measurements", "write_measurements"]
+__all__ = ["read_measurements", "write_measurements"]
 
 
 def read_measurements(
@@ -99,19 +100,15 @@ def write_measurements(
 
     A file that exists is replaced only with `overwrite`.
     """
-    columns = measurement_columns(measurements, mechanism)
-    with OutputFiles(overwrite=overwrite) as outputs:
-        write_table(outputs.file(Path(path)), columns)
-
-
-def measurement_columns(
-    measurements: Measurements, mechanism: Mechanism
-) -> dict[str, NDArray[np.generic]]:
-    """Return measurements as the columns of their file."""
     columns: dict[str, NDArray[np.generic]] = {}
     if measurements.leg_sets.any():
         columns["leg"] = measurements.leg_sets
-    return columns | pose_and_reading_columns(mechanism, measurements.poses, measurements.readings)
+    names = pose_column_names(mechanism.pose_space)
+    columns |= dict(zip(names, measurements.poses.T, strict=True))
+    names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
+    columns |= dict(zip(names, measurements.readings.T, strict=True))
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), columns)
 
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:

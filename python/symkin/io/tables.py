@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -18,7 +17,7 @@ from symkin.errors import MeasurementError, did_you_mean
 from symkin.io.csv_text import number, read_cells
 from symkin.io.sources import file_bytes
 
-__all__ = ["Table", "read_table", "table_text", "write_table"]
+__all__ = ["Table", "read_table", "write_table"]
 
 _PARQUET = (".parquet", ".pq")
 
@@ -188,13 +187,6 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
             # Written here, since pyarrow would put the names in quotes.
             file.write((",".join(columns) + "\n").encode())
             csv.write_csv(data, file, csv.WriteOptions(include_header=False, quoting_style="none"))
-
-
-def table_text(columns: Mapping[str, NDArray[np.float64]]) -> str:
-    """Return columns of numbers as CSV, NaN as an empty cell."""
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    lines = [",".join("" if math.isnan(value) else repr(value) for value in row) for row in rows]
-    return "\n".join([",".join(columns), *lines]) + "\n"
 
 
 def _csv_table(path: Path, data: bytes, error: Callable[[str], MeasurementError]) -> Table:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -89,6 +90,10 @@ class Page:
         What to do now.
     sections : sequence of Section
         The rest, most important first.
+    files : sequence of str
+        Names of the files that are written beside the page, which links to them.
+    inputs : sequence of (name, Path or bytes)
+        What it was made from; the page's foot has their SHA-256.
     """
 
     title: str
@@ -101,6 +106,8 @@ class Page:
     paragraphs: Sequence[str] = ()
     next_step: str = ""
     sections: Sequence[Section] = ()
+    files: Sequence[str] = ()
+    inputs: Sequence[tuple[str, Path | bytes]] = ()
 
 
 def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:

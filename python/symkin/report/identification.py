@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import named_legs
+from symkin.errors import named_legs, printable
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification.estimate import CrossValidation, Identification
 from symkin.identification.fit import LegFit
@@ -34,7 +33,7 @@ from symkin.report.wording import (
     significant,
 )
 
-__all__ = ["identification_page", "judgement", "parameter_section", "quoted", "sources_section"]
+__all__ = ["identification_page", "judgement", "parameter_section", "quoted", "sources"]
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _SHOWN_ROWS = 8
@@ -77,8 +76,8 @@ def identification_page(found: Identification) -> Page:
             observability_section(nominal, sets, symmetric=False),
             symmetry_section(nominal),
             mechanism_section(nominal, measurements.poses),
-            sources_section(nominal.source, measurements.source),
         ],
+        inputs=sources(nominal.source, measurements.source),
     )
 
 
@@ -130,15 +129,9 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
     return Section("identification", "Identified parameters", paragraphs, parts)
 
 
-def sources_section(*files: Path | None) -> Section:
-    """Name the files that this comes from, with what tells them from others."""
-    rows = [
-        [str(path), hashlib.sha256(path.read_bytes()).hexdigest()[:16]]
-        for path in files
-        if path is not None and path.is_file()
-    ]
-    table = Table("Inputs", ("File", "SHA-256, beginning"), [Group(rows)], wordy=True)
-    return Section("inputs", "Inputs", [], [table] if rows else [])
+def sources(*files: Path | None) -> list[tuple[str, Path]]:
+    """Name the files that this comes from."""
+    return [(printable(path.name), path) for path in files if path is not None]
 
 
 def quoted(text: str) -> str:
@@ -258,7 +251,7 @@ def _accuracy_section(found: Identification) -> Section:
         found.expected_accuracy(),
         (validation.name, unseen) if validation and unseen else None,
     )
-    parts = [table, _closure_table(found), *error_figures(before, after)]
+    parts: list[Table | Image] = [table, _closure_table(found), *error_figures(before, after)]
     return Section("accuracy", "End-effector error", [paragraph], parts)
 
 
@@ -270,8 +263,8 @@ def _closure_table(found: Identification) -> Table:
     ]
     if validation is not None:
         label = f"{validation.name} (poses that the fit did not see)"
-        figures = validation.residual_rms, validation.residual_max
-        rows.append((label, *(milli(value, "m") for value in figures)))
+        rms, largest = validation.residual_rms, validation.residual_max
+        rows.append((label, milli(rms, "m"), milli(largest, "m")))
     columns = ("Parameters", "Root mean square", "Maximum")
     return Table("Closure residual of all legs", columns, [Group(rows)], brief=True)
 

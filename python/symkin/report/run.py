@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from symkin.report.content import Group, Page, Section, Table
+from symkin.evaluation import Evaluation
+from symkin.observability import ExpectedAccuracy
+from symkin.report.content import Group, Image, Page, Section, Table
 from symkin.report.evaluation import (
     ALIGNED,
     before_and_after,
@@ -18,7 +20,7 @@ from symkin.report.identification import (
     judgement,
     parameter_section,
     quoted,
-    sources_section,
+    sources,
 )
 from symkin.report.wording import NONE, count, milli, plural, setting
 
@@ -63,8 +65,8 @@ def run_page(result: ProtocolResult) -> Page:
             ),
             symmetry_section(nominal),
             mechanism_section(nominal, result.candidates.poses[:1]),
-            sources_section(nominal.source),
         ],
+        inputs=sources(nominal.source),
     )
 
 
@@ -118,7 +120,8 @@ def _achieved(result: ProtocolResult) -> str:
         f"parameters misses them by {errors_in_words(after, after)}. Expected, from the "
         f"uncertainty of the parameters, were {foreseen}."
     )
-    figures = {"before": before, "after": after, "of those expected": expected}
+    figures: dict[str, Evaluation | ExpectedAccuracy] = {"before": before, "after": after}
+    figures["of those expected"] = expected
     return " ".join([text, *left_out(figures)])
 
 
@@ -131,7 +134,7 @@ def _accuracy_section(result: ProtocolResult) -> Section:
         "is predicted to first order from the covariance of the identified parameters, without "
         "looking at the true ones; for one robot the error achieved scatters about it. " + ALIGNED
     )
-    parts = [
+    parts: list[Table | Image] = [
         error_table({"Before": before, "After": after}, expected),
         _comparison_table(result),
         *error_figures(before, after, expected),
@@ -149,8 +152,8 @@ def _comparison_table(result: ProtocolResult) -> Table:
     rows = []
     for figures in result.comparison:
         reached, expected = figures.evaluation, figures.expected
-        row = [figures.estimator, figures.poses]
-        row[0] += "" if figures.converged else " (not converged)"
+        failed = "" if figures.converged else " (not converged)"
+        row = [f"{figures.estimator}{failed}", str(figures.poses)]
         for kind, unit in kinds:
             row.append(milli(getattr(reached, f"{kind}_rms"), unit) if reached else NONE)
             row.append(milli(getattr(expected, kind), unit) if expected else NONE)
