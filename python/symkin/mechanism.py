@@ -209,12 +209,28 @@ class Mechanism:
         -------
         Mechanism
         """
-        given = {
-            field.name: getattr(self, field.name)
-            for field in dataclasses.fields(self)
-            if field.name != "core"
-        }
-        return Mechanism(**(given | changes))
+        return Mechanism(**(self._given | changes))
+
+    @property
+    def _given(self) -> dict[str, Any]:
+        """The constructor's arguments."""
+        names = (field.name for field in dataclasses.fields(self))
+        return {name: getattr(self, name) for name in names if name != "core"}
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all arguments of the constructor are alike."""
+        if not isinstance(other, Mechanism):
+            return NotImplemented
+        mine, theirs = self._given, other._given
+        deviations = mine.pop("deviations"), theirs.pop("deviations")
+        alike = [None if each is None else each.tolist() for each in deviations]
+        return mine == theirs and alike[0] == alike[1]
+
+    __hash__ = object.__hash__
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle and copy without the core's object."""
+        return _made, (self._given,)
 
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None
@@ -439,3 +455,7 @@ def _values(leg: Leg, names: Sequence[str], number: int) -> list[float]:
     if missing:
         raise MechanismError(f"leg {number}: {', '.join(missing)} missing")
     return [float(leg.parameters[name]) for name in names]
+
+
+def _made(arguments: dict[str, Any]) -> Mechanism:
+    return Mechanism(**arguments)

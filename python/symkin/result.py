@@ -274,6 +274,10 @@ def _same(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
         return math.isnan(other)
+    made = getattr(one, "__dataclass_params__", None)
+    if made is not None and made.eq and type(one) is type(other):  # its own == fails on arrays
+        names = [each.name for each in dataclasses.fields(one)]
+        return all(_same(getattr(one, name), getattr(other, name)) for name in names)
     return bool(one == other)
 
 
