@@ -111,6 +111,12 @@ class ProtocolResult(Result):
 
         return run_page(self)
 
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.run import run_summary
+
+        return run_summary(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         from symkin.documents import plan_document

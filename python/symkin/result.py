@@ -130,6 +130,15 @@ class Result(Value):
         """
         raise NotImplementedError
 
+    def summary(self) -> Page:
+        """Return the top of its page, without what takes longer to calculate.
+
+        Returns
+        -------
+        Page
+        """
+        return self.page()
+
     def text(self) -> str:
         """Return what the command line prints of it.
 
@@ -145,13 +154,13 @@ class Result(Value):
         """Return title, verdict and the few numbers that matter."""
         from symkin.report.text import summary_text
 
-        return f"{type(self).__name__}: {summary_text(self.page())}"
+        return f"{type(self).__name__}: {summary_text(self.summary())}"
 
     def _repr_html_(self) -> str:
         """Show the summary in a notebook."""
         from symkin.report.html import summary_html
 
-        return summary_html(self.page())
+        return summary_html(self.summary())
 
     def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write its page: one HTML file that needs no other.

@@ -189,6 +189,12 @@ measurements, options
 
         return identification_page(self)
 
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.identification import identification_summary
+
+        return identification_summary(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, diagnosis = self.measurements, self.diagnosis

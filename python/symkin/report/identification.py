@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,7 +34,14 @@ from symkin.report.wording import (
     significant,
 )
 
-__all__ = ["identification_page", "judgement", "parameter_section", "quoted", "sources"]
+__all__ = [
+    "identification_page",
+    "identification_summary",
+    "judgement",
+    "parameter_section",
+    "quoted",
+    "sources",
+]
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _SHOWN_ROWS = 8
@@ -56,9 +64,23 @@ def identification_page(found: Identification) -> Page:
     from symkin.report.sections.workspace import measured_poses_section
 
     nominal, measurements = found.nominal, found.measurements
+    sets = [measurements.poses[fit.rows] for fit in found.legs]
+    sections = [
+        parameter_section(found),
+        _accuracy_section(found),
+        measured_poses_section(nominal, measurements),
+        observability_section(nominal, sets, symmetric=False),
+        symmetry_section(nominal),
+        mechanism_section(nominal, measurements.poses),
+    ]
+    return dataclasses.replace(identification_summary(found), sections=sections)
+
+
+def identification_summary(found: Identification) -> Page:
+    """Tell the answer, and whether to trust it."""
+    nominal = found.nominal
     headlines, paragraphs = _achieved(found)
     verdict, words = judgement(found)
-    sets = [measurements.poses[fit.rows] for fit in found.legs]
     return Page(
         title=f"{nominal.name}: identification from measurements",
         subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
@@ -69,15 +91,7 @@ def identification_page(found: Identification) -> Page:
         notes=found.notes,
         paragraphs=[_done(found), *paragraphs],
         next_step=_next_step(found),
-        sections=[
-            parameter_section(found),
-            _accuracy_section(found),
-            measured_poses_section(nominal, measurements),
-            observability_section(nominal, sets, symmetric=False),
-            symmetry_section(nominal),
-            mechanism_section(nominal, measurements.poses),
-        ],
-        inputs=sources(nominal.source, measurements.source),
+        inputs=sources(nominal.source, found.measurements.source),
     )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 from symkin.evaluation import Evaluation
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from symkin.pipeline import ProtocolResult
     from symkin.simulation import Simulation
 
-__all__ = ["run_page", "simulation_page"]
+__all__ = ["run_page", "run_summary", "simulation_page"]
 
 
 def run_page(result: ProtocolResult) -> Page:
@@ -39,9 +40,24 @@ def run_page(result: ProtocolResult) -> Page:
     from symkin.report.sections.symmetry import symmetry_section
     from symkin.report.sections.workspace import workspace_section
 
-    nominal, plan, found = result.nominal, result.plan, result.identification
-    verdict, words = judgement(found)
+    nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
     symmetric = plan.basis is not None and plan.basis.symmetrical
+    sections = [
+        _accuracy_section(result),
+        parameter_section(result.identification, result.simulation.actual),
+        plan_section(nominal, plan, result.simulation),
+        workspace_section(nominal, result.candidates, plan),
+        observability_section(nominal, poses, symmetric=symmetric, rows=plan.row_kind),
+        symmetry_section(nominal),
+        mechanism_section(nominal, result.candidates.poses[:1]),
+    ]
+    return dataclasses.replace(run_summary(result), sections=sections)
+
+
+def run_summary(result: ProtocolResult) -> Page:
+    """Tell what was achieved, and whether to trust it."""
+    nominal, found = result.nominal, result.identification
+    verdict, words = judgement(found)
     return Page(
         title=f"{nominal.name}: identification of a simulated robot",
         subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
@@ -55,17 +71,6 @@ def run_page(result: ProtocolResult) -> Page:
             "measure your robot at the poses of plan.csv, write what you measure into a table "
             "like measurements.csv, and identify: symkin identify MECHANISM measured.csv."
         ),
-        sections=[
-            _accuracy_section(result),
-            parameter_section(found, result.simulation.actual),
-            plan_section(nominal, plan, result.simulation),
-            workspace_section(nominal, result.candidates, plan),
-            observability_section(
-                nominal, plan.leg_poses(), symmetric=symmetric, rows=plan.row_kind
-            ),
-            symmetry_section(nominal),
-            mechanism_section(nominal, result.candidates.poses[:1]),
-        ],
         inputs=sources(nominal.source),
     )
 
