@@ -12,11 +12,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from symkin.identification.outcome import MeasuredIdentification
 
 import symkin
 from symkin.checks.check import check_mechanism
 from symkin.errors import SymkinError
-from symkin.identification.outcome import MeasuredIdentification
 from symkin.io.output_files import OutputFiles
 from symkin.outputs import write_actual, write_check, write_identification, write_run
 from symkin.report import write_identification_report, write_report
