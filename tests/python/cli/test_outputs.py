@@ -11,6 +11,8 @@ import pytest
 import symkin as library
 from symkin import outputs
 
+EVALUATION_FILES = ("evaluation.json", "evaluation.html")
+
 
 @pytest.fixture
 def idle(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,7 +22,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("computed before the targets were checked")
 
     names = ("sample_workspace", "identify", "simulate", "run_protocol", "study_workspace")
-    for name in names:
+    for name in (*names, "evaluate"):
         monkeypatch.setattr(library, name, computed)
     monkeypatch.setattr("symkin.checks.check.check_mechanism", computed)
 
@@ -32,10 +34,14 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     plan, measured = protocol / "plan.csv", protocol / "measurements.csv"
     old = tmp_path / "old.csv"
     old.write_text("mine")
+    simulate = ("simulate", "3RRR", "--plan", plan)
     for command, files in (
         (("check", "3RRR"), outputs.CHECK_FILES),
-        (("run", "3RRR"), outputs.RUN_FILES),
-        (("identify", "3RRR", measured), outputs.IDENTIFICATION_FILES),
+        (("run", "3RRR"), library.ProtocolResult.FILES),
+        (("identify", "3RRR", measured), library.Identification.FILES),
+        (simulate, library.Simulation.FILES),
+        (("evaluate", "3RRR", "--measurements", measured), EVALUATION_FILES),
+        (("kinematics", "3RRR", plan), ("readings.csv",)),
         (("pose-count", "3RRR"), outputs.POSE_COUNT_FILES),
         (("workspace", "3RRR"), outputs.WORKSPACE_FILES),
     ):
@@ -48,8 +54,6 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     new = tmp_path / "new.csv"
     refused("plan", "3RRR", "--out", old, words="exists")
     refused("plan", "3RRR", "--out", new, "--report", protocol, words="exists")
-    refused("simulate", "3RRR", plan, "--out", old, words="exists")
-    refused("simulate", "3RRR", plan, "--out", new, "--actual-out", old, words="exists")
     assert not new.exists()
 
 
@@ -59,11 +63,6 @@ def test_a_plan_and_its_report_have_places_of_their_own(refused: Callable, tmp_p
     for out in (report / "plan.html", report / "workspace.png"):
         refused("plan", "3RRR", "--out", out, "--report", report, words="two outputs")
     refused("plan", "3RRR", "--out", report, "--report", report, words="a file and a folder")
-    same = ("--out", tmp_path / "m.csv", "--actual-out", tmp_path / "m.csv")
-    (tmp_path / "p.csv").write_text(
-        "leg,order,role,x_m,y_m,phi_rad,psi_1_rad,psi_2_rad,psi_3_rad\n1,1,primary,0,0,0,0,0,0\n"
-    )
-    refused("simulate", "3RRR", tmp_path / "p.csv", *same, words="two outputs")
     assert not report.exists()
 
 
@@ -72,9 +71,17 @@ def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
 ) -> None:
     nominal = tmp_path / "calibrated.toml"
     nominal.write_text((protocol / "calibrated.toml").read_text())
-    measured, plan = protocol / "measurements.csv", protocol / "plan.csv"
-    refused("identify", nominal, measured, "--out", tmp_path, "--overwrite", words="is an input")
-    refused("simulate", "3RRR", plan, "--out", plan, "--overwrite", words="is an input")
+    measured = tmp_path / "measurements.csv"
+    measured.write_text((protocol / "measurements.csv").read_text())
+    readings = tmp_path / "readings.csv"
+    readings.write_text(measured.read_text())
+    into = ("--out", tmp_path, "--overwrite")
+    refused("identify", nominal, measured, *into, words="is an input")
+    refused("simulate", "3RRR", "--plan", measured, *into, words="is missing")
+    plan = protocol / "plan.csv"
+    measured.write_text(plan.read_text())
+    refused("simulate", "3RRR", "--plan", measured, *into, words="is an input")
+    refused("kinematics", "3RRR", readings, *into, words="is an input")
 
 
 def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
@@ -97,12 +104,16 @@ def test_every_file_of_a_command_is_known_before(
     def names(folder: Path) -> set[str]:
         return {path.name for path in folder.iterdir()}
 
-    assert names(protocol) <= set(outputs.RUN_FILES)
+    assert names(protocol) == set(library.ProtocolResult.FILES)
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
     for command, files in (
         (("check", "3RRR", "--out"), outputs.CHECK_FILES),
-        (("identify", "3RRR", measured, "--out"), outputs.IDENTIFICATION_FILES),
+        (("identify", "3RRR", measured, "--out"), library.Identification.FILES),
+        (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), library.Simulation.FILES),
+        (("evaluate", "3RRR", "--measurements", measured, "--out"), EVALUATION_FILES),
+        (("kinematics", "3RRR", measured, "--out"), ("readings.csv",)),
+        (("kinematics", "3RRR", measured, "--forward", "--out"), ("poses.csv",)),
         (("pose-count", "3RRR", *few, "--out"), outputs.POSE_COUNT_FILES),
         (("workspace", "3RRR", "--resolution", 60, "--out"), outputs.WORKSPACE_FILES),
         (("plan", "3RRR", *few, "--out", tmp_path / "p.csv", "--report"), outputs.PLAN_FILES),
