@@ -44,9 +44,17 @@ from symkin.errors import (
     SymmetryError,
 )
 from symkin.evaluation import AlignedErrors, Evaluation, evaluate
-from symkin.identification.cross_validation import CrossValidation, cross_validate
-from symkin.identification.diagnosis import Diagnosis, Outlier, ResidualTest
-from symkin.identification.estimate import GoodnessOfFit, Identification, LegFit, identify
+from symkin.identification import (
+    CrossValidation,
+    Diagnosis,
+    GoodnessOfFit,
+    Identification,
+    LegFit,
+    Outlier,
+    ResidualTest,
+    cross_validate,
+    identify,
+)
 from symkin.measurements import Measurements
 from symkin.mechanism import Leg, Mechanism
 from symkin.observability import (

@@ -4,14 +4,21 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import one_of
 
-__all__ = ["ChainInfo", "FrozenMapping", "chain_info", "chains"]
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
+
+__all__ = ["ChainInfo", "FrozenMapping", "chain_info", "chains", "shortest", "turn_of"]
 
 _Value = TypeVar("_Value")
 _PLATFORMS = ("rigid", "point")
@@ -143,3 +150,17 @@ def chains(platform: str = "rigid") -> list[str]:
     """
     one_of("platform", platform, _PLATFORMS)
     return list(_core.chain_names(platform))
+
+
+def turn_of(mechanism: Mechanism, leg: int) -> float | None:
+    """One turn of a leg's angular joint in the sensor's unit; None for a length."""
+    if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
+        return None
+    return abs(2 * math.pi / float(mechanism.parameters[leg, -2]))
+
+
+def shortest(differences: NDArray[np.float64], turn: float | None) -> NDArray[np.float64]:
+    """Differences of readings by the shortest turn; of lengths, whose `turn` is None, as given."""
+    if turn is None:
+        return differences
+    return np.asarray(differences - turn * np.round(differences / turn))

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.chains import chain_info
+from symkin.chains import shortest, turn_of
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, record
 from symkin.symmetry import (
@@ -291,20 +290,8 @@ def _home_deviations(
         moved = _core.transform_poses(group, carrier.element, mechanism.core, home)
         sign = _core.reading_sign(carrier.element, mechanism.core)
         found = np.array([readings[leg], mechanism.inverse_kinematics(moved)[0, leg]])
-        yield float(
-            np.abs(_turned(mechanism, leg, found - sign * readings[carrier.reference])).max()
-        )
-
-
-def _turned(
-    mechanism: Mechanism, leg: int, differences: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Differences of readings, of an angle by the shortest turn of the joint."""
-    if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
-        return differences
-    gain = mechanism.parameters[leg, -2]
-    shortest: NDArray[np.float64] = np.angle(np.exp(1j * gain * differences)) / gain
-    return shortest
+        differences = found - sign * readings[carrier.reference]
+        yield float(np.abs(shortest(differences, turn_of(mechanism, leg))).max())
 
 
 def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import dataclasses
+from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.alignment import align, moved
 from symkin.errors import SymkinError
+from symkin.frames import COMPONENTS, align, moved
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
@@ -20,20 +22,29 @@ from symkin.poses import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
+from symkin.result import Result, Value, field, plain, record
+from symkin.workspace.sample import WorkspaceSample
 
-__all__ = ["AlignedErrors", "Evaluation", "evaluate", "pose_differences"]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
 
 Array = NDArray[np.float64]
 
-# Components of a tangent in space (position, then rotation vector) by degrees of freedom.
 # Twelve numbers need no more, and an alignment of 30 000 poses takes a second.
 _ALIGNED_POSES = 2000
-_COMPONENTS = {2: [0, 1], 3: [0, 1, 5], 6: [0, 1, 2, 3, 4, 5]}
-_SPACES = {2: "point", 3: "planar", 6: "spatial"}
+_SPACES = {2: "point", 3: "planar", 6: "spatial"}  # by degrees of freedom
+_ANGLES = ("rx_rad", "ry_rad", "rz_rad")
+_DIFFERENCES = {
+    "point": ("x_m", "y_m"),
+    "planar": ("x_m", "y_m", "phi_rad"),
+    "spatial": ("x_m", "y_m", "z_m", *_ANGLES),
+}
 
 
-@dataclass(frozen=True)
-class AlignedErrors:
+@record
+class AlignedErrors(Value):
     """End-effector errors that no other base frame and tool frame would take away.
 
     Two constant motions, of the base and of the tool, are fitted to the poses taken (least squares,
@@ -53,17 +64,17 @@ class AlignedErrors:
         What is left of those of the evaluation.
     """
 
-    position_rms: float
-    position_max: float
-    orientation_rms: float
-    orientation_max: float
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
     base: Array
     tool: Array
-    differences: Array
+    differences: Array = field(private=True)
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@record
+class Evaluation(Result):
     """End-effector errors over poses.
 
     Attributes
@@ -80,27 +91,44 @@ class Evaluation:
         the model wanted. To first order E (model - robot) and its negative, see the theory.
     poses : ndarray, shape (N, coordinates)
         The poses wanted: measured, or commanded.
+    row_numbers : ndarray of int, shape (N,)
+        Where the poses stand in their source, or from 1.
     characteristic_length : float
         Length that makes rotations comparable with translations, m.
+    name : str
+        Of the model.
+    unread : int
+        Poses left out since not all legs were read there.
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m; NaN where it was not read. None for
         a robot that was not measured.
     """
 
-    position_rms: float
-    position_max: float
-    orientation_rms: float
-    orientation_max: float
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
     evaluated: int
     failed: int
-    differences: Array
-    poses: Array
-    characteristic_length: float
-    closures: Array | None = None
+    differences: Array = field(private=True)
+    poses: Array = field(private=True)
+    row_numbers: NDArray[np.intp] = field(private=True)
+    characteristic_length: float = field(private=True)
+    name: str = field(private=True, default="")
+    unread: int = field(private=True, default=0)
+    closures: Array | None = field(private=True, default=None)
 
     @classmethod
-    def of(cls, differences: Array, poses: Array, characteristic_length: float) -> Evaluation:
-        """Return the figures of single differences."""
+    def of(
+        cls,
+        differences: Array,
+        poses: Array,
+        characteristic_length: float,
+        *,
+        name: str = "",
+        row_numbers: NDArray[np.intp] | None = None,
+    ) -> Evaluation:
+        """Return the figures of single differences; poses count from 1 without `row_numbers`."""
         failed = int(np.isnan(differences).any(axis=1).sum())
         return cls(
             *_figures(differences),
@@ -108,8 +136,28 @@ class Evaluation:
             failed=failed,
             differences=differences,
             poses=poses,
+            row_numbers=np.arange(1, len(poses) + 1) if row_numbers is None else row_numbers,
             characteristic_length=characteristic_length,
+            name=name,
         )
+
+    @property
+    def pose_space(self) -> str:
+        """Kind of the poses: "planar", "point" or "spatial"."""
+        return _SPACES[self.differences.shape[1]]
+
+    @property
+    def difference_names(self) -> tuple[str, ...]:
+        """The coordinates of `differences` with their units: ``x_m``, ..."""
+        return _DIFFERENCES[self.pose_space]
+
+    @property
+    def errors(self) -> tuple[Array, Array]:
+        """Size of each pose's position error (m) and orientation error (rad), both (N,)."""
+        size = 3 if self.pose_space == "spatial" else 2
+        parts = self.differences[:, :size], self.differences[:, size:]
+        position, orientation = (np.sqrt(np.sum(part**2, axis=1)) for part in parts)
+        return position, orientation
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
@@ -133,13 +181,13 @@ class Evaluation:
         The frames are those of at most some 2000 poses, evenly taken, and the errors of all.
         """
         rows = np.flatnonzero(np.isfinite(self.differences).all(axis=1))
-        components = _COMPONENTS[self.differences.shape[1]]
+        space = self.pose_space
+        components = COMPONENTS[space]
         wanted = _transforms(self.poses[rows])
         steps = np.zeros((len(rows), 6))
         steps[:, components] = self.differences[rows]
         turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
         taken = Transform(turned, wanted.translation + steps[:, :3])
-        space = _SPACES[len(components)]
         some = slice(None, None, -(-len(rows) // _ALIGNED_POSES) or 1)
         frames = align(
             Transform(taken.rotation[some], taken.translation[some]),
@@ -151,9 +199,35 @@ class Evaluation:
             return None
         differences = np.full_like(self.differences, np.nan)
         differences[rows] = moved(frames[0], taken, frames[1], wanted)[:, components]
-        shown = _COMPONENTS[6 if space == "spatial" else 3]
+        shown = COMPONENTS["spatial" if space == "spatial" else "planar"]
         base, tool = (_tangent(frame)[shown] for frame in frames)
         return AlignedErrors(*_figures(differences), base, tool, differences)
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.evaluation import evaluation_page
+
+        return evaluation_page(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return its figures, without the single poses."""
+        names, closures = self.difference_names, self.closure_rms
+        return {
+            **super().to_dict(),
+            "mean_difference": plain(dict(zip(names, self.means, strict=True))),
+            "closures": plain(closures and {"rms_m": closures[0], "legs_rms_m": closures[1]}),
+            "aligned": plain(self.aligned),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the errors, a row a pose; empty where the mechanism cannot take it."""
+        position, orientation = self.errors
+        return {
+            "row": self.row_numbers,
+            **dict(zip(self.difference_names, self.differences.T, strict=True)),
+            "position_error_m": position,
+            "orientation_error_rad": orientation,
+        }
 
 
 def _figures(differences: Array) -> tuple[float, float, float, float]:
@@ -173,7 +247,7 @@ def _transforms(poses: Array) -> Transform:
     if coordinates == 7:
         return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
     tangents = np.zeros((count, 6))
-    tangents[:, _COMPONENTS[coordinates]] = poses
+    tangents[:, COMPONENTS[_SPACES[coordinates]]] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 
@@ -186,7 +260,7 @@ def evaluate(
     model: Mechanism,
     *,
     actual: Mechanism | None = None,
-    poses: ArrayLike | None = None,
+    poses: ArrayLike | WorkspaceSample | None = None,
     measurements: Measurements | None = None,
 ) -> Evaluation:
     """Evaluate a model by its end-effector errors.
@@ -200,7 +274,7 @@ def evaluate(
     actual : Mechanism
         The robot as made (simulation): errors are those of the poses that it takes when the model's
         inverse kinematics commands `poses`.
-    poses : array_like, shape (N, coordinates)
+    poses : array_like, shape (N, coordinates), or WorkspaceSample
         Commanded poses.
     measurements : Measurements
         Errors are those of the model's forward kinematics at the measured readings; a row without
@@ -215,15 +289,17 @@ def evaluate(
     SymkinError
         If no pose can be evaluated, or the robot is of another kind than the model.
     """
+    numbers = None
     if measurements is not None and actual is None and poses is None:
         complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
         if not len(complete):
             raise SymkinError("no pose has readings of all legs, so none can be evaluated")
-        rows = measurements.poses[complete]
+        rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
         differences = pose_differences(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:
         require_same_shape(actual, model)
-        rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
+        given = poses.poses if isinstance(poses, WorkspaceSample) else poses
+        rows = np.atleast_2d(np.ascontiguousarray(given, dtype=np.float64))
         differences = _core.command_errors(actual.core, model.core, rows).differences
     else:
         raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
@@ -231,10 +307,13 @@ def evaluate(
         raise SymkinError(
             f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    result = Evaluation.of(differences, rows, model.characteristic_length)
+    result = Evaluation.of(
+        differences, rows, model.characteristic_length, name=model.name, row_numbers=numbers
+    )
     if measurements is None:
         return result
-    return replace(result, closures=_closures(model, measurements))
+    unread = len(measurements.poses) - len(rows)
+    return dataclasses.replace(result, unread=unread, closures=closures_of(model, measurements))
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
@@ -246,7 +325,8 @@ def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
     ).differences
 
 
-def _closures(model: Mechanism, measurements: Measurements) -> Array:
+def closures_of(model: Mechanism, measurements: Measurements) -> Array:
+    """How far each leg is from closing at the measurements, m, NaN where it was not read."""
     closures = np.full(measurements.readings.shape, np.nan)
     for leg in range(len(model.legs)):
         read = np.isfinite(measurements.readings[:, leg])

@@ -1,25 +1,202 @@
 # SPDX-License-Identifier: MIT
-"""Base and platform frames that are others than those of a nominal mechanism."""
+"""Frames of base and tool: those that bring poses nearest to others, and those of a mechanism."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
-from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import (
+    Transform,
+    cross_matrices,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
 
-__all__ = ["anchor", "with_moved_workspace"]
+__all__ = ["COMPONENTS", "align", "anchor", "moved", "with_moved_workspace"]
 
 Array = NDArray[np.float64]
 
+# Components of a tangent in space (translation, then rotation vector) that poses have.
+COMPONENTS = {"planar": [0, 1, 5], "point": [0, 1], "spatial": [0, 1, 2, 3, 4, 5]}
+
+_STAYS = Transform(np.eye(3), np.zeros(3))
+
+_STEPS = 50
+_CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
+_DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
+_FEW = 500  # poses that decide which start is the best
 _TURN = 2 * np.pi
 _MOVED = 5.0  # expected displacements of a frame, beyond which it is another one
-# Components of translation and rotation vector that the coordinates of a pose are.
-_COMPONENTS = {"planar": [0, 1, 5], "point": [0, 1], "spatial": [0, 1, 2, 3, 4, 5]}
+
+
+def align(
+    poses: Transform, wanted: Transform, length: float, pose_space: str
+) -> tuple[Transform, Transform] | None:
+    """Find the constant motions that bring poses nearest to those wanted.
+
+    Least squares of ``base @ poses @ tool`` against the wanted poses, where a rotation counts as
+    the way of a point at `length` from the centre.
+
+    Parameters
+    ----------
+    poses, wanted : Transform
+        One motion from platform to base frame for each of N poses.
+    length : float
+        m.
+    pose_space : {"planar", "point", "spatial"}
+        A planar pose is moved in its plane. A point has no tool frame: it does not turn, so that
+        the base frame does the same.
+
+    Returns
+    -------
+    tuple of Transform, or None
+        Base and tool; None for so few poses that they would always fit. Where the poses do not tell
+        base and tool apart, either does.
+    """
+    base_free, tool_free = _FREE[pose_space]
+    coordinates = 2 if pose_space == "point" else len(base_free)
+    if coordinates * len(wanted.translation) <= len(base_free) + len(tool_free):
+        return None
+    problem = _Problem(poses, wanted, length, base_free, tool_free)
+    few = problem.some(_FEW)
+    best = min((few.polished(*start) for start in few.starts()), key=lambda each: few.cost(*each))
+    return problem.polished(*best)
+
+
+def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform) -> Array:
+    """Tangents (N, 6) from the wanted poses to ``base @ poses @ tool``: m, rad."""
+    found = base @ poses @ tool
+    turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
+    return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
+
+
+# Components of the tangents (translation, then rotation vector) of base and tool that are free.
+_FREE = {
+    "planar": ([0, 1, 5], [0, 1, 5]),
+    "point": ([0, 1, 5], []),
+    "spatial": ([0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5]),
+}
+
+
+class _Problem(NamedTuple):
+    poses: Transform
+    wanted: Transform
+    length: float
+    base_free: list[int]
+    tool_free: list[int]
+
+    def some(self, count: int) -> _Problem:
+        """The same with about so many of the poses, evenly spread."""
+        rows = slice(None, None, max(1, len(self.poses.translation) // count))
+        return self._replace(
+            poses=Transform(*(part[rows] for part in self.poses)),
+            wanted=Transform(*(part[rows] for part in self.wanted)),
+        )
+
+    def residuals(self, base: Transform, tool: Transform) -> Array:
+        # A point has no orientation, so that the base may turn without a rotation error.
+        scale = np.repeat([1.0, self.length if self.tool_free else 0.0], 3)
+        return np.asarray(moved(base, self.poses, tool, self.wanted) * scale)
+
+    def cost(self, base: Transform, tool: Transform) -> float:
+        return float(np.sum(self.residuals(base, tool) ** 2))
+
+    def starts(self) -> Iterator[tuple[Transform, Transform]]:
+        """No motion; what the rotations say; what the positions say."""
+        yield _STAYS, _STAYS
+        turns, wanted_turns = self.poses.rotation, self.wanted.rotation
+        count = len(turns)
+        if len(self.base_free) == 6:
+            # From R_Y = R_B R_P R_T: kron(R_P, R_Y) vec(R_T) = vec(R_B') for all poses alike.
+            product = np.einsum("nab,ncd->acbd", turns, wanted_turns).reshape(9, 9)
+            stacked = np.linalg.svd(product)[0][:, 0].reshape(3, 3).T
+            yield self._turned(stacked * np.sign(np.linalg.det(stacked)))
+        # p_Y = b + R_B p_P + R_Y (R_T' t) is linear in b, R_B and R_T' t.
+        points = np.einsum("ij,nk->nijk", np.eye(3), self.poses.translation).reshape(count, 3, 9)
+        every = np.broadcast_to(np.eye(3), (count, 3, 3))
+        matrix = np.concatenate([points, every, wanted_turns], axis=2).reshape(3 * count, 15)
+        solution = np.linalg.lstsq(matrix, self.wanted.translation.ravel(), rcond=1e-9)[0]
+        turn = solution[:9].reshape(3, 3)
+        yield self._turned(turn if len(self.base_free) == 6 else _in_plane(turn))
+
+    def _turned(self, near_base: Array) -> tuple[Transform, Transform]:
+        """Frames turned as this matrix nearly says; the first step moves them."""
+        base = _nearest_rotation(near_base)
+        tool = np.eye(3)
+        if self.tool_free:
+            tool = _nearest_rotation(
+                np.mean(
+                    np.swapaxes(base @ self.poses.rotation, 1, 2) @ self.wanted.rotation, axis=0
+                )
+            )
+        return Transform(base, np.zeros(3)), Transform(tool, np.zeros(3))
+
+    def polished(self, base: Transform, tool: Transform) -> tuple[Transform, Transform]:
+        """Gauss-Newton, with halved steps where a whole one leads upwards."""
+        cost = self.cost(base, tool)
+        for _ in range(_STEPS):
+            step, decrease = self._step(base, tool)
+            if decrease <= _CONVERGED * cost or np.abs(step).max() < _CONVERGED:
+                break
+            size = 1.0
+            while size > 1e-6:
+                new = _stepped(base, tool, size * step)
+                new_cost = self.cost(*new)
+                if new_cost <= cost:
+                    break
+                size /= 2
+            else:
+                break
+            (base, tool), cost = new, new_cost
+        return base, tool
+
+    def _step(self, base: Transform, tool: Transform) -> tuple[Array, float]:
+        """Tangents (12) of base (on its left) and tool (on its right), and what the cost loses."""
+        found = base @ self.poses @ tool
+        columns = np.zeros((len(found.translation), 6, 12))
+        columns[:, :3, :3] = np.eye(3)
+        columns[:, :3, 3:6] = -cross_matrices(found.translation - base.translation) / self.length
+        columns[:, 3:, 3:6] = np.eye(3) if self.tool_free else 0.0
+        columns[:, :3, 6:9] = base.rotation @ self.poses.rotation
+        columns[:, 3:, 9:] = found.rotation
+        # The derivative of a rotation vector is left out: it does not change the gradient.
+        free = [*self.base_free, *(6 + index for index in self.tool_free)]
+        matrix = columns[:, :, free].reshape(-1, len(free))
+        gradient = matrix.T @ self.residuals(base, tool).ravel()
+        values, vectors = np.linalg.eigh(matrix.T @ matrix)
+        shown = values > _DEGENERATE * values[-1]
+        along = vectors[:, shown].T @ gradient
+        step = np.zeros(12)
+        step[free] = -vectors[:, shown] @ (along / values[shown])
+        step /= np.tile(np.repeat([1.0, self.length], 3), 2)
+        return step, float(np.sum(along**2 / values[shown]))
+
+
+def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
+    turns = rotations_from_vectors(np.stack([step[3:6], step[9:]]))
+    return (
+        Transform(turns[0] @ base.rotation, base.translation + step[:3]),
+        Transform(tool.rotation @ turns[1], tool.translation + step[6:9]),
+    )
+
+
+def _in_plane(matrix: Array) -> Array:
+    """The part of a matrix that is a rotation in the plane, but for its size."""
+    cosine, sine = matrix[0, 0] + matrix[1, 1], matrix[1, 0] - matrix[0, 1]
+    return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+
+
+def _nearest_rotation(matrix: Array) -> Array:
+    left, _, right = np.linalg.svd(matrix)
+    left[:, 2] *= np.linalg.det(left @ right)
+    return np.asarray(left @ right)
 
 
 def anchor(mechanism: Mechanism, end: str) -> str:
@@ -31,9 +208,6 @@ def anchor(mechanism: Mechanism, end: str) -> str:
     if joints[0 if end == "base" else -1] != "P":
         return "point"
     return "line" if f"{end}_radius" in names else "direction"
-
-
-_STAYS = Transform(np.eye(3), np.zeros(3))
 
 
 def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:
@@ -68,7 +242,7 @@ def _moved(
     near: Array | None = None,
 ) -> Array:
     """Coordinates (N, dof) of ``base @ pose @ tool^-1``."""
-    components = _COMPONENTS[mechanism.pose_space]
+    components = COMPONENTS[mechanism.pose_space]
     tangents = np.zeros((len(coordinates), 6))
     tangents[:, components] = coordinates
     found = (
@@ -121,14 +295,8 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
 def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:
     """Least squares (Kabsch)."""
     centres = before.mean(axis=0), after.mean(axis=0)
-    left, _, right = np.linalg.svd((after - centres[1]).T @ (before - centres[0]))
-    if in_plane:
-        product = (after - centres[1]).T @ (before - centres[0])
-        turn = np.arctan2(product[1, 0] - product[0, 1], product[0, 0] + product[1, 1])
-        rotation = rotations_from_vectors(np.array([[0, 0, turn]]))[0]
-    else:
-        left[:, 2] *= np.linalg.det(left @ right)
-        rotation = left @ right
+    product = (after - centres[1]).T @ (before - centres[0])
+    rotation = _nearest_rotation(_in_plane(product) if in_plane else product)
     return Transform(rotation, centres[1] - rotation @ centres[0])
 
 

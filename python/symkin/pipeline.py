@@ -3,24 +3,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from symkin.errors import one_of
+from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
 from symkin.identification.estimate import Estimator, Identification, PoseUse, identify
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind
+from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.result import Result, Value, plain, record
 from symkin.simulation import Simulation, simulate
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
 
-__all__ = ["ProtocolResult", "run_protocol"]
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+
+__all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
+
+# The paper's, then each step that takes more out of the same measurements.
+_ESTIMATORS: tuple[tuple[Estimator, PoseUse], ...] = (
+    ("paper", "own"),
+    ("implicit", "own"),
+    ("implicit", "all"),
+    ("joint", "all"),
+)
 
 
-@dataclass(frozen=True)
-class ProtocolResult:
+@record
+class EstimatorFigures(Value):
+    """What one estimator achieves.
+
+    Attributes
+    ----------
+    estimator, poses : str
+        As `identify` takes them.
+    converged : bool
+        Whether it did.
+    evaluation : Evaluation or None
+        End-effector errors over the candidates; None if it gave nothing to evaluate.
+    expected : ExpectedAccuracy or None
+        The same figures, predicted from its covariance.
+    """
+
+    estimator: Estimator
+    poses: PoseUse
+    converged: bool
+    evaluation: Evaluation | None
+    expected: ExpectedAccuracy | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return its figures."""
+        return super().to_dict() | {"expected": accuracy_figures(self.expected)}
+
+
+@record
+class ProtocolResult(Result):
     """Everything that the protocol made on its way.
 
     Attributes
@@ -37,6 +80,8 @@ class ProtocolResult:
         The calibrated mechanism and its uncertainty.
     before, after : Evaluation
         End-effector errors over the candidates with the nominal and the calibrated mechanism.
+    seed : int
+        Of candidates, selection, robot and noise.
     """
 
     nominal: Mechanism
@@ -46,13 +91,127 @@ class ProtocolResult:
     identification: Identification
     before: Evaluation
     after: Evaluation
+    seed: int
+
+    FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Identification.FILES)
+
+    @cached_property
+    def expected(self) -> ExpectedAccuracy:
+        """The errors after, predicted from the covariance of the parameters."""
+        return self.identification.expected_accuracy(self.candidates.poses)
+
+    @cached_property
+    def comparison(self) -> tuple[EstimatorFigures, ...]:
+        """What every estimator makes of the same measurements."""
+        return tuple(self._figures(*each) for each in _ESTIMATORS)
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.run import run_page
+
+        return run_page(self)
+
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.run import run_summary
+
+        return run_summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what its results file holds."""
+        protocol, basis = self.nominal.protocol, self.plan.basis
+        found = self.identification
+        return {
+            "command": "run",
+            "mechanism": self.nominal.name,
+            "settings": {
+                "estimator": found.estimator,
+                "poses": found.options.poses,
+                **{
+                    name: plain(getattr(basis, name, None))
+                    for name in ("design", "rows", "criterion", "method")
+                },
+                "pose_count": protocol.pose_count,
+                "seed": self.seed,
+            },
+            "candidates": len(self.candidates.poses),
+            "plan": self.plan.to_dict(),
+            "simulation": {
+                "measured": len(self.simulation.measurements.poses),
+                "replaced": list(self.simulation.replaced),
+            },
+            "identification": found.to_dict()["identification"],
+            "evaluation": {
+                "before": self.before.to_dict(),
+                "after": self.after.to_dict(),
+                "expected": accuracy_figures(self.expected),
+            },
+            "comparison": plain(self.comparison),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the parameters, a row each, and how far they are from those of the robot."""
+        true = self.simulation.actual.parameters
+        errors = self.identification.mechanism.parameters - true
+        return {**self.identification.columns(), "true": true.ravel(), "error": errors.ravel()}
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the files of all stages, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        from symkin.io.output_files import OutputFiles
+        from symkin.io.plans import write_plan
+        from symkin.report.html import write_page
+
+        with OutputFiles(overwrite=overwrite) as outputs:
+            target = outputs.folder(Path(folder), *self.FILES)
+            write_plan(self.plan, target / "plan.csv", self.nominal)
+            self.simulation.write(target)
+            self.identification.save_calibrated(target / "calibrated.toml")
+            self.save(target / "results.json")
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            write_page(page, target / "report.html")
+        return Path(folder) / "report.html"
+
+    def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
+        simulation, where = self.simulation, self.candidates.poses
+        try:
+            found = identify(self.nominal, simulation.measurements, estimator, poses=poses)
+            reached = evaluate(found.mechanism, actual=simulation.actual, poses=where)
+        except SymkinError:  # too few poses for it, or an estimate that no pose suits
+            return EstimatorFigures(estimator, poses, False, None, None)
+        expected = found.expected_accuracy(where)
+        return EstimatorFigures(estimator, poses, found.converged, reached, expected)
+
+
+def accuracy_figures(accuracy: ExpectedAccuracy | None) -> dict[str, Any] | None:
+    """An expected accuracy with the keys of results files."""
+    if accuracy is None:
+        return None
+    return {
+        "position_rms_m": plain(accuracy.position),
+        "orientation_rms_rad": plain(accuracy.orientation),
+        "evaluated": accuracy.evaluated,
+        "failed": accuracy.failed,
+    }
 
 
 def run_protocol(
     mechanism: Mechanism,
     *,
     estimator: Estimator = "implicit",
-    poses: PoseUse = "own",
+    poses: PoseUse = "all",
     design: Design = "legs",
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
@@ -82,6 +241,7 @@ def run_protocol(
     one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)
     progress = progress or _silent
+    seed = mechanism.protocol.seed if seed is None else seed
     progress("sampling the workspace")
     candidates = sample_workspace(mechanism, seed=seed)
     progress("selecting poses for the reference leg")
@@ -97,12 +257,13 @@ def run_protocol(
     progress("simulating measurements")
     simulation = simulate(mechanism, plan, seed)
     progress("identifying the legs")
-    identification = identify(mechanism, simulation.measurements, estimator, poses=poses)
+    found = identify(mechanism, simulation.measurements, estimator, poses=poses)
     progress("evaluating before and after")
-    actual, calibrated = simulation.actual, identification.mechanism
-    before = evaluate(mechanism, actual=actual, poses=candidates.poses)
-    after = evaluate(calibrated, actual=actual, poses=candidates.poses)
-    return ProtocolResult(mechanism, candidates, plan, simulation, identification, before, after)
+    before, after = (
+        evaluate(model, actual=simulation.actual, poses=candidates)
+        for model in (mechanism, found.mechanism)
+    )
+    return ProtocolResult(mechanism, candidates, plan, simulation, found, before, after, seed)
 
 
 def _silent(stage: str) -> None:

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,12 +16,17 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
 from symkin.planning import Plan
+from symkin.planning.plan import set_name
+from symkin.result import Result, record
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
 
 __all__ = ["Simulation", "disturb", "simulate"]
 
 
-@dataclass(frozen=True)
-class Simulation:
+@record
+class Simulation(Result):
     """Measurements of a simulated robot.
 
     Attributes
@@ -28,12 +36,59 @@ class Simulation:
     actual : Mechanism
         The robot, as made.
     replaced : tuple of int
-        For each leg's set, how many poses the robot could not take and spares replaced.
+        For each set of the plan, how many poses the robot could not take and spares replaced.
+    nominal : Mechanism
+        As drawn.
+    plan : Plan
+        The poses that the robot was told to take.
     """
 
     measurements: Measurements
     actual: Mechanism
     replaced: tuple[int, ...]
+    nominal: Mechanism
+    plan: Plan
+
+    FILES: ClassVar[tuple[str, ...]] = ("measurements.csv", "actual.toml")
+
+    @property
+    def replaced_by_set(self) -> dict[str, int]:
+        """How many poses of each set spares replaced: of ``leg 1``, ..., or of ``all legs``."""
+        sets = np.unique(self.plan.leg_sets).tolist()
+        return dict(zip(map(set_name, sets), self.replaced, strict=True))
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.run import simulation_page
+
+        return simulation_page(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what was measured, in numbers."""
+        return {
+            "command": "simulate",
+            "mechanism": self.nominal.name,
+            "measured": len(self.measurements.poses),
+            "replaced": self.replaced_by_set,
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the measurements, as their file has them."""
+        return self.measurements.columns()
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the measurements and the robot, see `FILES`, and return the folder."""
+        from symkin.io.measurements import write_measurements
+        from symkin.io.mechanism_writer import save_mechanism
+        from symkin.io.output_files import OutputFiles
+
+        name = self.nominal.name
+        header = f"Simulated by symkin: {name} as it may be made within its tolerances."
+        with OutputFiles(overwrite=overwrite) as outputs:
+            target = outputs.folder(Path(folder), *self.FILES)
+            write_measurements(self.measurements, target / "measurements.csv", self.nominal)
+            save_mechanism(self.actual, target / "actual.toml", header=header)
+        return Path(folder)
 
 
 def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
@@ -102,7 +157,7 @@ def simulate(
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)
-    return Simulation(measurements, actual, tuple(result.replaced))
+    return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
 
 
 def _sets(plan: Plan) -> list[tuple[int, np.ndarray, int]]:

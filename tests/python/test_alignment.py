@@ -6,7 +6,7 @@ import pytest
 import scipy.optimize
 from scipy.spatial.transform import Rotation
 
-from symkin.alignment import align, moved
+from symkin.frames import align, moved
 from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
 
 LENGTH = 0.2

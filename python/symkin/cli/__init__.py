@@ -20,6 +20,7 @@ from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
 from symkin.cli.help import with_example
 from symkin.cli.identify import identify
+from symkin.cli.kinematics import kinematics
 from symkin.cli.new import list_mechanisms, new
 from symkin.cli.plan import plan
 from symkin.cli.pose_count import pose_count
@@ -37,7 +38,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run):
+for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run, kinematics):
     app.command()(command)
 app.command()(new)
 app.command("list")(list_mechanisms)
@@ -56,15 +57,17 @@ def overview(
     """Kinematic identification of symmetric parallel mechanisms.
 
     list names the mechanisms that come with symkin, new prints a file for one of your own. The
-    stages pass files to each other: check, pose-count, plan, simulate (or measure a real
-    robot), identify, evaluate; run is all of them on a simulated robot. MECHANISM is a file, or the
+    stages pass files to each other: check, pose-count, plan, simulate (or measure a real robot),
+    identify, evaluate; run is all of them on a simulated robot; kinematics is what a controller
+    needs of the result. MECHANISM is a file, or the
     name of a mechanism that comes with symkin, such as 3RRR.
 
     A file that exists is not replaced unless --overwrite allows it, and a file that the command
     reads never is; both are checked before anything is computed. Outputs appear whole or not at
     all.
 
-    Exit code: 0; 1 for a result that did not converge; 2 for an input that cannot be used.
+    Exit code: 0; 1 for a result that did not converge, or for rows out of reach (kinematics); 2 for
+    an input that cannot be used.
     """
     if version:
         import symkin

@@ -3,23 +3,29 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
-from symkin.cli.options import CandidatesOption, ColumnsOption, JsonOption, SeedOption
-from symkin.cli.units import error_rows, milli
+from symkin.cli.options import (
+    CandidatesOption,
+    ColumnsOption,
+    JsonOption,
+    OverwriteOption,
+    SeedOption,
+)
 from symkin.errors import SymkinError
+from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
     from symkin.evaluation import Evaluation
     from symkin.mechanism import Mechanism
+
+_FILES = ("evaluation.json", "evaluation.html")
 
 
 @with_example(
@@ -41,7 +47,7 @@ def evaluate(
         str | None,
         typer.Option(metavar="FILE", help="The simulated robot, of `symkin simulate`."),
     ] = None,
-    poses: Annotated[
+    plan: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="A plan whose poses are commanded."),
     ] = None,
@@ -50,7 +56,12 @@ def evaluate(
         Path | None, typer.Option(metavar="FILE", help="Measured poses and readings.")
     ] = None,
     columns: ColumnsOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for evaluation.json and evaluation.html."),
+    ] = None,
     seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Say how far the end-effector is from where the model puts it.
@@ -61,51 +72,56 @@ def evaluate(
     constant motions of base and tool, which say nothing of the mechanism.
     The closures are how far each leg is from reaching the measured poses at the measured readings.
     """
-    _require_one_robot(actual, measurements, poses, candidates, columns)
+    given = {"actual": actual, "plan": plan, "candidates": candidates}
+    given |= {"measurements": measurements, "columns": columns}
+    _require_one_robot(given)
     with progress() as stage:
         stage("reading the model")
         loaded = symkin.load_mechanism(model)
-        stage("evaluating")
-        unread = 0
-        if measurements is not None:
-            result, unread = _against_measurements(loaded, measurements, columns)
-        else:
-            robot = symkin.load_mechanism(str(actual))
-            result = _against_robot(loaded, robot, poses, candidates, seed)
+        robot = symkin.load_mechanism(actual) if actual is not None else None
+        inputs = [loaded.source, robot.source if robot else None, plan, measurements, columns]
+        with OutputFiles(inputs, overwrite) as outputs:
+            target = outputs.folder(out, *_FILES) if out else None
+            stage("evaluating")
+            if robot is None:
+                result = _against_measurements(loaded, measurements, columns)
+            else:
+                result = _against_robot(loaded, robot, plan, candidates, seed)
+            document = {
+                "command": "evaluate",
+                "mechanism": loaded.name,
+                "settings": {**given, "seed": seed},
+                "evaluation": result.to_dict(),
+            }
+            if target:
+                symkin.write_results(document, target / "evaluation.json")
+                result.report(target / "evaluation.html")
     if as_json:
-        print_json(_document(loaded, result))
+        print_json(document)
     else:
-        _show(loaded, result, unread)
+        say(result.text())
+        if out:
+            say(f"\n{out / 'evaluation.html'}")
 
 
-def _require_one_robot(
-    actual: str | None,
-    measurements: Path | None,
-    poses: Path | None,
-    candidates: int | None,
-    columns: Path | None,
-) -> None:
+def _require_one_robot(given: dict[str, Any]) -> None:
     """Refuse options that do not go together."""
+    actual, plan, candidates, measurements, columns = given.values()
     if (actual is None) == (measurements is None):
         raise typer.BadParameter("give either --actual or --measurements")
-    if measurements is not None and (poses is not None or candidates is not None):
-        raise typer.BadParameter("--poses and --candidates go with --actual alone")
-    if poses is not None and candidates is not None:
-        raise typer.BadParameter("give --poses or --candidates, not both")
+    if measurements is not None and (plan is not None or candidates is not None):
+        raise typer.BadParameter("--plan and --candidates go with --actual alone")
+    if plan is not None and candidates is not None:
+        raise typer.BadParameter("give --plan or --candidates, not both")
     if columns is not None and measurements is None:
         raise typer.BadParameter("--columns goes with --measurements alone")
 
 
-def _against_measurements(
-    model: Mechanism, path: Path, columns: Path | None
-) -> tuple[Evaluation, int]:
-    """The evaluation, and the number of poses at which not all legs were read."""
+def _against_measurements(model: Mechanism, path: Any, columns: Path | None) -> Evaluation:
     from symkin.io.mechanism_file import load_columns
 
     mapping = load_columns(columns) if columns else None
-    measured = symkin.read_measurements(path, model, mapping)
-    unread = int(np.isnan(measured.readings).any(axis=1).sum())
-    return symkin.evaluate(model, measurements=measured), unread
+    return symkin.evaluate(model, measurements=symkin.read_measurements(path, model, mapping))
 
 
 def _against_robot(
@@ -117,40 +133,6 @@ def _against_robot(
         raise SymkinError(f"the model and the robot have {described}; expected the same")
     if plan is not None:
         commanded = symkin.read_plan(plan, model)
-        poses = commanded.poses[~commanded.spare]
-    else:
-        poses = symkin.sample_workspace(robot, candidates, seed).poses
-    return symkin.evaluate(model, actual=robot, poses=poses)
-
-
-def _document(model: Mechanism, result: Evaluation) -> dict[str, Any]:
-    from symkin.documents import evaluation_document
-
-    return {
-        "command": "evaluate",
-        "mechanism": model.name,
-        "evaluation": evaluation_document(result),
-    }
-
-
-def _show(model: Mechanism, result: Evaluation, unread: int) -> None:
-    say(f"{model.name}: end-effector error over {result.evaluated} poses")
-    if unread:
-        say(f"left out, since not all legs were read there: {unread} poses")
-    if result.failed:
-        say(f"left out, since they cannot be taken: {result.failed} poses")
-    say()
-    for label, error in [*error_rows(model, result), *_closure_rows(result)]:
-        say(f"{label:33}{error:>12}")
-
-
-def _closure_rows(result: Evaluation) -> list[list[str]]:
-    if result.closure_rms is None:
-        return []
-    rms, legs = result.closure_rms
-    named = [(f"closure rms, leg {leg}", value) for leg, value in enumerate(legs.tolist(), 1)]
-    return [
-        [label, milli(value, "m")]
-        for label, value in [("closure rms, all legs", rms), *named]
-        if not math.isnan(value)
-    ]
+        return symkin.evaluate(model, actual=robot, poses=commanded.poses[~commanded.spare])
+    sample = symkin.sample_workspace(robot, candidates, seed)
+    return symkin.evaluate(model, actual=robot, poses=sample)

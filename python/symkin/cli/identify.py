@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say, show_table
+from symkin.cli.console import print_json, progress, say
 from symkin.cli.errors import not_converged
-from symkin.cli.fits import show_fits, unconverged_legs
 from symkin.cli.help import with_example
 from symkin.cli.options import (
     ColumnsOption,
@@ -22,12 +21,8 @@ from symkin.cli.options import (
     PoseUseOption,
     SeedOption,
 )
-from symkin.cli.units import error_rows, left_out_rows, milli, root_mean_squares
-from symkin.identification.estimate import Loss
+from symkin.identification import Identification, Loss
 from symkin.io.output_files import OutputFiles
-
-if TYPE_CHECKING:
-    from symkin.identification.outcome import MeasuredIdentification
 
 
 @with_example(
@@ -42,7 +37,7 @@ def identify(
     ],
     columns: ColumnsOption = None,
     estimator: EstimatorOption = "implicit",
-    poses: PoseUseOption = "all",
+    use: PoseUseOption = "all",
     loss: Annotated[Loss, typer.Option(help="Robust loss against outliers.")] = "none",
     cross_validate: Annotated[
         int | None,
@@ -71,10 +66,7 @@ def identify(
     as_json: JsonOption = False,
 ) -> None:
     """Identify the parameters of all legs from measurements."""
-    from symkin.documents import measured_document
-    from symkin.identification.outcome import MeasuredIdentification
     from symkin.io.mechanism_file import load_columns
-    from symkin.outputs import IDENTIFICATION_FILES, write_identification
 
     if cross_validate_blocks and cross_validate is None:
         raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
@@ -83,81 +75,23 @@ def identify(
         nominal = symkin.load_mechanism(mechanism)
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
-        inputs = [nominal.source, measurements, columns]
-        with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *IDENTIFICATION_FILES) if out else None
+        with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
+            target = outputs.folder(out, *Identification.FILES) if out else None
             stage("identifying the legs")
-            options: dict[str, Any] = {
-                "poses": poses,
-                "loss": loss,
-                "max_iterations": max_iterations,
-            }
-            identification = symkin.identify(nominal, measured, estimator, **options)
-            validation = None
+            found = symkin.identify(
+                nominal, measured, estimator, poses=use, loss=loss, max_iterations=max_iterations
+            )
             if cross_validate is not None:
                 stage("cross-validating")
-                seed = nominal.protocol.seed if seed is None else seed
-                validation = symkin.cross_validate(
-                    nominal,
-                    measured,
-                    cross_validate,
-                    seed,
-                    estimator,
-                    blocks=cross_validate_blocks,
-                    **options,
-                )
-            result = MeasuredIdentification.of(nominal, measured, identification, validation)
-            document = measured_document(result, poses=poses, loss=loss)
-            stage("writing the report")
-            report = write_identification(result, target, document) if target else None
+                found = found.cross_validated(cross_validate, seed, blocks=cross_validate_blocks)
+            if target:
+                stage("writing the report")
+                found.write(target)
     if as_json:
-        print_json(document)
+        print_json(found.to_dict())
     else:
-        _show(result, document)
+        say(found.text())
         if out:
-            say()
-            say(
-                str(out / report.name)
-                if report
-                else f"{out}: no report, since no pose was "
-                "measured with readings of all legs that the mechanism can take"
-            )
-    if not identification.converged:
-        not_converged(unconverged_legs(identification))
-
-
-def _show(result: MeasuredIdentification, document: dict[str, Any]) -> None:
-    from symkin.identification.calibrated import changed_settings
-
-    nominal, identification = result.nominal, result.identification
-    before = document["identification"]["residual_before_rms_m"]
-    say(
-        f"{nominal.name}: {len(result.measurements.poses)} poses, "
-        f"estimator {identification.estimator} ({document['settings']['poses']} poses)"
-    )
-    rows = [
-        [
-            "closure residual rms",
-            milli(before, "m"),
-            milli(identification.residual_rms, "m"),
-        ],
-        ["closure residual maximum", "", milli(identification.residual_max, "m")],
-    ]
-    if result.before is not None and result.after is not None:
-        rows += error_rows(nominal, result.before, result.after)
-        rows += left_out_rows(result.before.failed, result.after.failed)
-    validation = result.cross_validation
-    if validation is not None:
-        label = validation.name
-        rows.append([f"{label} rms", "", milli(validation.residual_rms, "m")])
-        rows.append([f"{label} maximum", "", milli(validation.residual_max, "m")])
-        rows += [
-            [f"{label} {kind} error rms", "", milli(value, unit)]
-            for kind, value, unit in root_mean_squares(nominal, validation.evaluation)
-        ]
-    show_table(["", "before", "after"], rows)
-    if validation is not None and not validation.converged:
-        say("Not every identification of the cross-validation converged.")
-    show_fits(identification)
-    for change in changed_settings(nominal, identification.mechanism):
-        say(change)
+            say(f"\n{out / 'report.html'}")
+    if not found.converged:
+        not_converged(found.failure)

@@ -27,7 +27,8 @@ from symkin.cli.options import (
 )
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
 from symkin.io.output_files import OutputFiles
-from symkin.outputs import PLAN_FILES
+
+_FILES = ("plan.csv", "plan.json", "plan.html")
 
 
 @with_example(
@@ -117,7 +118,7 @@ def plan(
         limits = regions(avoid or [])
         distance = length(minimum_distance, "--minimum-distance")
         with OutputFiles([loaded.source, required, measured, columns], overwrite) as outputs:
-            folder = outputs.folder(out, *PLAN_FILES)
+            folder = outputs.folder(out, *_FILES)
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")
@@ -149,4 +150,4 @@ def plan(
     if as_json:
         print_json(document)
     else:
-        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in PLAN_FILES)}")
+        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in _FILES)}")

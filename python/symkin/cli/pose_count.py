@@ -25,8 +25,9 @@ from symkin.cli.options import (
 )
 from symkin.cli.plan_options import AccuracyOption, accuracies
 from symkin.io.output_files import OutputFiles
-from symkin.outputs import POSE_COUNT_FILES
 from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
+
+_FILES = ("pose-count.json", "pose-count.html")
 
 
 @with_example(
@@ -71,7 +72,7 @@ def pose_count(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
         with OutputFiles([loaded.source], overwrite) as outputs:
-            folder = outputs.folder(out, *POSE_COUNT_FILES) if out else None
+            folder = outputs.folder(out, *_FILES) if out else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")
@@ -99,4 +100,4 @@ def pose_count(
         return
     say(result.text())
     if out:
-        say(f"\nWritten: {', '.join(str(out / name) for name in POSE_COUNT_FILES)}")
+        say(f"\nWritten: {', '.join(str(out / name) for name in _FILES)}")

@@ -1,14 +1,27 @@
 # SPDX-License-Identifier: MIT
 """From measurements to parameters, their uncertainty, and what speaks against them."""
 
+from symkin.identification.diagnosis import Diagnosis, Outlier, ResidualTest
 from symkin.identification.estimate import (
-    Estimator,
-    GoodnessOfFit,
+    CrossValidation,
     Identification,
-    LegFit,
-    Loss,
-    PoseUse,
+    cross_validate,
     identify,
 )
+from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
 
-__all__ = ["Estimator", "GoodnessOfFit", "Identification", "LegFit", "Loss", "PoseUse", "identify"]
+__all__ = [
+    "CrossValidation",
+    "Diagnosis",
+    "Estimator",
+    "FitOptions",
+    "GoodnessOfFit",
+    "Identification",
+    "LegFit",
+    "Loss",
+    "Outlier",
+    "PoseUse",
+    "ResidualTest",
+    "cross_validate",
+    "identify",
+]

@@ -9,15 +9,14 @@ than 1 of 100.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
-from symkin.identification.estimate import core_measurements
+from symkin.identification.fit import Fit, GoodnessOfFit, core_measurements
 from symkin.identification.mistakes import coarse_readings, likely_causes, signs_of_mistakes
 from symkin.identification.plausibility import (
     implausible_parameters,
@@ -25,9 +24,7 @@ from symkin.identification.plausibility import (
     weak_parameters,
 )
 from symkin.observability import noise_of
-
-if TYPE_CHECKING:
-    from symkin.identification.estimate import GoodnessOfFit, Identification
+from symkin.result import Value, field, record
 
 __all__ = ["FALSE_ALARMS", "Diagnosis", "Outlier", "ResidualTest", "diagnose"]
 
@@ -43,8 +40,8 @@ _GROSS = 30
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 
 
-@dataclass(frozen=True)
-class ResidualTest:
+@record
+class ResidualTest(Value):
     """A test of the residuals for something that the model does not have.
 
     Attributes
@@ -57,7 +54,7 @@ class ResidualTest:
         Of "geometry", the term of the pose that shows most, such as ``"y^2"``; else empty.
     statistic : float
         F, or for "order" and "legs" standard deviations from the mean of sound residuals.
-    freedom : tuple of int
+    degrees_of_freedom : tuple of int
         Degrees of freedom of F.
     p_value : float
         Probability of one as large for a sound robot.
@@ -68,13 +65,13 @@ class ResidualTest:
     """
 
     suspect: str
-    legs: tuple[int, ...]
+    legs: tuple[int, ...] = field(number=True)
     term: str
     statistic: float
-    freedom: tuple[int, int]
+    degrees_of_freedom: tuple[int, int]
     p_value: float
     limit: float
-    size: float
+    size: float = field(unit="rms_m")
 
     @property
     def alarms(self) -> bool:
@@ -82,14 +79,16 @@ class ResidualTest:
         return self.p_value < self.limit
 
 
-@dataclass(frozen=True)
-class Outlier:
+@record
+class Outlier(Value):
     """A pose that does not fit the others.
 
     Attributes
     ----------
     row : int
         Of the measurements, from 0.
+    row_number : int
+        Where it stands in their source, from 1; this is what messages and files call its row.
     leg : int
         The leg (from 0) whose closure is furthest off there.
     student : float
@@ -98,14 +97,20 @@ class Outlier:
         Probability of a pose or closure as far off, before it is one of many.
     """
 
-    row: int
-    leg: int
+    row: int = field(private=True)
+    row_number: int
+    leg: int = field(number=True)
     student: float
     p_value: float
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        names = {"row_number": "row", "student": "studentised_residual"}
+        return {names.get(name, name): value for name, value in super().to_dict().items()}
 
-@dataclass(frozen=True)
-class Diagnosis:
+
+@record
+class Diagnosis(Value):
     """What the residuals and the parameters say of the model and of the measurements.
 
     Attributes
@@ -127,16 +132,16 @@ class Diagnosis:
     notes: tuple[str, ...]
     tests: tuple[ResidualTest, ...]
     outliers: tuple[Outlier, ...]
-    student: NDArray[np.float64]
+    student: NDArray[np.float64] = field(private=True)
 
 
-def diagnose(found: Identification) -> Diagnosis:
+def diagnose(found: Fit) -> Diagnosis:
     """Diagnose an identification.
 
     Parameters
     ----------
-    found : Identification
-        Of `identify`.
+    found : Fit
+        Such as an `Identification`.
 
     Returns
     -------
@@ -152,14 +157,14 @@ def diagnose(found: Identification) -> Diagnosis:
         FALSE_ALARMS,
     )
     tests = _tests(found, result)
-    outliers = _outliers(result)
+    outliers = _outliers(found, result)
     doubts = [*_doubts_of_size(found), *_doubts_of_noise(found), *signs_of_mistakes(found)]
     consequences = [*unknown_parameters(found)]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     if all(leg.condition <= _CONDITION_LIMIT for leg in found.legs):
         consequences = [*implausible_parameters(found), *consequences]
         if not _gross(found):
-            rows = _doubts_of_rows(found, outliers)
+            rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
     if doubts or consequences or not found.converged:
@@ -170,7 +175,7 @@ def diagnose(found: Identification) -> Diagnosis:
     return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
 
 
-def _tests(found: Identification, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
+def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
     legs = tuple(range(len(found.nominal.legs)))
     names = _tangent_names(found.nominal.pose_space)
     terms = [*names, *(f"{name}^2" for name in names)]
@@ -187,7 +192,7 @@ def _tests(found: Identification, result: _core.Diagnosis) -> tuple[ResidualTest
             else (test.leg,),
             term=terms[test.other] if test.suspect == _core.Suspect.geometry else "",
             statistic=test.statistic,
-            freedom=(test.terms, test.spare),
+            degrees_of_freedom=(test.terms, test.spare),
             p_value=test.p_value,
             limit=FALSE_ALARMS / counts[test.suspect],
             size=test.size,
@@ -202,16 +207,18 @@ def _tangent_names(pose_space: str) -> tuple[str, ...]:
     return position + angles[pose_space]
 
 
-def _outliers(result: _core.Diagnosis) -> tuple[Outlier, ...]:
+def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     # Half of the false alarms for poses as a whole, half for single closures.
     read = np.isfinite(result.student)
     poses = np.flatnonzero(read.any(axis=1))
     limit_of_pose = FALSE_ALARMS / 2 / max(len(poses), 1)
     limit_of_closure = FALSE_ALARMS / 2 / max(int(read.sum()), 1)
     closures = np.where(read, result.student_p, 1.0)
-    found = [
+    numbers = found.measurements.row_numbers
+    outliers = [
         Outlier(
             row=int(row),
+            row_number=int(numbers[row]),
             leg=int(np.argmin(closures[row])),
             student=float(result.student[row, np.argmin(closures[row])]),
             p_value=float(min(result.pose_p[row], closures[row].min())),
@@ -219,10 +226,10 @@ def _outliers(result: _core.Diagnosis) -> tuple[Outlier, ...]:
         for row in poses
         if result.pose_p[row] < limit_of_pose or closures[row].min() < limit_of_closure
     ]
-    return tuple(sorted(found, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
+    return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def _doubts_of_size(found: Identification) -> Iterator[str]:
+def _doubts_of_size(found: Fit) -> Iterator[str]:
     """Too few poses, or poses too much alike."""
     parameters = len(found.nominal.parameter_names)
     for number, leg in enumerate(found.legs, 1):
@@ -244,7 +251,7 @@ def _doubts_of_size(found: Identification) -> Iterator[str]:
             )
 
 
-def _doubts_of_noise(found: Identification) -> Iterator[str]:
+def _doubts_of_noise(found: Fit) -> Iterator[str]:
     """Residuals larger or smaller than the declared noise."""
     remedy = (
         "the standard deviations are scaled up by that factor"
@@ -267,7 +274,7 @@ def _doubts_of_noise(found: Identification) -> Iterator[str]:
                 "are far off; look at them, or use a robust loss"
             )
     small = [fit for fit in judged if fit.chi_square < fit.least]
-    if small and found.options["loss"] == "none":
+    if small and found.options.loss == "none":
         why = (
             "these are numbers that were computed, such as those of a plan, not measured"
             if min(fit.per_degree for fit in small) < 1e-6
@@ -279,7 +286,7 @@ def _doubts_of_noise(found: Identification) -> Iterator[str]:
         )
 
 
-def _chi_squares(found: Identification, fits: Sequence[GoodnessOfFit]) -> str:
+def _chi_squares(found: Fit, fits: Sequence[GoodnessOfFit]) -> str:
     legs = [leg for fit in fits for leg in fit.legs]
     who = "all legs" if len(legs) == len(found.legs) else named_legs(legs)
     values = ", ".join(f"{fit.per_degree:.3g}" for fit in fits)
@@ -292,12 +299,11 @@ def _limits(fits: Sequence[GoodnessOfFit], which: str) -> str:
     return ", ".join(dict.fromkeys(f"{limit:.3g}" for limit in limits))
 
 
-def _doubts_of_rows(found: Identification, outliers: Sequence[Outlier]) -> Iterator[str]:
+def _doubts_of_rows(outliers: Sequence[Outlier]) -> Iterator[str]:
     if not outliers:
         return
-    numbers = found.measurements.row_numbers
     named = ", ".join(
-        f"{numbers[outlier.row]} (leg {outlier.leg + 1}, {outlier.student:+.1f} deviations)"
+        f"{outlier.row_number} (leg {outlier.leg + 1}, {outlier.student:+.1f} deviations)"
         for outlier in outliers[:_NAMED_ROWS]
     )
     more = len(outliers) - _NAMED_ROWS
@@ -309,12 +315,12 @@ def _doubts_of_rows(found: Identification, outliers: Sequence[Outlier]) -> Itera
     yield f"{which} the others: look at the measurement, or use a robust loss"
 
 
-def _gross(found: Identification) -> bool:
+def _gross(found: Fit) -> bool:
     """Whether most residuals are so large that no single cause can be read off them."""
     return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
 
 
-def _doubts_of_residuals(found: Identification, tests: Sequence[ResidualTest]) -> Iterator[str]:
+def _doubts_of_residuals(found: Fit, tests: Sequence[ResidualTest]) -> Iterator[str]:
     for suspect, meaning in _MEANINGS.items():
         alarms = [test for test in tests if test.suspect == suspect and test.alarms]
         if alarms:
@@ -326,11 +332,11 @@ def _evidence(alarms: Sequence[ResidualTest]) -> str:
     p_value = f"p {worst.p_value:.1g}" if worst.p_value > 1e-300 else "p 0"
     if worst.suspect in ("order", "legs"):
         return f"({worst.statistic:+.1f} standard deviations, {p_value})"
-    terms, spare = worst.freedom
+    terms, spare = worst.degrees_of_freedom
     return f"(F({terms}, {spare}) = {worst.statistic:.3g}, {p_value})"
 
 
-def _single_legs(alarms: Sequence[ResidualTest], found: Identification) -> str:
+def _single_legs(alarms: Sequence[ResidualTest], found: Fit) -> str:
     legs = [test for test in alarms if len(test.legs) == 1]
     if not legs or len(legs) == len(found.legs):
         return "all legs"
@@ -341,7 +347,7 @@ def _size(alarms: Sequence[ResidualTest]) -> str:
     return f"{max(test.size for test in alarms) * 1e3:.3g} mm rms"
 
 
-_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Identification], str]] = {
+_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit], str]] = {
     "sensor_curvature": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
         f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "

@@ -1,165 +1,125 @@
 # SPDX-License-Identifier: MIT
-"""Identification of the parameters from measurements."""
+"""Identification of the parameters from measurements, and what is to be said of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import dataclasses
+import os
+from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from symkin import _core
-from symkin.checks import undefined_angles
-from symkin.errors import FailedFitError, NotIdentifiableError, named_legs, one_of
-from symkin.identification.calibrated import calibrated_mechanism
+from symkin.errors import SymkinError
+from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
+from symkin.identification.calibrated import changed_settings
+from symkin.identification.diagnosis import Diagnosis, diagnose
+from symkin.identification.fit import (
+    Estimator,
+    Fit,
+    FitOptions,
+    GoodnessOfFit,
+    LegFit,
+    Loss,
+    PoseUse,
+)
+from symkin.identification.mistakes import explained
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.observability import noise_of, tolerances_of, with_combinations
+from symkin.observability import ExpectedAccuracy, expected_accuracy
+from symkin.result import Result, field, plain, record
 from symkin.settings import NoiseSettings
 
 if TYPE_CHECKING:
-    from symkin.identification.diagnosis import Diagnosis
+    from symkin.report.content import Page
 
 __all__ = [
+    "CrossValidation",
     "Estimator",
     "GoodnessOfFit",
     "Identification",
     "LegFit",
     "Loss",
     "PoseUse",
+    "cross_validate",
     "identify",
 ]
 
-Estimator = Literal["paper", "inverse", "implicit", "joint"]
-Loss = Literal["none", "huber", "cauchy", "tukey"]
-PoseUse = Literal["all", "own"]
+Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LegFit:
-    """How one leg was fitted.
+@record
+class CrossValidation(Result):
+    """Errors at poses that the identification did not see.
 
     Attributes
     ----------
-    rows : ndarray of int
-        Rows of the measurements that it used.
-    residuals : ndarray
-        Closures at the estimate, m, one a row.
-    standardised : ndarray
-        Over their standard deviation from the declared noise: standard normal if all is right.
-    rejected : ndarray of int
-        Rows whose weight the robust loss put below one half.
+    folds : int
+        Number of parts, each predicted from the others.
+    blocks : bool
+        Whether the parts were blocks of consecutive poses.
     converged : bool
-        Whether the estimator converged, and
-    failure : str
-        why not.
-    iterations : int
-        Accepted steps of the solver.
-    chi_square : float
-        Per degree of freedom, of the leg's own fit or, with the estimator `joint`, of all legs': 1
-        is what the declared noise explains; NaN without a degree of freedom.
-    condition : float
-        Of the scaled Jacobian.
-    """
-
-    rows: NDArray[np.intp]
-    residuals: NDArray[np.float64]
-    standardised: NDArray[np.float64]
-    rejected: NDArray[np.intp]
-    converged: bool
-    failure: str
-    iterations: int
-    chi_square: float
-    condition: float
-
-
-@dataclass(frozen=True)
-class GoodnessOfFit:
-    """Chi-square of one least-squares problem.
-
-    Attributes
-    ----------
-    legs : tuple of int
-        The legs (from 0) that were fitted together: one, or all with the estimator `joint`.
-    chi_square : float
-        Of the whitened closures at the estimate, without poses that the loss rejects.
-    degrees_of_freedom : int
-        Closures less parameters.
-    limit, least : float
-        What it exceeds, and falls short of, in one of 1000 sound robots (all problems of a robot
-        together); NaN without a degree of freedom.
-    """
-
-    legs: tuple[int, ...]
-    chi_square: float
-    degrees_of_freedom: int
-    limit: float
-    least: float
-
-    @property
-    def unexplained(self) -> bool:
-        """Whether the residuals are larger than the declared noise explains."""
-        return self.chi_square > self.limit
-
-    @property
-    def per_degree(self) -> float:
-        """Chi-square per degree of freedom; NaN without one."""
-        spare = self.degrees_of_freedom
-        return self.chi_square / spare if spare > 0 else float("nan")
-
-
-@dataclass(frozen=True)
-class Identification:
-    """What the measurements say of the parameters.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-        The calibrated one, with the standard deviation of each parameter.
-    estimator : str
-        What estimated it.
-    covariance : ndarray, shape (legs p, legs p)
-        Of all parameters, leg by leg. Where the residuals are larger than the declared noise
-        explains (`GoodnessOfFit.unexplained`), that of `joint` is scaled up by chi-square per
-        degree of freedom; that of the others is the jackknife's, from the residuals of all legs.
-    legs : tuple of LegFit
-        How each leg was fitted.
-    goodness : tuple of GoodnessOfFit
-        Chi-square of each fit: one a leg, or one of all legs with the estimator `joint`.
-    converged : bool
-        Whether every leg's estimator converged.
+        Whether every identification did.
     residual_rms, residual_max : float
-        Closures of all legs, m.
-    nominal : Mechanism
-        From which the estimators started.
-    measurements : Measurements
-        What was fitted.
-    noise : NoiseSettings
-        What the measurements were taken to have.
-    options : dict
-        Further arguments of `identify`: poses, loss, loss_scale, max_iterations.
+        Closures, m.
+    residuals : ndarray, shape (N, legs)
+        m, NaN where a leg does not use the pose, or was not read.
+    row_numbers : ndarray of int, shape (N,)
+        Where the poses stand in the source.
+    evaluation : Evaluation or None
+        End-effector errors at the measured readings of all legs, as of `evaluate`; None if no such
+        pose can be taken.
     """
 
-    mechanism: Mechanism
-    estimator: Estimator
-    covariance: NDArray[np.float64]
-    legs: tuple[LegFit, ...]
-    goodness: tuple[GoodnessOfFit, ...]
+    folds: int
+    blocks: bool
     converged: bool
-    residual_rms: float
-    residual_max: float
-    nominal: Mechanism = field(repr=False)
-    measurements: Measurements = field(repr=False)
-    noise: NoiseSettings = field(repr=False)
-    options: dict[str, Any] = field(repr=False)
+    residual_rms: float = field(unit="m")
+    residual_max: float = field(unit="m")
+    residuals: Array = field(private=True)
+    row_numbers: NDArray[np.intp] = field(private=True)
+    evaluation: Evaluation | None
+
+    @property
+    def name(self) -> str:
+        """What it is, in words: ``5-fold cross-validation``."""
+        return f"{self.folds}-{'block' if self.blocks else 'fold'} cross-validation"
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.evaluation import cross_validation_page
+
+        return cross_validation_page(self)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the closures at unseen poses, a row a pose."""
+        legs = {f"closure_{leg}_m": values for leg, values in enumerate(self.residuals.T, 1)}
+        return {"row": self.row_numbers, **legs}
+
+
+@record
+class Identification(Fit, Result):
+    """What the measurements say of the parameters, and how far that can be trusted.
+
+    Attributes
+    ----------
+    mechanism, covariance, legs, goodness, converged, residual_rms, residual_max, nominal, \
+measurements, options
+        As of `Fit`.
+    cross_validation : CrossValidation or None
+        If it was asked for, see `cross_validated`.
+    """
+
+    cross_validation: CrossValidation | None = None
+
+    FILES: ClassVar[tuple[str, ...]] = ("calibrated.toml", "results.json", "report.html")
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
         """What the residuals and the parameters say of the model and of the measurements."""
-        from symkin.identification.diagnosis import diagnose
-
         return diagnose(self)
 
     @property
@@ -176,11 +136,164 @@ class Identification:
         return self.converged and not self.doubts
 
     @property
-    def correlation(self) -> NDArray[np.float64]:
-        """Correlations of all parameters, shape (legs p, legs p)."""
-        deviations = np.sqrt(np.diag(self.covariance))
-        correlation: NDArray[np.float64] = self.covariance / np.outer(deviations, deviations)
-        return correlation
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the estimate and of the mechanism's settings, in sentences."""
+        return (*self.diagnosis.notes, *changed_settings(self.nominal, self.mechanism))
+
+    @cached_property
+    def before(self) -> Evaluation | None:
+        """End-effector errors of the nominal mechanism at the measured poses.
+
+        None if no pose has readings of all legs that the mechanism can take.
+        """
+        return _evaluated(self.nominal, self.measurements)
+
+    @cached_property
+    def after(self) -> Evaluation | None:
+        """End-effector errors of the calibrated mechanism at the measured poses, or None."""
+        return _evaluated(self.mechanism, self.measurements)
+
+    @cached_property
+    def nominal_residual_rms(self) -> float:
+        """Closures of all legs of the nominal mechanism, at all poses where they were read, m."""
+        return float(np.sqrt(np.nanmean(closures_of(self.nominal, self.measurements) ** 2)))
+
+    def expected_accuracy(self, poses: ArrayLike | None = None) -> ExpectedAccuracy:
+        """Predict the end-effector error over poses, by default those measured.
+
+        Returns
+        -------
+        ExpectedAccuracy
+        """
+        where = self.measurements.poses if poses is None else poses
+        return expected_accuracy(self.mechanism, where, self.covariance)
+
+    def cross_validated(
+        self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
+    ) -> Identification:
+        """Return the same with its cross-validation, see `cross_validate`.
+
+        Returns
+        -------
+        Identification
+        """
+        seed = self.nominal.protocol.seed if seed is None else seed
+        found = _cross_validated(
+            self.nominal, self.measurements, self.options, folds, seed, blocks=blocks
+        )
+        return dataclasses.replace(self, cross_validation=found)
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.identification import identification_page
+
+        return identification_page(self)
+
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.identification import identification_summary
+
+        return identification_summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what its results file holds."""
+        measurements, diagnosis = self.measurements, self.diagnosis
+        return {
+            "command": "identify",
+            "mechanism": self.nominal.name,
+            "measurements": {
+                "file": measurements.source_name or None,
+                "poses": len(measurements.poses),
+            },
+            "settings": plain(dataclasses.replace(self.options, noise=self.noise)),
+            "identification": {
+                "estimator": self.estimator,
+                "converged": self.converged,
+                "trustworthy": self.trustworthy,
+                "doubts": list(self.doubts),
+                "notes": list(self.notes),
+                "goodness_of_fit": plain(self.goodness),
+                "residual_tests": plain(diagnosis.tests),
+                "outliers": plain(diagnosis.outliers),
+                "residual_before_rms_m": plain(self.nominal_residual_rms),
+                "residual_after_rms_m": plain(self.residual_rms),
+                "residual_after_max_m": plain(self.residual_max),
+                "legs": [self._leg(leg) for leg in range(len(self.legs))],
+                "covariance": plain(self.covariance),
+            },
+            "evaluation": {"before": plain(self.before), "after": plain(self.after)},
+            "cross_validation": plain(self.cross_validation),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the parameters, a row each."""
+        nominal, names = self.nominal, self.nominal.parameter_names
+        legs = len(self.legs)
+        return {
+            "leg": np.repeat(np.arange(1, legs + 1), len(names)),
+            "parameter": names * legs,
+            "unit": nominal.parameter_units * legs,
+            "nominal": nominal.parameters.ravel(),
+            "value": self.mechanism.parameters.ravel(),
+            "change": self.changes.ravel(),
+            "standard_deviation": self.deviations.ravel(),
+        }
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the calibrated mechanism, the results and the report, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        from symkin.io.output_files import OutputFiles
+        from symkin.report.html import write_page
+
+        with OutputFiles(overwrite=overwrite) as outputs:
+            target = outputs.folder(Path(folder), *self.FILES)
+            self.save_calibrated(target / "calibrated.toml")
+            self.save(target / "results.json")
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            write_page(page, target / "report.html")
+        return Path(folder) / "report.html"
+
+    def save_calibrated(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the calibrated mechanism, whose header says how it was found."""
+        from symkin.io.mechanism_writer import save_mechanism
+
+        nominal, measurements = self.nominal, self.measurements
+        header = [
+            f"Identified by symkin: {nominal.name}, {len(measurements.poses)} poses "
+            f"({measurements.source_name or 'simulated measurements'}), "
+            f"estimator {self.estimator}.",
+            f"Closure residual {self.nominal_residual_rms:.3g} m before, "
+            f"{self.residual_rms:.3g} m after (rms); standard deviations are one sigma.",
+            *changed_settings(nominal, self.mechanism),
+        ]
+        save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
+
+    def _leg(self, leg: int) -> dict[str, Any]:
+        fit, nominal = self.legs[leg], self.nominal
+        columns = nominal.parameters, self.mechanism.parameters, self.deviations
+        parameters = zip(nominal.parameter_names, *(each[leg] for each in columns), strict=True)
+        return {
+            "leg": leg + 1,
+            **fit.to_dict(),
+            "poses": len(fit.rows),
+            "rejected_rows": plain(self.measurements.row_numbers[fit.rejected]),
+            "parameters": {
+                name: plain({"nominal": drawn, "value": value, "standard_deviation": deviation})
+                for name, drawn, value, deviation in parameters
+            },
+        }
 
 
 def identify(
@@ -231,139 +344,115 @@ def identify(
     SymkinError
         For measurements that do not fit the mechanism's shape.
     """
-    try:
-        return identify_once(
-            mechanism,
-            measurements,
-            estimator,
-            poses=poses,
-            loss=loss,
-            loss_scale=loss_scale,
-            noise=noise,
-            max_iterations=max_iterations,
-        )
-    except FailedFitError as error:
-        raise _explained(error, mechanism, measurements) from error
+    options = FitOptions(estimator, poses, loss, loss_scale, noise, max_iterations)
+    with explained(mechanism, measurements):
+        return Identification.of(mechanism, measurements, options)
 
 
-def identify_once(
+def cross_validate(
     mechanism: Mechanism,
     measurements: Measurements,
+    folds: int = 5,
+    seed: int = 1,
     estimator: Estimator = "implicit",
     *,
-    poses: PoseUse = "all",
-    loss: Loss = "none",
-    loss_scale: float | None = None,
-    noise: NoiseSettings | None = None,
-    max_iterations: int = 100,
-) -> Identification:
-    """Identify without looking for what may be wrong with measurements that allow no estimate."""
-    noise = noise or mechanism.noise
-    _require_poses(mechanism, measurements, poses)
+    blocks: bool = False,
+    **options: Any,
+) -> CrossValidation:
+    """Predict each part of the measurements from an identification on the others.
+
+    Parameters
+    ----------
+    mechanism, measurements, estimator
+        As for `identify`, and so are the other `options`. With poses "own", each leg's set is dealt
+        by itself, and a leg is predicted at those poses alone.
+    folds : int
+        Number of parts, from 2 to the number of poses.
+    seed : int
+        Of the random assignment of poses to parts.
+    blocks : bool
+        Parts are blocks of consecutive poses. Neighbours are often measured at similar places and
+        at similar times, so that random parts hide what drifts and what depends on the place.
+
+    Returns
+    -------
+    CrossValidation
+
+    Raises
+    ------
+    SymkinError
+        For an impossible number of folds, or too few poses left in one.
+    """
+    how = FitOptions(estimator, **options)
+    return _cross_validated(mechanism, measurements, how, folds, seed, blocks=blocks)
+
+
+def _cross_validated(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    options: FitOptions,
+    folds: int,
+    seed: int,
+    *,
+    blocks: bool,
+) -> CrossValidation:
+    count = len(measurements.poses)
+    if not 2 <= folds <= count:
+        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
+    if options.poses == "all":
+        measurements = measurements.for_all_legs()
+    fold_of = _folds(measurements.leg_sets, folds, None if blocks else seed)
+    residuals = np.full(measurements.readings.shape, np.nan)
+    complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+    differences = np.full((count, mechanism.core.dof), np.nan)
+    converged = True
+    for fold in np.unique(fold_of):
+        seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
+        with explained(mechanism, measurements.subset(seen)):
+            found = Fit.of(mechanism, measurements.subset(seen), options)
+        converged &= found.converged
+        for leg in range(len(mechanism.legs)):
+            rows = np.intersect1d(measurements.rows_of(leg), unseen)
+            residuals[rows, leg] = found.mechanism.closure(
+                leg, measurements.poses[rows], measurements.readings[rows, leg]
+            )
+        whole = np.intersect1d(complete, unseen)
+        differences[whole] = pose_differences(found.mechanism, measurements.subset(whole))
+    return CrossValidation(
+        folds=folds,
+        blocks=blocks,
+        converged=converged,
+        residual_rms=float(np.sqrt(np.nanmean(residuals**2))),
+        residual_max=float(np.nanmax(np.abs(residuals))),
+        residuals=residuals,
+        row_numbers=measurements.row_numbers,
+        evaluation=Evaluation.of(
+            differences[complete],
+            measurements.poses[complete],
+            mechanism.characteristic_length,
+            name=mechanism.name,
+            row_numbers=measurements.row_numbers[complete],
+        )
+        if np.isfinite(differences).any()
+        else None,
+    )
+
+
+def _folds(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:
+    """The part that each row belongs to, dealt set by set; in blocks without a seed."""
+    fold_of = np.empty(len(sets), dtype=np.intp)
+    random = np.random.default_rng(seed)
+    for number in np.unique(sets):
+        rows = np.flatnonzero(sets == number)
+        order = np.arange(len(rows))
+        fold_of[rows] = (
+            order * folds // len(rows) if seed is None else random.permutation(order % folds)
+        )
+    return fold_of
+
+
+def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
     try:
-        result = _core.identify(
-            mechanism.core,
-            core_measurements(measurements),
-            one_of("estimator", estimator, _core.Estimator.__members__),
-            one_of("poses", poses, _core.PoseUse.__members__),
-            noise_of(noise),
-            one_of("loss", loss, _core.LossKind.__members__),
-            loss_scale or 0.0,
-            max_iterations,
-        )
-    except NotIdentifiableError as error:
-        raise _named(error, mechanism) from None
-    calibrated, covariance = calibrated_mechanism(
-        mechanism, result.parameters, result.covariance, measurements.poses
-    )
-    deviations = np.sqrt(np.diag(covariance)).reshape(result.parameters.shape)
-    if result.converged and not np.isfinite(deviations).all():
-        leg, parameter = np.argwhere(~np.isfinite(deviations))[0]
-        raise NotIdentifiableError(
-            f"leg {leg + 1}: {mechanism.parameter_names[parameter]} has no finite standard "
-            "deviation: the measurements do not determine it"
-        )
-    goodness = tuple(_goodness(each) for each in result.goodness)
-    return Identification(
-        mechanism=calibrated,
-        estimator=estimator,
-        covariance=covariance,
-        legs=tuple(_leg_fit(number, leg, goodness) for number, leg in enumerate(result.legs)),
-        goodness=goodness,
-        converged=result.converged,
-        residual_rms=result.residual_rms,
-        residual_max=result.residual_max,
-        nominal=mechanism,
-        measurements=measurements,
-        noise=noise,
-        options={
-            "poses": poses,
-            "loss": loss,
-            "loss_scale": loss_scale,
-            "max_iterations": max_iterations,
-        },
-    )
-
-
-def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
-    """Measurements as the core takes them."""
-    return _core.MeasurementSet(
-        measurements.poses, measurements.readings, measurements.leg_sets.tolist()
-    )
-
-
-def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: PoseUse) -> None:
-    used = measurements.for_all_legs() if poses == "all" else measurements
-    unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
-    if unmeasured:
-        whose = "its" if len(unmeasured) == 1 else "their"
-        raise NotIdentifiableError(
-            f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
-        )
-    used.require(len(mechanism.parameter_names))
-
-
-def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
-    """The error with the combinations of parameters, in tolerances, that nothing shows."""
-    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
-    named = with_combinations(error, mechanism.parameter_names, scale)
-    causes = [
-        each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)
-    ]
-    return NotIdentifiableError("; ".join([str(named), *causes]))
-
-
-def _explained(
-    error: FailedFitError, mechanism: Mechanism, measurements: Measurements
-) -> FailedFitError:
-    """The error with what may be wrong with the measurements."""
-    from symkin.identification.corrections import better_readings
-
-    causes = better_readings(mechanism, measurements)
-    return FailedFitError(f"{error}. Likely cause: {causes[0]}") if causes else error
-
-
-def _goodness(fit: _core.GoodnessOfFit) -> GoodnessOfFit:
-    return GoodnessOfFit(
-        legs=tuple(fit.legs),
-        chi_square=fit.chi_square,
-        degrees_of_freedom=fit.degrees_of_freedom,
-        limit=fit.limit,
-        least=fit.least,
-    )
-
-
-def _leg_fit(
-    number: int, leg: _core.LegIdentification, goodness: tuple[GoodnessOfFit, ...]
-) -> LegFit:
-    return LegFit(
-        rows=np.array(leg.rows, dtype=np.intp),
-        residuals=leg.residuals,
-        standardised=leg.standardised,
-        rejected=np.array(leg.rejected, dtype=np.intp),
-        converged=leg.converged,
-        failure=leg.failure,
-        iterations=leg.iterations,
-        chi_square=next(fit.per_degree for fit in goodness if number in fit.legs),
-        condition=leg.condition,
-    )
+        return evaluate(mechanism, measurements=measurements)
+    except SymkinError:
+        return None

@@ -1,30 +1,30 @@
 # SPDX-License-Identifier: MIT
-"""Mistakes of measuring and of typing, recognised in the measurements and in the estimate."""
+"""Mistakes of measuring and of typing, recognised in the measurements and in the estimate.
+
+Either the estimate shows them (readings of the other working mode, lost turns, copies), or the
+measurements fit the drawing once they are corrected (order, sign, zero, unit, mirror image).
+"""
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import SymkinError, named_legs
-from symkin.identification.corrections import (
-    better_readings,
-    chi_square_of,
-    continuous,
-    turn_of,
-    turns_in_words,
-    with_modes,
-    wrapped,
-)
+from symkin.chains import shortest, turn_of
+from symkin.errors import FailedFitError, SymkinError, named_legs
+from symkin.identification.fit import Estimator, Fit, FitOptions
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import parameter_tolerances
 
-if TYPE_CHECKING:
-    from symkin.identification.estimate import Identification
-
-__all__ = ["coarse_readings", "likely_causes", "signs_of_mistakes"]
+__all__ = ["coarse_readings", "explained", "likely_causes", "signs_of_mistakes"]
 
 Array = NDArray[np.float64]
 
@@ -32,9 +32,35 @@ Array = NDArray[np.float64]
 _COPIED = 1e-3
 # Chi-square per degree of freedom from which outliers are looked for by a robust loss.
 _GROSS = 9.0
+# What explains readings must leave this much less unexplained than what the file says.
+_MUCH_BETTER = 9.0
+# How near a slope must be to a unit's factor, and to 1.
+_NEAR_FACTOR = 0.1
+# Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
+_ZERO_OFF = 20
+_FACTORS = {
+    180 / math.pi: "degrees that were stated as radians",
+    math.pi / 180: "radians that were stated as degrees",
+    2 * math.pi: "radians that were stated as turns",
+    1 / (2 * math.pi): "turns that were stated as radians",
+    1e-3: "metres that were stated as millimetres",
+    1e3: "millimetres that were stated as metres",
+}
 
 
-def signs_of_mistakes(found: Identification) -> list[str]:
+@contextmanager
+def explained(mechanism: Mechanism, measurements: Measurements) -> Iterator[None]:
+    """Say of measurements that allow no estimate what may be wrong with them."""
+    try:
+        yield
+    except FailedFitError as error:
+        causes = _better_readings(mechanism, measurements)
+        if not causes:
+            raise
+        raise FailedFitError(f"{error}. Likely cause: {causes[0]}") from error
+
+
+def signs_of_mistakes(found: Fit) -> list[str]:
     """Name what speaks against the measurements, whatever the residuals are."""
     return [
         *_other_modes(found),
@@ -44,28 +70,21 @@ def signs_of_mistakes(found: Identification) -> list[str]:
     ]
 
 
-def likely_causes(found: Identification) -> list[str]:
+def likely_causes(found: Fit) -> list[str]:
     """Name corrections that explain the measurements of a doubtful estimate better."""
-    causes = better_readings(found.nominal, found.measurements, found) or _gross_errors(found)
+    causes = _better_readings(found.nominal, found.measurements, found) or _gross_errors(found)
     return [f"likely cause: {cause}" for cause in causes]
 
 
-def _gross_errors(found: Identification) -> list[str]:
+def _gross_errors(found: Fit) -> list[str]:
     """Poses without which everything fits."""
-    from symkin.identification.estimate import identify_once
-
     worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
-    if found.options["loss"] != "none" or worst < _GROSS:
+    if found.options.loss != "none" or worst < _GROSS:
         return []
+    estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
+    options = FitOptions(estimator, found.options.poses, "cauchy", noise=found.noise)
     try:
-        tried = identify_once(
-            found.nominal,
-            found.measurements,
-            "joint" if found.estimator == "joint" else "implicit",
-            poses=found.options["poses"],
-            loss="cauchy",
-            noise=found.noise,
-        )
+        tried = Fit.of(found.nominal, found.measurements, options)
     except SymkinError:
         return []
     rows = sorted({int(row) for leg in tried.legs for row in leg.rejected})
@@ -76,19 +95,19 @@ def _gross_errors(found: Identification) -> list[str]:
     return [
         f"gross errors in rows {listed}: a robust loss (cauchy) rejects {len(rows)} of "
         f"{len(found.measurements.poses)} poses, and chi-square of the others is "
-        f"{chi_square_of(tried):.3g} per degree of freedom"
+        f"{tried.chi_square:.3g} per degree of freedom"
     ]
 
 
-def _used(found: Identification, leg: int) -> NDArray[np.intp]:
+def _used(found: Fit, leg: int) -> NDArray[np.intp]:
     fit = found.legs[leg]
     return np.setdiff1d(fit.rows, fit.rejected)
 
 
-def _other_modes(found: Identification) -> Iterator[str]:
+def _other_modes(found: Fit) -> Iterator[str]:
     """Readings that belong to the other root of the closure at the estimate."""
     calibrated, measurements = found.mechanism, found.measurements
-    flipped = with_modes(calibrated, [-mode for mode in calibrated.working_modes])
+    flipped = _with_modes(calibrated, [-mode for mode in calibrated.working_modes])
     own = calibrated.inverse_kinematics(measurements.poses)
     other = flipped.inverse_kinematics(measurements.poses)
     all_wrong: dict[int, list[int]] = {}
@@ -96,8 +115,8 @@ def _other_modes(found: Identification) -> Iterator[str]:
         rows = _used(found, leg)
         turn = turn_of(calibrated, leg)
         readings = measurements.readings[rows, leg]
-        to_own = np.abs(wrapped(readings - own[rows, leg], turn))
-        to_other = np.abs(wrapped(readings - other[rows, leg], turn))
+        to_own = np.abs(shortest(readings - own[rows, leg], turn))
+        to_other = np.abs(shortest(readings - other[rows, leg], turn))
         wrong = to_other < to_own
         if wrong.sum() > len(rows) // 2:
             all_wrong.setdefault(mode, []).append(leg)
@@ -114,7 +133,7 @@ def _other_modes(found: Identification) -> Iterator[str]:
         )
 
 
-def _out_of_reach(found: Identification) -> Iterator[str]:
+def _out_of_reach(found: Fit) -> Iterator[str]:
     """Measured poses that the calibrated model cannot take."""
     calibrated, measurements = found.mechanism, found.measurements
     margins = _core.reach_margin(calibrated.core, measurements.poses)
@@ -132,7 +151,7 @@ def _out_of_reach(found: Identification) -> Iterator[str]:
             )
 
 
-def _lost_turns(found: Identification) -> Iterator[str]:
+def _lost_turns(found: Fit) -> Iterator[str]:
     """Readings that are turns away from each other, or from where the model has them."""
     measurements = found.measurements
     roots = found.mechanism.inverse_kinematics(measurements.poses)
@@ -142,14 +161,15 @@ def _lost_turns(found: Identification) -> Iterator[str]:
         readings = measurements.readings[rows, leg]
         if turn is None or len(rows) < 2:
             continue
-        by_model = roots[rows, leg] + wrapped(readings - roots[rows, leg], turn)
+        by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
         away = np.round((readings - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():
             yield (
-                f"leg {leg + 1}: all readings are {turns_in_words(away[0])} away from the sensor's "
-                "zero that the mechanism has, which the gain and the offset then have to explain"
+                f"leg {leg + 1}: all readings are {_turns_in_words(away[0])} away from the "
+                "sensor's zero that the mechanism has, which the gain and the offset then have to "
+                "explain"
             )
-        for unbroken in (continuous(readings, turn), by_model):
+        for unbroken in (_continuous(readings, turn), by_model):
             if not np.isfinite(unbroken).all():
                 continue
             turns = np.round((readings - unbroken) / turn)
@@ -169,7 +189,7 @@ def _largest_gap(values: Array) -> float:
     return float(np.diff(np.sort(values)).max())
 
 
-def _copies(found: Identification) -> Iterator[str]:
+def _copies(found: Fit) -> Iterator[str]:
     """Poses that agree better than the noise of measuring them allows."""
     measurements, noise = found.measurements, found.noise
     position = {"planar": 2, "point": 2, "spatial": 3}[found.nominal.pose_space]
@@ -194,7 +214,7 @@ def _copies(found: Identification) -> Iterator[str]:
         )
 
 
-def coarse_readings(found: Identification) -> list[str]:
+def coarse_readings(found: Fit) -> list[str]:
     """Name sensors whose readings take few values."""
     coarse = {}
     for leg in range(len(found.legs)):
@@ -211,3 +231,272 @@ def coarse_readings(found: Identification) -> list[str]:
         f"the readings of {named_legs(coarse)} take only {fewest} values in steps of "
         f"{step:.3g} {found.nominal.reading_unit}: rounded, repeated, or of a coarse sensor"
     ]
+
+
+@dataclass(frozen=True)
+class _Match:
+    """The readings, of some column, that fit a leg's inverse kinematics best."""
+
+    column: int
+    mode: int
+    slope: float
+    shift: float  # of the readings against the drawing's, in the sensor's unit
+    left: float  # share of the variance that a straight line leaves
+
+
+def _better_readings(
+    nominal: Mechanism, measurements: Measurements, found: Fit | None = None
+) -> list[str]:
+    """Corrections of the readings or poses that explain the measurements better, in words.
+
+    Orders, signs, zeros, working modes, units and mirror images are those with which the readings
+    follow the drawing's inverse kinematics. They are tried: none is named unless the corrected
+    measurements fit much better than those of `found`, or there is no estimate from them at all.
+    """
+    complete = np.isfinite(measurements.readings).all(axis=1)
+    if complete.sum() < len(nominal.parameter_names):
+        return []
+    readings = measurements.readings[complete]
+    trials: list[tuple[str, Array, list[_Match]]] = []
+    for name, poses in _conventions(nominal, measurements.poses):
+        matches = _matches(nominal, poses[complete], readings)
+        if matches is not None:
+            trials.append((name, poses, matches))
+    if not trials:
+        return []
+    best = min(trials, key=lambda trial: _left(trial[2]))
+    stated = next((trial for trial in trials if not trial[0]), None)
+    if stated is not None and _left(stated[2]) <= _MUCH_BETTER * _left(best[2]):
+        best = stated
+    name, poses, matches = best
+    words = [f"in the measured poses {name}"] if name else []
+    words += _corrections(nominal, matches)
+    if not words:
+        return []
+    evidence = _evidence(nominal, replace(measurements, poses=poses), matches, found)
+    return [] if evidence is None else [f"{'; '.join(words)}{evidence}"]
+
+
+def _evidence(
+    nominal: Mechanism,
+    measurements: Measurements,
+    matches: list[_Match],
+    found: Fit | None,
+) -> str | None:
+    """What the corrections do for the fit; None if they do not help."""
+    corrected = np.column_stack(
+        [
+            (measurements.readings[:, match.column] - _zero(nominal, leg, match))
+            / _factor(match.slope)
+            for leg, match in enumerate(matches)
+        ]
+    )
+    robot = _with_modes(nominal, [match.mode for match in matches])
+    try:
+        tried = Fit.of(robot, replace(measurements, readings=corrected))
+    except SymkinError:
+        return None
+    if not tried.converged:
+        return None
+    after = _disagreement(tried)
+    if found is None or not found.converged:
+        return f" (so corrected, chi-square is {tried.chi_square:.3g} per degree of freedom)"
+    before = _disagreement(found)
+    if after > before / _MUCH_BETTER:
+        return None
+    return (
+        f" (so corrected, chi-square and the distance from the drawing together fall from "
+        f"{before:.3g} to {after:.3g}, per degree of freedom)"
+    )
+
+
+def _disagreement(found: Fit) -> float:
+    """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
+    tolerances = parameter_tolerances(found.nominal)
+    distances = found.changes / np.hypot(tolerances, np.nan_to_num(found.deviations))
+    spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
+    squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
+    return squares / (spare + distances.size)
+
+
+def _left(matches: list[_Match]) -> float:
+    return math.exp(sum(math.log(match.left + 1e-15) for match in matches) / len(matches))
+
+
+def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
+    words = []
+    swapped = [leg for leg, match in enumerate(matches) if match.column != leg]
+    if swapped:
+        columns = ", ".join(str(matches[leg].column + 1) for leg in swapped)
+        words.append(f"the readings of {named_legs(swapped)} are in the columns of legs {columns}")
+    for mode in (-1, 1):
+        modes = zip(matches, nominal.working_modes, strict=True)
+        legs = [leg for leg, (match, own) in enumerate(modes) if match.mode == mode != own]
+        if legs:
+            words.append(f"{named_legs(legs)} stand in working mode {mode:+d}")
+    flipped = [leg for leg, match in enumerate(matches) if match.slope < 0]
+    if flipped:
+        words.append(f"the readings of {named_legs(flipped)} have the opposite sign")
+    units: dict[str, list[int]] = {}
+    for leg, match in enumerate(matches):
+        factor = abs(_factor(match.slope))
+        if factor in _FACTORS:
+            units.setdefault(_FACTORS[factor], []).append(leg)
+        elif abs(math.log(abs(match.slope))) > _NEAR_FACTOR:
+            words.append(
+                f"the readings of leg {leg + 1} grow {abs(match.slope):.3g} times as fast as the "
+                "drawing's: its sensor_gain or its unit is wrong"
+            )
+    words += [
+        f"the readings of {named_legs(legs)} look like {unit}" for unit, legs in units.items()
+    ]
+    for leg, match in enumerate(matches):
+        zero = _zero(nominal, leg, match) / _factor(match.slope)
+        if zero:
+            turn = turn_of(nominal, leg)
+            off = f"{zero:+.3g} {nominal.reading_unit}"
+            if turn is not None:
+                off += f", {_turns_in_words(round(2 * zero / turn) / 2)},"
+            words.append(
+                f"the sensor of leg {leg + 1} was set to zero {off} off the drawing's zero"
+            )
+    return words
+
+
+def _factor(slope: float) -> float:
+    """The change of sign and unit that a slope speaks of; 1 if it is near that."""
+    for factor in _FACTORS:
+        if abs(math.log(abs(slope) / factor)) < _NEAR_FACTOR:
+            return math.copysign(factor, slope)
+    return math.copysign(1.0, slope)
+
+
+def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
+    """What to take from the readings of a leg whose zero was evidently set elsewhere, else 0.
+
+    A turn of half or more for an angle; for a length, what its tolerance could never explain.
+    """
+    turn = turn_of(nominal, leg)
+    factor = _factor(match.slope)
+    if turn is not None:
+        halves = round(2 * match.shift / factor / turn)
+        near = abs(match.shift / factor - halves * turn / 2) < turn / 20
+        return halves * turn / 2 * factor if near else 0.0
+    gain = float(nominal.parameters[leg, -2])
+    far = abs(match.shift / factor * gain) > _ZERO_OFF * nominal.tolerances.length
+    return match.shift if far else 0.0
+
+
+def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
+    """Ways in which poses may have been written down."""
+    yield "", poses
+    position = 3 if nominal.pose_space == "spatial" else 2
+    for factor, words in (
+        (1e-3, "positions are millimetres, not metres"),
+        (1e3, "positions are a thousandth of what they should be"),
+    ):
+        scaled = poses.copy()
+        scaled[:, :position] *= factor
+        yield words, scaled
+    conventions: dict[str, dict[str, tuple[int, ...]]] = {
+        "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
+        "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
+        # A mirrored rotation keeps the component of its axis along the mirror's normal.
+        "spatial": {
+            "x is mirrored": (-1, 1, 1, 1, -1, -1, 1),
+            "y is mirrored": (1, -1, 1, -1, 1, -1, 1),
+            "z is mirrored": (1, 1, -1, -1, -1, 1, 1),
+            "the quaternions turn the other way (base to platform)": (1, 1, 1, -1, -1, -1, 1),
+        },
+    }
+    for words, factors in conventions[nominal.pose_space].items():
+        yield words, poses * np.array(factors, dtype=float)
+    if nominal.pose_space == "planar":
+        yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
+        yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
+    if nominal.pose_space == "spatial":
+        order = [0, 1, 2, 4, 5, 6, 3]
+        yield "the quaternions are in the order w, x, y, z", poses[:, order]
+
+
+def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] | None:
+    """For each leg the column and mode that fit best, every column once; None where none fits."""
+    count = len(nominal.legs)
+    table = np.full((count, count), np.inf)
+    best: dict[tuple[int, int], _Match] = {}
+    modes = sorted({-1, 1}, key=lambda mode: mode != nominal.working_modes[0])
+    for mode in modes:
+        with_mode = _with_modes(nominal, [mode] * count)
+        expected = with_mode.inverse_kinematics(poses)
+        for leg in range(count):
+            reached = np.isfinite(expected[:, leg])
+            if reached.sum() < max(4, len(poses) // 2):
+                continue
+            wanted = _continuous(expected[reached, leg], turn_of(nominal, leg))
+            for column in range(count):
+                slope, shift, left = _line(wanted, readings[reached, column])
+                stated = column == leg and mode == nominal.working_modes[leg]
+                # What the file says stays unless another reading of it is much better.
+                score = left / (_MUCH_BETTER if stated else 1)
+                if score < table[leg, column]:
+                    table[leg, column] = score
+                    best[leg, column] = _Match(column, mode, slope, shift, left)
+    if count > 6 or not np.isfinite(table).any(axis=1).all():
+        order = tuple(range(count))
+    else:
+        logarithms = np.log(table + 1e-15)
+        order = min(
+            itertools.permutations(range(count)),
+            key=lambda columns: sum(logarithms[leg, columns[leg]] for leg in range(count)),
+        )
+    if not all(place in best for place in enumerate(order)):
+        return None
+    return [best[place] for place in enumerate(order)]
+
+
+def _line(wanted: Array, readings: Array) -> tuple[float, float, float]:
+    """Slope of readings over what was wanted, their shift, and the variance share that is left."""
+    x, y = wanted, readings
+    slope = shift = 0.0
+    # Readings that are outliers must not hide what the others show.
+    for _ in range(4):
+        centred = x - x.mean()
+        spread = float(centred @ centred)
+        if spread == 0:
+            return 1.0, 0.0, 1.0
+        slope = float(centred @ y) / spread
+        shift = float(np.mean(y - slope * x))
+        errors = np.abs(y - slope * x - shift)
+        keep = errors <= 5 * np.median(errors) + 1e-12
+        if keep.all() or keep.sum() < 4:
+            break
+        x, y = x[keep], y[keep]
+    total = float(np.sum((y - y.mean()) ** 2))
+    if total == 0 or slope == 0 or not np.isfinite(slope):
+        return 1.0, 0.0, 1.0
+    # The shift in the middle of the readings, where the slope's own error does not matter.
+    middle = float(np.mean(y) - _factor(slope) * np.mean(x))
+    return slope, middle, float(np.sum((y - slope * x - shift) ** 2)) / total
+
+
+def _with_modes(mechanism: Mechanism, modes: list[int]) -> Mechanism:
+    """The mechanism in other working modes."""
+    legs = [
+        replace(leg, working_mode=mode) for leg, mode in zip(mechanism.legs, modes, strict=True)
+    ]
+    return mechanism.replace(legs=legs, symmetry=None)
+
+
+def _continuous(values: Array, turn: float | None) -> Array:
+    """Angles about their mean direction, so that none jumps."""
+    if turn is None:
+        return values
+    centre = float(np.angle(np.mean(np.exp(2j * np.pi * values / turn)))) / (2 * np.pi) * turn
+    return centre + shortest(values - centre, turn)
+
+
+def _turns_in_words(turns: float) -> str:
+    """So many turns, such as ``"half a turn"``."""
+    if abs(turns) == 0.5:
+        return "half a turn"
+    return "a whole turn" if abs(turns) == 1 else f"{abs(turns):g} turns"

@@ -5,18 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from statistics import NormalDist
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
+from symkin.identification.fit import Fit
 from symkin.observability import parameter_tolerances
 from symkin.poses import cross_matrices, rotations_from_quaternions
-
-if TYPE_CHECKING:
-    from symkin.identification.estimate import Identification
 
 __all__ = ["implausible_parameters", "unknown_parameters", "weak_parameters"]
 
@@ -35,16 +32,13 @@ _MOVEMENTS = {
 }
 
 
-def implausible_parameters(found: Identification) -> Iterator[str]:
+def implausible_parameters(found: Fit) -> Iterator[str]:
     """Name parameters, and movements of all of them, that the tolerances make implausible."""
-    deviations = found.mechanism.deviations
-    if deviations is None or not np.isfinite(deviations).all():
+    nominal, moved, deviations = found.nominal, found.changes, found.deviations
+    if not np.isfinite(deviations).all():
         return
-    nominal = found.nominal
     tolerances = parameter_tolerances(nominal)
-    moved = found.mechanism.parameters - nominal.parameters
-    common = list(_common_movements(found, moved, tolerances))
-    yield from common
+    yield from _common_movements(found, moved, tolerances)
     distances = np.abs(moved) / np.hypot(tolerances, deviations)
     far = np.argwhere(distances > NormalDist().inv_cdf(1 - _FALSE_ALARMS / 4 / moved.size))
     if len(far):
@@ -59,12 +53,9 @@ def implausible_parameters(found: Identification) -> Iterator[str]:
         yield f"parameters are further from the drawing than is plausible: {named}{more}"
 
 
-def unknown_parameters(found: Identification) -> Iterator[str]:
+def unknown_parameters(found: Fit) -> Iterator[str]:
     """Name parameters that the measurements in effect do not show."""
-    deviations = found.mechanism.deviations
-    if deviations is None:
-        return
-    unknown = np.argwhere(deviations > _UNKNOWN * parameter_tolerances(found.nominal))
+    unknown = np.argwhere(found.deviations > _UNKNOWN * parameter_tolerances(found.nominal))
     if len(unknown):
         yield (
             f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
@@ -72,12 +63,9 @@ def unknown_parameters(found: Identification) -> Iterator[str]:
         )
 
 
-def weak_parameters(found: Identification) -> Iterator[str]:
+def weak_parameters(found: Fit) -> Iterator[str]:
     """Name parameters that the drawing knows better than the measurements."""
-    deviations = found.mechanism.deviations
-    if deviations is None:
-        return
-    shares = deviations / parameter_tolerances(found.nominal)
+    shares = found.deviations / parameter_tolerances(found.nominal)
     weak = np.argwhere((shares > 1) & (shares <= _UNKNOWN))
     if len(weak):
         yield (
@@ -87,14 +75,14 @@ def weak_parameters(found: Identification) -> Iterator[str]:
         )
 
 
-def _named(found: Identification, places: NDArray[np.intp]) -> str:
+def _named(found: Fit, places: NDArray[np.intp]) -> str:
     by_name: dict[str, list[int]] = {}
     for leg, parameter in places:
         by_name.setdefault(found.nominal.parameter_names[parameter], []).append(int(leg))
     return ", ".join(f"{name} of {named_legs(legs)}" for name, legs in by_name.items())
 
 
-def _common_movements(found: Identification, moved: Array, tolerances: Array) -> Iterator[str]:
+def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[str]:
     """Movements of all parameters as one, which show far below the tolerance of any of them."""
     total = found.covariance + np.diag(tolerances.ravel() ** 2)
     inverse = np.linalg.inv(total)
@@ -128,7 +116,7 @@ def _common_movements(found: Identification, moved: Array, tolerances: Array) ->
         )
 
 
-def _directions(found: Identification, kind: str) -> Array:
+def _directions(found: Fit, kind: str) -> Array:
     """Changes of all parameters, one a column, that stand for moving a frame or for a scale.
 
     They are those with which the closures at the measured poses stay as they are, leg by leg.

@@ -8,7 +8,7 @@ import dataclasses
 from symkin.checks import CheckResult
 from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import mechanism_section
-from symkin.report.sections.observability import observability_section, singular_values_table
+from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (
     conditions_section,
     deviations_table,

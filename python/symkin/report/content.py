@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Group", "Headline", "Image", "Page", "Section", "Table", "Verdict", "image"]
+__all__ = ["Group", "Headline", "Image", "Page", "Section", "Table", "Verdict", "image", "plotted"]
 
 Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
@@ -122,3 +123,8 @@ class Page:
 def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:
     """An image of a figure that is drawn already."""
     return Image(name, alternative, caption, lambda: figure)
+
+
+def plotted(name: str, *arguments: Any) -> Callable[[], Figure]:
+    """Return what draws a figure of `symkin.plot`, which takes a while to import."""
+    return lambda: getattr(import_module("symkin.plot"), name)(*arguments)

@@ -11,10 +11,10 @@ from symkin.mechanism import Mechanism
 from symkin.planning import ChosenPoses, Plan, PlanBasis
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Page, Section, Table
+from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
-from symkin.report.sections.mechanism import mechanism_section
-from symkin.report.sections.workspace import workspace_section
 from symkin.report.wording import count, milli, plural, quantity, significant
+from symkin.report.workspace import workspace_section
 from symkin.simulation import Simulation
 from symkin.workspace import WorkspaceSample
 

@@ -14,8 +14,18 @@ from pathlib import Path
 import pytest
 
 import symkin as library
+from symkin.report.wording import milli
 
-COMMANDS = ["check", "pose-count", "plan", "simulate", "identify", "evaluate", "run"]
+COMMANDS = [
+    "check",
+    "pose-count",
+    "plan",
+    "simulate",
+    "identify",
+    "evaluate",
+    "run",
+    "kinematics",
+]
 
 
 def test_check_describes_a_mechanism(symkin: Callable) -> None:
@@ -203,17 +213,18 @@ def test_pose_count_says_what_else_helps_where_more_poses_do_not(symkin: Callabl
 
 
 def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -> None:
-    plan, measured, actual = (tmp_path / name for name in ("plan.csv", "m.csv", "a.toml"))
+    plan, robot = tmp_path / "plan.csv", tmp_path / "robot"
+    measured, actual = robot / "measurements.csv", robot / "actual.toml"
     symkin("plan", "3RRR", "--out", tmp_path, "--pose-count", 10, "--candidates", 300)
-    simulated = symkin("simulate", "3RRR", plan, "--out", measured, "--actual-out", actual)
-    assert "30 poses measured" in simulated.out
+    simulated = symkin("simulate", "3RRR", "--plan", plan, "--out", robot)
+    assert re.search(r"Poses measured +30\n", simulated.out)
     folder = tmp_path / "identified"
     identified = symkin("identify", "3RRR", measured, "--out", folder, "--json").json
     assert identified["identification"]["residual_after_rms_m"] < 3e-4
     calibrated = folder / "calibrated.toml"
     for model, least, most in (("3RRR", 5e-4, 1e-1), (calibrated, 1e-6, 4e-4)):
         against = ("evaluate", model, "--actual", actual, "--json")
-        for poses in (("--poses", plan), ("--candidates", 200)):
+        for poses in (("--plan", plan), ("--candidates", 200)):
             error = symkin(*against, *poses).json["evaluation"]
             assert least < error["position_rms_m"] < most
 
@@ -235,13 +246,59 @@ def test_run_writes_all_its_files(protocol: Path) -> None:
     ]
 
 
+def test_identify_finds_in_the_files_of_a_run_what_the_run_found(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    measured = protocol / "measurements.csv"
+    assert symkin("identify", "3RRR", measured, "--out", tmp_path).code == 0
+    ran, found = (
+        library.read_results(folder / "results.json")["identification"]
+        for folder in (protocol, tmp_path)
+    )
+    assert found == ran
+    of_run, of_identify = (
+        library.load_mechanism(folder / "calibrated.toml") for folder in (protocol, tmp_path)
+    )
+    assert (of_identify.parameters == of_run.parameters).all()
+    assert (of_identify.deviations == of_run.deviations).all()
+
+
+def test_the_results_file_of_identify_is_what_json_prints_and_what_save_writes(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    measured = protocol / "measurements.csv"
+    command = ("identify", "3RRR", measured, "--cross-validate", 3, "--loss", "huber")
+    printed = symkin(*command, "--out", tmp_path, "--json").out
+    robot = library.load_mechanism("3RRR")
+    found = library.identify(robot, library.read_measurements(measured, robot), loss="huber")
+    found.cross_validated(3).save(tmp_path / "saved.json")
+    for name in ("results.json", "saved.json"):
+        assert (tmp_path / name).read_text(encoding="utf-8") == printed
+
+
+def test_evaluate_writes_its_page_and_the_document_that_json_prints(
+    symkin: Callable, refused: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    command = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
+    shown = symkin(*command, "--out", tmp_path)
+    assert shown.out.splitlines()[-1] == str(tmp_path / "evaluation.html")
+    document = (tmp_path / "evaluation.json").read_text(encoding="utf-8")
+    assert document == symkin(*command, "--json").out
+    refused(*command, "--out", tmp_path, words="exists")
+
+
 def test_identify_prints_residuals_parameters_and_cross_validation(
     symkin: Callable, protocol: Path
 ) -> None:
     measured = protocol / "measurements.csv"
     shown = symkin("identify", "3RRR", measured, "--cross-validate", 3, "--loss", "huber")
     assert shown.code == 0
-    for words in ("closure residual rms", "3-fold cross-validation rms", "±", "chi-square"):
+    for words in (
+        "Closure residual of all legs",
+        "3-fold cross-validation (poses that the fit did not see)",
+        "Standard deviation",
+        "chi-square",
+    ):
         assert words in shown.out
     document = symkin("identify", "3RRR", measured, "--estimator", "paper", "--json").json
     assert document["identification"]["estimator"] == "paper"
@@ -256,7 +313,7 @@ def test_identify_predicts_the_end_effector_at_unseen_poses_in_blocks(
     command = ("identify", "3RRR", protocol / "measurements.csv", "--cross-validate", 3)
     blocks = symkin(*command, "--cross-validate-blocks")
     assert blocks.code == 0
-    assert "3-block cross-validation position error rms" in blocks.out
+    assert "As it is, 3-block cross-validation\nunseen position, root mean square" in blocks.out
     random, blocks = (
         symkin(*command, *option, "--json").json["cross_validation"]
         for option in ((), ("--cross-validate-blocks",))
@@ -273,9 +330,14 @@ def test_blocks_without_cross_validation_are_refused(refused: Callable, protocol
 
 def test_evaluate_says_first_what_no_frame_explains(symkin: Callable, protocol: Path) -> None:
     command = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
-    labels = [line[:33].strip() for line in symkin(*command).out.splitlines()[2:]]
-    assert labels[0] == "aligned position error rms"
-    assert labels.index("position error rms") < labels.index("mean phi error")
+    lines = symkin(*command).out.splitlines()
+    first = lines.index("End-effector error")
+    labels = [line.split("  ")[0] for line in lines[first + 2 :]]
+    assert labels[:2] == [
+        "After the best alignment of the frames",
+        "aligned position, root mean square",
+    ]
+    assert labels.index("position, root mean square") < labels.index("mean phi")
     figures = symkin(*command, "--json").json["evaluation"]
     assert 0 < figures["aligned"]["position_rms_m"] < figures["position_rms_m"]
     assert len(figures["aligned"]["base"]) == len(figures["aligned"]["tool"]) == 3
@@ -303,15 +365,16 @@ def test_measurements_are_read_through_a_column_mapping(
 def test_a_rerun_with_the_same_seed_writes_the_same_bytes(
     symkin: Callable, tmp_path: Path, extension: str
 ) -> None:
+    plan = f"plan.{extension}"
     for name in ("first", "second"):
-        folder = tmp_path / name
-        plan, measured = folder / f"plan.{extension}", folder / f"measurements.{extension}"
+        out = tmp_path / name
         small = ("--pose-count", 8, "--candidates", 200, "--seed", 7)
-        assert symkin("plan", "3RRR", "--out", folder, *small).code == 0
-        made = library.read_plan(folder / "plan.csv", library.load_mechanism("3RRR"))
-        made.save(plan, overwrite=True)
-        assert symkin("simulate", "3RRR", plan, "--out", measured, "--seed", 7).code == 0
-    for name in (f"plan.{extension}", f"measurements.{extension}"):
+        assert symkin("plan", "3RRR", "--out", out, *small).code == 0
+        made = library.read_plan(out / "plan.csv", library.load_mechanism("3RRR"))
+        made.save(out / plan, overwrite=True)
+        simulated = symkin("simulate", "3RRR", "--plan", out / plan, "--out", out, "--seed", 7)
+        assert simulated.code == 0
+    for name in (plan, "measurements.csv", "actual.toml"):
         assert filecmp.cmp(tmp_path / "first" / name, tmp_path / "second" / name, shallow=False)
 
 
@@ -376,14 +439,18 @@ def test_evaluate_shows_the_closures_of_measurements(symkin: Callable, protocol:
     closures = symkin(*arguments, "--json").json["evaluation"]["closures"]
     assert len(closures["legs_rms_m"]) == 3
     lines = symkin(*arguments).out.splitlines()
-    shown = [line.split()[-2:] for line in lines if line.startswith("closure rms")]
+    first = lines.index("How far the legs miss closing") + 2
+    shown = [line.split("  ") for line in lines[first : first + 4]]
     expected = [closures["rms_m"], *closures["legs_rms_m"]]
-    assert shown == [[f"{1000 * value:.3g}", "mm"] for value in expected]
+    assert [row[-1].strip() for row in shown] == [
+        milli(value, "m").replace("\N{NO-BREAK SPACE}", " ") for value in expected
+    ]
+    assert [row[0] for row in shown] == ["all legs", "leg 1", "leg 2", "leg 3"]
     against = ("evaluate", "3RRR", "--actual", protocol / "actual.toml", "--candidates", 200)
     assert symkin(*against, "--json").json["evaluation"]["closures"] is None
 
 
-def test_measurements_of_one_leg_a_row_are_identified_without_a_report(
+def test_measurements_of_one_leg_a_row_are_identified_without_end_effector_errors(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
     header, *rows = (protocol / "measurements.csv").read_text().splitlines()
@@ -394,7 +461,8 @@ def test_measurements_of_one_leg_a_row_are_identified_without_a_report(
     partial.write_text("\n".join([header, *(",".join(row) for row in cells)]) + "\n")
     shown = symkin("identify", "3RRR", partial, "--out", tmp_path / "out")
     assert shown.code == 0, shown.err
-    assert "no report" in shown.out
+    assert "End-effector error" not in shown.out
+    assert "No end-effector error" in (tmp_path / "out" / "report.html").read_text()
     assert (tmp_path / "out" / "calibrated.toml").exists()
 
 

@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 
 import symkin as library
-from symkin import outputs
 
 CHECK_FILES = ("check.json", "check.html")
 WORKSPACE_FILES = ("workspace.json", "workspace.html")
+PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
+POSE_COUNT_FILES = ("pose-count.json", "pose-count.html")
+EVALUATION_FILES = ("evaluation.json", "evaluation.html")
 
 
 @pytest.fixture
@@ -23,7 +25,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("computed before the targets were checked")
 
     names = ("sample_workspace", "identify", "simulate", "run_protocol", "study_workspace")
-    for name in names:
+    for name in (*names, "evaluate"):
         monkeypatch.setattr(library, name, computed)
     monkeypatch.setattr("symkin.checks.check_mechanism", computed)
 
@@ -35,13 +37,17 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     plan, measured = protocol / "plan.csv", protocol / "measurements.csv"
     old = tmp_path / "old.csv"
     old.write_text("mine")
+    simulate = ("simulate", "3RRR", "--plan", plan)
     for command, files in (
         (("check", "3RRR"), CHECK_FILES),
-        (("run", "3RRR"), outputs.RUN_FILES),
-        (("identify", "3RRR", measured), outputs.IDENTIFICATION_FILES),
-        (("pose-count", "3RRR"), outputs.POSE_COUNT_FILES),
+        (("run", "3RRR"), library.ProtocolResult.FILES),
+        (("identify", "3RRR", measured), library.Identification.FILES),
+        (simulate, library.Simulation.FILES),
+        (("evaluate", "3RRR", "--measurements", measured), EVALUATION_FILES),
+        (("kinematics", "3RRR", plan), ("readings.csv",)),
+        (("pose-count", "3RRR"), POSE_COUNT_FILES),
         (("workspace", "3RRR"), WORKSPACE_FILES),
-        (("plan", "3RRR"), outputs.PLAN_FILES),
+        (("plan", "3RRR"), PLAN_FILES),
     ):
         folder = tmp_path / command[0]
         folder.mkdir()
@@ -49,20 +55,7 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
             (folder / name).write_text("mine")
             refused(*command, "--out", folder, words=f"{name}: exists")
             (folder / name).unlink()
-    new = tmp_path / "new.csv"
-    refused("simulate", "3RRR", plan, "--out", old, words="exists")
-    refused("simulate", "3RRR", plan, "--out", new, "--actual-out", old, words="exists")
-    assert not new.exists()
-
-
-@pytest.mark.usefixtures("idle")
-def test_two_outputs_have_places_of_their_own(refused: Callable, tmp_path: Path) -> None:
-    same = ("--out", tmp_path / "m.csv", "--actual-out", tmp_path / "m.csv")
-    (tmp_path / "p.csv").write_text(
-        "leg,order,role,x_m,y_m,phi_rad,psi_1_rad,psi_2_rad,psi_3_rad\n1,1,primary,0,0,0,0,0,0\n"
-    )
-    refused("simulate", "3RRR", tmp_path / "p.csv", *same, words="two outputs")
-    assert not (tmp_path / "m.csv").exists()
+    assert old.read_text() == "mine"
 
 
 def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
@@ -70,9 +63,17 @@ def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
 ) -> None:
     nominal = tmp_path / "calibrated.toml"
     nominal.write_text((protocol / "calibrated.toml").read_text())
-    measured, plan = protocol / "measurements.csv", protocol / "plan.csv"
-    refused("identify", nominal, measured, "--out", tmp_path, "--overwrite", words="is an input")
-    refused("simulate", "3RRR", plan, "--out", plan, "--overwrite", words="is an input")
+    measured = tmp_path / "measurements.csv"
+    measured.write_text((protocol / "measurements.csv").read_text())
+    readings = tmp_path / "readings.csv"
+    readings.write_text(measured.read_text())
+    into = ("--out", tmp_path, "--overwrite")
+    refused("identify", nominal, measured, *into, words="is an input")
+    refused("simulate", "3RRR", "--plan", measured, *into, words="is missing")
+    plan = protocol / "plan.csv"
+    measured.write_text(plan.read_text())
+    refused("simulate", "3RRR", "--plan", measured, *into, words="is an input")
+    refused("kinematics", "3RRR", readings, *into, words="is an input")
 
 
 def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
@@ -84,7 +85,7 @@ def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
     refused(*small, "--seed", 2, words="--overwrite")
     assert symkin(*small, "--seed", 2, "--overwrite").code == 0
     assert (tmp_path / "plan.csv").read_bytes() != first
-    assert {path.name for path in tmp_path.iterdir()} == set(outputs.PLAN_FILES)
+    assert {path.name for path in tmp_path.iterdir()} == set(PLAN_FILES)
 
 
 def test_every_file_of_a_command_is_known_before(
@@ -95,15 +96,19 @@ def test_every_file_of_a_command_is_known_before(
     def names(folder: Path) -> set[str]:
         return {path.name for path in folder.iterdir()}
 
-    assert names(protocol) <= set(outputs.RUN_FILES)
+    assert names(protocol) == set(library.ProtocolResult.FILES)
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
     for command, files in (
         (("check", "3RRR", "--out"), CHECK_FILES),
-        (("identify", "3RRR", measured, "--out"), outputs.IDENTIFICATION_FILES),
-        (("pose-count", "3RRR", *few, "--out"), outputs.POSE_COUNT_FILES),
+        (("identify", "3RRR", measured, "--out"), library.Identification.FILES),
+        (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), library.Simulation.FILES),
+        (("evaluate", "3RRR", "--measurements", measured, "--out"), EVALUATION_FILES),
+        (("kinematics", "3RRR", measured, "--out"), ("readings.csv",)),
+        (("kinematics", "3RRR", measured, "--forward", "--out"), ("poses.csv",)),
+        (("pose-count", "3RRR", *few, "--out"), POSE_COUNT_FILES),
         (("workspace", "3RRR", "--resolution", 60, "--out"), WORKSPACE_FILES),
-        (("plan", "3RRR", *few, "--out"), outputs.PLAN_FILES),
+        (("plan", "3RRR", *few, "--out"), PLAN_FILES),
     ):
         folder = tmp_path / command[0]
         assert symkin(*command, folder).code == 0

@@ -99,8 +99,8 @@ _VALUES = [
 def _commands(file: str) -> list[tuple[str, ...]]:
     return [
         ("evaluate", file, "--measurements", "measured.csv"),
-        ("simulate", file, "plan.csv", "--out", "out.csv", "--overwrite"),
-        ("evaluate", "sound.toml", "--actual", file, "--poses", "plan.csv"),
+        ("simulate", file, "--plan", "plan.csv", "--out", "out", "--overwrite"),
+        ("evaluate", "sound.toml", "--actual", file, "--plan", "plan.csv"),
         ("identify", file, "measured.csv"),
         ("evaluate", "sound.toml", "--measurements", "measured.csv", "--columns", file),
     ]
@@ -243,11 +243,13 @@ def _table_cases(robots: Sequence[Robot]) -> Iterator[Case]:
             ("identify", "robot.toml", "t.csv"),
             ("identify", "robot.toml", "t.csv", "--estimator", "joint", "--loss", "huber"),
             ("evaluate", "robot.toml", "--measurements", "t.csv"),
+            ("kinematics", "robot.toml", "t.csv"),
+            ("kinematics", "robot.toml", "t.csv", "--forward"),
             ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--measured", "t.csv"),
         ]
         planned = [
-            ("simulate", "robot.toml", "t.csv", "--out", "o.csv", "--overwrite"),
-            ("evaluate", "robot.toml", "--actual", "robot.toml", "--poses", "t.csv"),
+            ("simulate", "robot.toml", "--plan", "t.csv", "--out", "o", "--overwrite"),
+            ("evaluate", "robot.toml", "--actual", "robot.toml", "--plan", "t.csv"),
             ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--required", "t.csv"),
         ]
         for text, commands in ((robot.measured, measured), (robot.plan, planned)):
@@ -311,18 +313,17 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
         "--threads", "--seed", "--time-limit",
     ],
     ("plan", "nosuch", "--out", "o.csv"): ["--method", "--candidates", "--time-limit", "--report"],
-    ("simulate", "robot.toml", "plan.csv", "--out", "o.csv", "--overwrite"): [
-        "--seed", "--actual-out",
-    ],
-    ("simulate", "robot.toml", "{}", "--out", "o.csv", "--overwrite"): [""],
+    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): ["--seed"],
+    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "{}"): [""],
+    ("kinematics", "robot.toml", "{}"): [""],
     ("identify", "robot.toml", "measured.csv"): [
-        "--columns", "--estimator", "--poses", "--loss", "--cross-validate", "--seed",
+        "--columns", "--estimator", "--use", "--loss", "--cross-validate", "--seed",
     ],
     ("identify", "robot.toml", "{}"): [""],
-    ("evaluate", "robot.toml"): ["--actual", "--measurements", "--poses", "--columns"],
-    ("evaluate", "robot.toml", "--actual", "robot.toml"): ["--poses", "--candidates", "--seed"],
+    ("evaluate", "robot.toml"): ["--actual", "--measurements", "--plan", "--columns"],
+    ("evaluate", "robot.toml", "--actual", "robot.toml"): ["--plan", "--candidates", "--seed"],
     ("run", "nosuch", "--out", "r"): [
-        "--estimator", "--poses", "--design", "--rows", "--criterion", "--seed", "--pose-count",
+        "--estimator", "--use", "--design", "--rows", "--criterion", "--seed", "--pose-count",
         "--candidates",
     ],
     ("{}", "robot.toml"): [""],

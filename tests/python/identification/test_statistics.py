@@ -79,10 +79,10 @@ def test_the_real_hexapod_is_doubted_for_what_is_known_of_it(hexapod, hexapod_ta
     # One factor for all legs: the deviations of legs 4 to 6 too.
     tests = {(test.suspect, test.legs): test for test in found.diagnosis.tests}
     curved = tests["sensor_curvature", tuple(range(6))]
-    assert curved.freedom == (6, 594)
+    assert curved.degrees_of_freedom == (6, 594)
     assert curved.statistic == pytest.approx(86.6, rel=0.05)
     assert all(tests["sensor_curvature", (leg,)].alarms for leg in range(6))
-    assert tests["estimators", tuple(range(6))].freedom == (15, 585)
+    assert tests["estimators", tuple(range(6))].degrees_of_freedom == (15, 585)
     assert tests["estimators", tuple(range(6))].statistic == pytest.approx(14.8, rel=0.06)
     said = " ".join(found.doubts)
     for words in ("square of the reading", "implicit and joint disagree", "row 63"):

@@ -16,10 +16,7 @@ import pytest
 import symkin
 from symkin.checks import check_mechanism
 from symkin.errors import SymkinError
-from symkin.identification.outcome import MeasuredIdentification
 from symkin.io.output_files import OutputFiles
-from symkin.outputs import write_actual, write_identification, write_run
-from symkin.report import write_identification_report, write_report
 
 NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
 
@@ -337,9 +334,7 @@ def test_every_writer_of_the_library_asks_before_it_replaces(
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, buffer, **__: buffer)
     nominal, simulation = result.nominal, result.simulation
     identification = result.identification
-    measured = MeasuredIdentification.of(nominal, simulation.measurements, identification)
     checked = check_mechanism(nominal)
-    arguments = (nominal, simulation.measurements, identification, measured.before, measured.after)
     writers: dict[str, Callable[..., object]] = {
         "plan.csv": lambda path, **o: symkin.write_plan(result.plan, path, nominal, **o),
         "measurements.csv": lambda path, **o: symkin.write_measurements(
@@ -347,17 +342,16 @@ def test_every_writer_of_the_library_asks_before_it_replaces(
         ),
         "any.json": lambda path, **o: symkin.write_results({"a": 1}, path, **o),
         "calibrated.toml": lambda path, **o: symkin.save_mechanism(nominal, path, **o),
-        "actual.toml": lambda path, **o: write_actual(simulation.actual, nominal, path, **o),
-        "run/mechanism.png": lambda path, **o: write_run(result, path.parent, **o),
-        "identified/results.json": lambda path, **o: write_identification(
-            measured, path.parent, **o
-        ),
+        "simulation/actual.toml": lambda path, **o: simulation.write(path.parent, **o),
+        "run/report.html": lambda path, **o: result.write(path.parent, **o),
+        "identified/results.json": lambda path, **o: identification.write(path.parent, **o),
+        "found.toml": identification.save_calibrated,
+        "found.json": identification.save,
+        "found.html": identification.report,
         "check/check.json": checked.save,
         "check/check.html": checked.report,
-        "report/residuals.png": lambda path, **o: write_report(result, path.parent, **o),
-        "identification/report.html": lambda path, **o: write_identification_report(
-            *arguments, path.parent, **o
-        ),
+        "run.html": result.report,
+        "before.html": result.before.report,
     }
     for name, write in writers.items():
         path = tmp_path / name

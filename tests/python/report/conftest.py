@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Small runs of the protocol and the reports that they give."""
 
+import dataclasses
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
 import symkin
-from symkin.identification.comparison import compare_estimators
-from symkin.report import write_identification_report, write_report
 
 
 class Page(HTMLParser):
@@ -90,32 +88,23 @@ def spatial_result(hexapod):
 @pytest.fixture(scope="session")
 def planar_page(planar_result, tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar") / "new"
-    return Page(write_report(planar_result, folder, compare_estimators(planar_result)))
+    return Page(planar_result.report(folder / "report.html"))
 
 
 @pytest.fixture(scope="session")
 def spatial_page(spatial_result, tmp_path_factory):
-    return Page(write_report(spatial_result, tmp_path_factory.mktemp("spatial")))
+    return Page(spatial_result.report(tmp_path_factory.mktemp("spatial") / "report.html"))
 
 
 @pytest.fixture(scope="session")
 def measured(hexapod, hexapod_table):
-    """The hexapod's measurements, what is identified from them, and its cross-validation."""
+    """What is identified from the hexapod's measurements, with its cross-validation."""
     measurements = symkin.read_measurements(hexapod_table, hexapod)
-    identification = symkin.identify(hexapod, measurements, loss="tukey")
-    return measurements, identification, symkin.cross_validate(hexapod, measurements, 5)
+    validation = symkin.cross_validate(hexapod, measurements, 5)
+    found = symkin.identify(hexapod, measurements, loss="tukey")
+    return dataclasses.replace(found, cross_validation=validation)
 
 
 @pytest.fixture(scope="session")
-def measured_page(hexapod, measured, tmp_path_factory):
-    measurements, identification, validation = measured
-    path = write_identification_report(
-        hexapod,
-        measurements,
-        identification,
-        symkin.evaluate(hexapod, measurements=measurements),
-        symkin.evaluate(identification.mechanism, measurements=measurements),
-        tmp_path_factory.mktemp("measured"),
-        cross_validation=validation,
-    )
-    return Page(Path(path))
+def measured_page(measured, tmp_path_factory):
+    return Page(measured.report(tmp_path_factory.mktemp("measured") / "report.html"))

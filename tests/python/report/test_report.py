@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The report says what the results are, and needs no other file to say it."""
 
-import base64
-
 import numpy as np
 import pytest
 
 import symkin
-from symkin.report import write_identification_report
+from symkin.report.content import Image
 from symkin.report.wording import fixed, milli, significant
 
+FITS = "How the legs fit (chi-square per degree of freedom, 1 if the noise is as declared)"
 RUN_FIGURES = {
     "mechanism",
     "workspace",
@@ -38,17 +37,21 @@ def test_the_page_of_measurements_is_self_contained(measured_page):
     measured_page.assert_self_contained()
 
 
-def test_every_figure_is_on_the_page_and_in_a_file(run):
-    page = run[1]
-    files = {path.stem: path.read_bytes() for path in page.folder.glob("*.png")}
-    assert set(files) == RUN_FIGURES
-    inlined = [base64.b64decode(image["src"].split(",")[1]) for image in page.all("img")]
-    assert sorted(inlined) == sorted(files.values())
+def _figures(result):
+    """Names of the figures that a result's page describes."""
+    parts = [part for section in result.page().sections for part in section.parts]
+    return {part.name for part in parts if isinstance(part, Image)}
 
 
-def test_every_figure_of_measurements_is_on_the_page_and_in_a_file(measured_page):
-    assert {path.stem for path in measured_page.folder.glob("*.png")} == MEASURED_FIGURES
-    assert len(measured_page.all("img")) == len(MEASURED_FIGURES)
+def test_every_figure_is_on_the_page(run):
+    result, page = run
+    assert _figures(result) == RUN_FIGURES
+    assert len(page.all("figure")) == len(RUN_FIGURES)
+
+
+def test_every_figure_of_measurements_is_on_the_page(measured, measured_page):
+    assert _figures(measured) == MEASURED_FIGURES
+    assert len(measured_page.all("figure")) == len(MEASURED_FIGURES)
 
 
 def test_images_have_texts_and_tables_have_headings(run):
@@ -114,7 +117,7 @@ def _numbers(rows):
         mantissa, _, power = cell.replace("\N{MINUS SIGN}", "-").partition("\xa0\xd7\xa010")
         return float(mantissa) * 10.0 ** int(power.translate(superscripts) or 0)
 
-    return (np.array([number(row[column]) for row in rows]) for column in (3, 4, 5, 6))
+    return (np.array([number(row[column]) for row in rows]) for column in (3, 4, 6, 7))
 
 
 def test_observability_of_all_legs_is_the_results(run):
@@ -166,19 +169,18 @@ def test_symmetry_names_the_element_of_every_leg(planar_page, spatial_page):
     ]
 
 
-def test_the_comparison_of_the_estimators_is_shown_if_given(planar_page, spatial_page):
-    caption = "Every estimator on the same measurements"
-    assert [row[0] for row in planar_page.tables[caption][1:]] == [
-        "paper",
-        "implicit",
-        "implicit",
-        "joint",
-    ]
-    assert caption not in spatial_page.tables
+def test_the_estimators_are_compared(run):
+    result, page = run
+    rows = page.tables["Every estimator on the same measurements"][1:]
+    assert [row[0] for row in rows] == ["paper", "implicit", "implicit", "joint"]
+    for row, figures in zip(rows, result.comparison, strict=True):
+        assert row[1:3] == [figures.poses, milli(figures.evaluation.position_rms, "m")]
+    used = result.comparison[2]
+    assert (used.evaluation, used.expected) == (result.after, result.expected)
 
 
 def test_the_report_of_measurements_has_residuals_and_cross_validation(measured, measured_page):
-    _, identification, validation = measured
+    identification, validation = measured, measured.cross_validation
     caption = "Closure residual of all legs"
     assert measured_page.row(caption, "calibrated") == [
         milli(identification.residual_rms, "m"),
@@ -189,22 +191,16 @@ def test_the_report_of_measurements_has_residuals_and_cross_validation(measured,
     cells = measured_page.row("End-effector error", "unseen position, root mean square")
     assert cells[1] == milli(validation.evaluation.position_rms, "m")
     fit = identification.legs[1]
-    cells = measured_page.row("How the legs fit", "leg 2")
+    cells = measured_page.row(FITS, "leg 2")
     assert cells[3].startswith(f"{len(fit.rejected)} (rows ")
     assert cells[5] == significant(fit.chi_square)
     rows = measured_page.tables["Identified parameters"]
-    assert rows[0][-1] == "Standard deviation"
+    assert rows[0][-2:] == ["Standard deviation", "Change"]
     assert rows[2][3] == fixed(identification.mechanism.parameters[0, 0], 5)
 
 
-def test_the_first_figure_of_measurements_is_what_no_frame_explains(
-    hexapod, measured, measured_page
-):
-    measurements, identification, _ = measured
-    before, after = (
-        symkin.evaluate(mechanism, measurements=measurements)
-        for mechanism in (hexapod, identification.mechanism)
-    )
+def test_the_first_figure_of_measurements_is_what_no_frame_explains(measured, measured_page):
+    before, after = measured.before, measured.after
     top = measured_page.source[: measured_page.source.index("<main>")]
     places = [
         top.index(milli(each.position_rms, "m"))
@@ -223,21 +219,17 @@ def test_measurements_of_single_legs_are_reported_without_end_effector_errors(
         taken.poses, np.where(own, taken.readings, np.nan), taken.leg_sets, taken.row_numbers
     )
     identification = symkin.identify(planar_result.nominal, partial)
-    path = write_identification_report(
-        planar_result.nominal, partial, identification, None, None, tmp_path
-    )
+    path = identification.report(tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert "No end-effector error" in text
-    assert not (tmp_path / "error_map.png").exists()
+    assert "error_map" not in _figures(identification)
 
 
 def test_doubts_and_failure_stand_on_top(planar_result, tmp_path):
     measurements = planar_result.simulation.measurements
     stopped = symkin.identify(planar_result.nominal, measurements, max_iterations=1)
     assert not stopped.converged
-    path = write_identification_report(
-        planar_result.nominal, measurements, stopped, planar_result.before, None, tmp_path
-    )
+    path = stopped.report(tmp_path / "report.html")
     top = path.read_text(encoding="utf-8").split("<main>")[0]
     assert "Not converged: leg 1" in top
     assert all(doubt in top for doubt in stopped.doubts)
@@ -247,7 +239,7 @@ def test_names_are_escaped(planar_result, tmp_path):
     nominal = planar_result.nominal.replace(name="<b>3RRR</b> & co")
     measurements = planar_result.simulation.measurements
     identification = symkin.identify(nominal, measurements)
-    path = write_identification_report(nominal, measurements, identification, None, None, tmp_path)
+    path = identification.report(tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert "<b>" not in text
     assert "&lt;b&gt;3RRR&lt;/b&gt; &amp; co" in text

@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: MIT
+"""Fits of the parameters to measurements, before anybody judges them."""
+
+from __future__ import annotations
+
+from typing import Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.checks import undefined_angles
+from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
+from symkin.identification.calibrated import calibrated_mechanism
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import noise_of, tolerances_of, with_combinations
+from symkin.result import Value, field, record
+from symkin.settings import NoiseSettings
+
+__all__ = [
+    "Estimator",
+    "Fit",
+    "FitOptions",
+    "GoodnessOfFit",
+    "LegFit",
+    "Loss",
+    "PoseUse",
+    "core_measurements",
+]
+
+Array = NDArray[np.float64]
+Estimator = Literal["paper", "inverse", "implicit", "joint"]
+Loss = Literal["none", "huber", "cauchy", "tukey"]
+PoseUse = Literal["all", "own"]
+
+
+@record
+class FitOptions(Value):
+    """How parameters are estimated; the attributes are the arguments of `identify`."""
+
+    estimator: Estimator = "implicit"
+    poses: PoseUse = "all"
+    loss: Loss = "none"
+    loss_scale: float | None = None
+    noise: NoiseSettings | None = None
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, naming those that do."""
+        for name, choices in (("estimator", Estimator), ("poses", PoseUse), ("loss", Loss)):
+            value, valid = getattr(self, name), get_args(choices)
+            if value not in valid:
+                raise SymkinError(f"{name} is {value!r}; expected one of {', '.join(valid)}")
+
+
+@record
+class LegFit(Value):
+    """How one leg was fitted.
+
+    Attributes
+    ----------
+    converged : bool
+        Whether the estimator converged, and
+    failure : str
+        why not.
+    iterations : int
+        Accepted steps of the solver.
+    rows : ndarray of int
+        Rows of the measurements that it used.
+    rejected : ndarray of int
+        Rows whose weight the robust loss put below one half.
+    residuals : ndarray
+        Closures at the estimate, m, one a row.
+    standardised : ndarray
+        Over their standard deviation from the declared noise: standard normal if all is right.
+    chi_square : float
+        Per degree of freedom, of the leg's own fit or, with the estimator `joint`, of all legs': 1
+        is what the declared noise explains; NaN without a degree of freedom.
+    condition : float
+        Of the scaled Jacobian.
+    """
+
+    converged: bool
+    failure: str
+    iterations: int
+    rows: NDArray[np.intp] = field(private=True)
+    rejected: NDArray[np.intp] = field(private=True)
+    residuals: Array = field(private=True)
+    standardised: Array = field(private=True)
+    chi_square: float = field(unit="per_degree_of_freedom")
+    condition: float
+
+    @property
+    def residual_rms(self) -> float:
+        """Root mean square of the closures, m."""
+        return float(np.sqrt(np.mean(self.residuals**2))) if self.residuals.size else float("nan")
+
+
+@record
+class GoodnessOfFit(Value):
+    """Chi-square of one least-squares problem.
+
+    Attributes
+    ----------
+    legs : tuple of int
+        The legs (from 0) that were fitted together: one, or all with the estimator `joint`.
+    chi_square : float
+        Of the whitened closures at the estimate, without poses that the loss rejects.
+    degrees_of_freedom : int
+        Closures less parameters.
+    limit, least : float
+        What it exceeds, and falls short of, in one of 1000 sound robots (all problems of a robot
+        together); NaN without a degree of freedom.
+    """
+
+    legs: tuple[int, ...] = field(number=True)
+    chi_square: float
+    degrees_of_freedom: int
+    limit: float
+    least: float
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether the residuals are larger than the declared noise explains."""
+        return self.chi_square > self.limit
+
+    @property
+    def per_degree(self) -> float:
+        """Chi-square per degree of freedom; NaN without one."""
+        spare = self.degrees_of_freedom
+        return self.chi_square / spare if spare > 0 else float("nan")
+
+
+@record
+class Fit(Value):
+    """An estimate of the parameters.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The calibrated one, with the standard deviation of each parameter.
+    covariance : ndarray, shape (legs p, legs p)
+        Of all parameters, leg by leg. Where the residuals are larger than the declared noise
+        explains (`GoodnessOfFit.unexplained`), that of `joint` is scaled up by chi-square per
+        degree of freedom; that of the others is the jackknife's, from the residuals of all legs.
+    legs : tuple of LegFit
+        How each leg was fitted.
+    goodness : tuple of GoodnessOfFit
+        Chi-square of each fit: one a leg, or one of all legs with the estimator `joint`.
+    converged : bool
+        Whether every leg's estimator converged.
+    residual_rms, residual_max : float
+        Closures of all legs, m.
+    nominal : Mechanism
+        From which the estimators started.
+    measurements : Measurements
+        What was fitted.
+    options : FitOptions
+        How.
+    """
+
+    mechanism: Mechanism
+    covariance: Array
+    legs: tuple[LegFit, ...]
+    goodness: tuple[GoodnessOfFit, ...]
+    converged: bool
+    residual_rms: float
+    residual_max: float
+    nominal: Mechanism
+    measurements: Measurements
+    options: FitOptions
+
+    @classmethod
+    def of(
+        cls, mechanism: Mechanism, measurements: Measurements, options: FitOptions | None = None
+    ) -> Self:
+        """Estimate the parameters; arguments and errors are those of `identify`."""
+        options = options or FitOptions()
+        _require_poses(mechanism, measurements, options.poses)
+        try:
+            result = _core.identify(
+                mechanism.core,
+                core_measurements(measurements),
+                one_of("estimator", options.estimator, _core.Estimator.__members__),
+                one_of("poses", options.poses, _core.PoseUse.__members__),
+                noise_of(options.noise or mechanism.noise),
+                one_of("loss", options.loss, _core.LossKind.__members__),
+                options.loss_scale or 0.0,
+                options.max_iterations,
+            )
+        except NotIdentifiableError as error:
+            raise _named(error, mechanism) from None
+        calibrated, covariance = calibrated_mechanism(
+            mechanism, result.parameters, result.covariance, measurements.poses
+        )
+        if result.converged:
+            _require_deviations(calibrated)
+        goodness = tuple(
+            GoodnessOfFit(
+                tuple(fit.legs), fit.chi_square, fit.degrees_of_freedom, fit.limit, fit.least
+            )
+            for fit in result.goodness
+        )
+        return cls(
+            mechanism=calibrated,
+            covariance=covariance,
+            legs=tuple(_leg_fit(number, leg, goodness) for number, leg in enumerate(result.legs)),
+            goodness=goodness,
+            converged=result.converged,
+            residual_rms=result.residual_rms,
+            residual_max=result.residual_max,
+            nominal=mechanism,
+            measurements=measurements,
+            options=options,
+        )
+
+    @property
+    def estimator(self) -> Estimator:
+        """What estimated it."""
+        return self.options.estimator
+
+    @property
+    def noise(self) -> NoiseSettings:
+        """What the measurements were taken to have."""
+        return self.options.noise or self.nominal.noise
+
+    @property
+    def chi_square(self) -> float:
+        """Chi-square per degree of freedom of all fits together."""
+        spare = sum(max(fit.degrees_of_freedom, 0) for fit in self.goodness)
+        return sum(fit.chi_square for fit in self.goodness) / max(spare, 1)
+
+    @property
+    def failure(self) -> str:
+        """Which legs' estimators did not converge, and why; empty if all did."""
+        if self.converged:
+            return ""
+        failures = [
+            f"leg {number}" + (f" ({leg.failure})" if leg.failure else "")
+            for number, leg in enumerate(self.legs, 1)
+            if not leg.converged
+        ]
+        return ", ".join(failures) or "the joint estimate of all legs"
+
+    @property
+    def changes(self) -> Array:
+        """Parameters less those of the drawing, shape (legs, p)."""
+        return np.asarray(self.mechanism.parameters - self.nominal.parameters)
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviations of the parameters, shape (legs, p); NaN where there is none."""
+        found = self.mechanism.deviations
+        return np.full(self.nominal.parameters.shape, np.nan) if found is None else found
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations of all parameters, shape (legs p, legs p)."""
+        deviations = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(deviations, deviations))
+
+
+def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
+    """Measurements as the core takes them."""
+    return _core.MeasurementSet(
+        measurements.poses, measurements.readings, measurements.leg_sets.tolist()
+    )
+
+
+def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: PoseUse) -> None:
+    used = measurements.for_all_legs() if poses == "all" else measurements
+    unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
+    if unmeasured:
+        whose = "its" if len(unmeasured) == 1 else "their"
+        raise NotIdentifiableError(
+            f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
+        )
+    used.require(len(mechanism.parameter_names))
+
+
+def _require_deviations(calibrated: Mechanism) -> None:
+    unknown = np.argwhere(~np.isfinite(np.asarray(calibrated.deviations)))
+    if len(unknown):
+        leg, parameter = unknown[0]
+        raise NotIdentifiableError(
+            f"leg {leg + 1}: {calibrated.parameter_names[parameter]} has no finite standard "
+            "deviation: the measurements do not determine it"
+        )
+
+
+def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
+    """The error with the combinations of parameters, in tolerances, that nothing shows."""
+    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
+    named = with_combinations(error, mechanism.parameter_names, scale)
+    causes = [
+        each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)
+    ]
+    return NotIdentifiableError("; ".join([str(named), *causes]))
+
+
+def _leg_fit(
+    number: int, leg: _core.LegIdentification, goodness: tuple[GoodnessOfFit, ...]
+) -> LegFit:
+    return LegFit(
+        converged=leg.converged,
+        failure=leg.failure,
+        iterations=leg.iterations,
+        rows=np.array(leg.rows, dtype=np.intp),
+        rejected=np.array(leg.rejected, dtype=np.intp),
+        residuals=leg.residuals,
+        standardised=leg.standardised,
+        chi_square=next(fit.per_degree for fit in goodness if number in fit.legs),
+        condition=leg.condition,
+    )

@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: MIT
+"""End-effector errors: of one model, of poses that were not seen, before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symkin.evaluation import AlignedErrors, Evaluation
+from symkin.observability import ExpectedAccuracy
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
+from symkin.report.wording import NONE, count, milli, plural, ratio
+
+if TYPE_CHECKING:
+    from symkin.identification.estimate import CrossValidation
+
+__all__ = [
+    "ALIGNED",
+    "before_and_after",
+    "cross_validation_page",
+    "error_figures",
+    "error_table",
+    "errors_in_words",
+    "evaluation_page",
+    "left_out",
+]
+
+ALIGNED = (
+    "A constant error of the base frame or of the tool frame can be taken out by measuring the "
+    "frames, without any calibration of the legs. So the table says first what remains after the "
+    "best alignment of both, fitted to these poses."
+)
+_WORST = 5
+
+
+def evaluation_page(evaluation: Evaluation) -> Page:
+    """Tell the errors of a model."""
+    name = f"{evaluation.name}: end-effector error" if evaluation.name else "End-effector error"
+    closures = _closure_table(evaluation)
+    parts = [
+        error_table({"Error": evaluation}),
+        *([closures] if closures else []),
+        _worst(evaluation),
+    ]
+    return Page(
+        title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
+        headlines=[
+            (f"{kind.capitalize()} error{how}", milli(getattr(of, f"{kind}_rms"), unit), "rms")
+            for how, of in ((", frames aligned", evaluation.aligned), ("", evaluation))
+            if of is not None
+            for kind, unit in _kinds(evaluation)
+        ],
+        notes=[
+            f"left out, since {why}: {plural(number, 'pose')}"
+            for number, why in (
+                (evaluation.unread, "not all legs were read there"),
+                (evaluation.failed, "they cannot be taken"),
+            )
+            if number
+        ],
+        next_step=_next_step(evaluation),
+        sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
+    )
+
+
+def cross_validation_page(validation: CrossValidation) -> Page:
+    """Tell the errors at poses that the identification did not see."""
+    evaluation = validation.evaluation
+    closure = milli(validation.residual_rms, "m"), f"at most {milli(validation.residual_max, 'm')}"
+    headlines: list[Headline] = [("Closure of the legs, root mean square", *closure)]
+    sections = []
+    if evaluation is not None:
+        headlines += [
+            (f"{kind.capitalize()} error, root mean square", milli(value, unit), "")
+            for kind, unit in _kinds(evaluation)
+            for value in (getattr(evaluation, f"{kind}_rms"),)
+        ]
+        parts = [error_table({"Error": evaluation}), _worst(evaluation)]
+        sections = [Section("accuracy", "Errors at unseen poses", [ALIGNED], parts)]
+    return Page(
+        title=f"{validation.name} over {plural(len(validation.residuals), 'pose')}",
+        headlines=headlines,
+        verdict="good" if validation.converged else "doubtful",
+        judgement="" if validation.converged else "Not every identification of it converged.",
+        sections=sections,
+    )
+
+
+def error_table(
+    evaluations: Mapping[str, Evaluation],
+    expected: ExpectedAccuracy | None = None,
+    unseen: tuple[str, Evaluation] | None = None,
+) -> Table:
+    """Errors with a column an evaluation: with frames aligned, as they are, and their means.
+
+    Of two, the change gets a column; `expected` is that of the last one, and so is `unseen`, at
+    poses that its model did not see.
+    """
+    found = list(evaluations.values())
+    first = found[0]
+    aligned = [each.aligned for each in found if each.aligned is not None]
+    spare = [""] * ((len(found) > 1) + (expected is not None))
+    groups = []
+    if len(aligned) == len(found):
+        rows = _error_rows(first, aligned, "aligned ", spare)
+        groups.append(Group(rows, "After the best alignment of the frames"))
+    groups.append(Group(_error_rows(first, found, "", spare, expected), "As it is"))
+    if unseen is not None:
+        rows = _error_rows(first, [*found[:-1], unseen[1]], "unseen ", spare)
+        groups.append(Group(rows, f"As it is, {unseen[0]}"))
+    means = [
+        [
+            f"mean {name.rpartition('_')[0]}",
+            *(milli(each.means[index], name.rpartition("_")[2]) for each in found),
+            *spare,
+        ]
+        for index, name in enumerate(first.difference_names)
+    ]
+    groups.append(Group(means, "Mean difference, as it is"))
+    counted = [*found, *([expected] if expected else [])]
+    change = [""] if len(found) > 1 else []
+    poses = []
+    for name in ("evaluated", "failed"):
+        numbers = [count(getattr(each, name)) for each in counted]
+        poses.append([name, *numbers[: len(found)], *change, *numbers[len(found) :]])
+    groups.append(Group(poses, "Poses"))
+    columns = ["", *evaluations, *(["Change"] if change else [])]
+    columns += ["Expected after"] if expected else []
+    return Table("End-effector error", columns, groups, brief=True)
+
+
+def _error_rows(
+    kind_of: Evaluation,
+    errors: Sequence[Evaluation | AlignedErrors],
+    prefix: str,
+    spare: Sequence[str],
+    expected: ExpectedAccuracy | None = None,
+) -> list[list[str]]:
+    rows = []
+    for kind, unit in _kinds(kind_of):
+        for figure, name in (("rms", "root mean square"), ("max", "maximum")):
+            values = [getattr(each, f"{kind}_{figure}") for each in errors]
+            cells = list(spare)
+            if len(values) > 1:
+                cells[0] = ratio(values[0], values[-1])
+            if expected is not None:
+                cells[-1] = milli(getattr(expected, kind), unit) if figure == "rms" else NONE
+            rows.append(
+                [f"{prefix}{kind}, {name}", *(milli(value, unit) for value in values), *cells]
+            )
+    return rows
+
+
+def before_and_after(
+    before: Evaluation | AlignedErrors,
+    after: Evaluation | AlignedErrors,
+    kind_of: Evaluation,
+    expected: ExpectedAccuracy | None = None,
+) -> list[Headline]:
+    """Errors before and after, with what was to be expected where that can be compared."""
+    figures = []
+    for kind, unit in _kinds(kind_of):
+        old, new = (getattr(each, f"{kind}_rms") for each in (before, after))
+        remark = ratio(old, new)
+        if expected is not None:
+            remark += f"; {milli(getattr(expected, kind), unit)} expected"
+        arrow = "\N{RIGHTWARDS ARROW}"
+        value = f"{milli(old, unit)} {arrow} {milli(new, unit)}"
+        figures.append((f"{kind.capitalize()} error, root mean square", value, remark))
+    return figures
+
+
+def errors_in_words(kind_of: Evaluation, errors: Evaluation | AlignedErrors) -> str:
+    """Root mean squares of position and, unless of a point, of orientation."""
+    return " and ".join(
+        milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in _kinds(kind_of)
+    )
+
+
+def left_out(figures: Mapping[str, Evaluation | ExpectedAccuracy]) -> list[str]:
+    """Say how many poses the errors leave out, if any."""
+    if not any(each.failed for each in figures.values()):
+        return []
+    counts = [
+        f"{count(each.failed)} of {count(each.evaluated + each.failed)} {name}"
+        for name, each in figures.items()
+    ]
+    return [
+        "Left out are poses that could not be calculated: "
+        f"{', '.join(counts[:-1])} and {counts[-1]}."
+    ]
+
+
+def error_figures(
+    before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
+) -> list[Image]:
+    """How large the errors are, and where."""
+    columns = {
+        "planar": " Columns are bands of the platform angle.",
+        "point": "",
+        "spatial": " Columns are projections.",
+    }[after.pose_space]
+    return [
+        Image(
+            "error_histogram",
+            "Histograms of the end-effector errors before and after, logarithmic scale.",
+            "How large the errors are, before and after.",
+            plotted("error_histogram_figure", before, after, expected),
+        ),
+        Image(
+            "error_map",
+            "Maps of the position error over the workspace, before and after.",
+            f"Where the position errors are, before and after.{columns} Mind that each state has "
+            "its own scale.",
+            plotted("error_map_figure", after.pose_space, after.poses, before, after),
+        ),
+    ]
+
+
+def _kinds(evaluation: Evaluation) -> list[tuple[str, str]]:
+    kinds = [("position", "m"), ("orientation", "rad")]
+    return kinds[:1] if evaluation.pose_space == "point" else kinds
+
+
+def _closure_table(evaluation: Evaluation) -> Table | None:
+    if evaluation.closure_rms is None:
+        return None
+    rms, legs = evaluation.closure_rms
+    values = {"all legs": rms, **{f"leg {leg}": each for leg, each in enumerate(legs.tolist(), 1)}}
+    rows = [[name, milli(value, "m")] for name, value in values.items() if not math.isnan(value)]
+    columns = ("Closure of", "Root mean square")
+    return Table("How far the legs miss closing", columns, [Group(rows)], brief=True)
+
+
+def _worst(evaluation: Evaluation) -> Table:
+    """The poses with the largest errors."""
+    errors = dict(zip(("m", "rad"), evaluation.errors, strict=True))
+    kinds = _kinds(evaluation)
+    order = np.argsort(-np.nan_to_num(errors["m"], nan=-1), kind="stable")[:_WORST]
+    rows = [
+        [str(evaluation.row_numbers[row]), *(milli(errors[unit][row], unit) for _, unit in kinds)]
+        for row in order
+        if np.isfinite(errors["m"][row])
+    ]
+    columns = ["Row", *(f"{kind.capitalize()} error" for kind, _ in kinds)]
+    return Table("Largest errors", columns, [Group(rows)], brief=True)
+
+
+def _next_step(evaluation: Evaluation) -> str:
+    aligned = evaluation.aligned
+    if aligned is not None and aligned.position_rms < evaluation.position_rms / 2:
+        return (
+            "most of the error is a constant motion of base or tool frame: measure these frames "
+            "before you blame the legs."
+        )
+    return ""

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: MIT
+"""What a run of the protocol, or a simulation, came to."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from symkin.evaluation import Evaluation
+from symkin.observability import ExpectedAccuracy
+from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.evaluation import (
+    ALIGNED,
+    before_and_after,
+    error_figures,
+    error_table,
+    errors_in_words,
+    left_out,
+)
+from symkin.report.identification import (
+    judgement,
+    parameter_section,
+    quoted,
+    sources,
+)
+from symkin.report.wording import NONE, count, milli, plural, setting
+
+if TYPE_CHECKING:
+    from symkin.pipeline import ProtocolResult
+    from symkin.simulation import Simulation
+
+__all__ = ["run_page", "run_summary", "simulation_page"]
+
+
+def run_page(result: ProtocolResult) -> Page:
+    """Tell a run of the protocol on a simulated robot."""
+    from symkin.report.mechanism import mechanism_section
+    from symkin.report.observability import observability_section
+    from symkin.report.plan import plan_section
+    from symkin.report.symmetry import symmetry_section
+    from symkin.report.workspace import workspace_section
+
+    nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
+    symmetric = plan.basis is not None and plan.basis.symmetrical
+    sections = [
+        _accuracy_section(result),
+        parameter_section(result.identification, result.simulation.actual),
+        plan_section(plan, result.simulation),
+        workspace_section(nominal, result.candidates, plan),
+        observability_section(nominal, poses, symmetric=symmetric, rows=plan.row_kind),
+        symmetry_section(nominal),
+        mechanism_section(nominal, result.candidates.poses[:1]),
+    ]
+    return dataclasses.replace(run_summary(result), sections=sections)
+
+
+def run_summary(result: ProtocolResult) -> Page:
+    """Tell what was achieved, and whether to trust it."""
+    nominal, found = result.nominal, result.identification
+    verdict, words = judgement(found)
+    return Page(
+        title=f"{nominal.name}: identification of a simulated robot",
+        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        headlines=before_and_after(result.before, result.after, result.after, result.expected),
+        verdict=verdict,
+        judgement=words,
+        doubts=found.doubts,
+        notes=(*found.notes, _replaced(result.simulation)),
+        paragraphs=[_done(result), _achieved(result)],
+        next_step=(
+            "measure your robot at the poses of plan.csv, write what you measure into a table "
+            "like measurements.csv, and identify: symkin identify MECHANISM measured.csv."
+        ),
+        inputs=sources(nominal.source),
+    )
+
+
+def simulation_page(simulation: Simulation) -> Page:
+    """Tell what was measured of a simulated robot."""
+    sets = simulation.replaced_by_set.items()
+    return Page(
+        title=f"{simulation.nominal.name}: measurements of a simulated robot",
+        headlines=[
+            ("Poses measured", count(len(simulation.measurements.poses)), ""),
+            (
+                "Replaced by spares",
+                count(sum(simulation.replaced)),
+                ", ".join(f"{name}: {number}" for name, number in sets),
+            ),
+        ],
+        next_step="identify its parameters: symkin identify MECHANISM measurements.csv.",
+    )
+
+
+def _replaced(simulation: Simulation) -> str:
+    number = sum(simulation.replaced)
+    return f"replaced by spares, since the robot cannot take them: {plural(number, 'pose')}"
+
+
+def _done(result: ProtocolResult) -> str:
+    nominal, tolerances = result.nominal, result.nominal.tolerances
+    turns = nominal.pose_space != "point"
+    noise = setting(1e3 * nominal.noise.position, "mm")
+    noise += f" and {setting(1e3 * nominal.noise.orientation, 'mrad')}" if turns else ""
+    return (
+        f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
+        f"allow (standard deviations {setting(1e3 * tolerances.length, 'mm')}, "
+        f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
+        f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
+        f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
+        f"{noise}; from these the {nominal.parameters.size} parameters of its "
+        f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
+        f"{quoted(result.identification.estimator)}."
+    )
+
+
+def _achieved(result: ProtocolResult) -> str:
+    before, after, expected = result.before, result.after, result.expected
+    foreseen = milli(expected.position, "m")
+    if result.nominal.pose_space != "point":
+        foreseen += f" and {milli(expected.orientation, 'rad')}"
+    text = (
+        "A controller that believes the drawing misses the commanded poses by "
+        f"{errors_in_words(after, before)} (root mean square); one that uses the identified "
+        f"parameters misses them by {errors_in_words(after, after)}. Expected, from the "
+        f"uncertainty of the parameters, were {foreseen}."
+    )
+    figures: dict[str, Evaluation | ExpectedAccuracy] = {"before": before, "after": after}
+    figures["of those expected"] = expected
+    return " ".join([text, *left_out(figures)])
+
+
+def _accuracy_section(result: ProtocolResult) -> Section:
+    """Compare the poses that the robot takes with those that it is told to take."""
+    before, after, expected = result.before, result.after, result.expected
+    paragraph = (
+        "Every candidate pose is commanded through the nominal (before) and the calibrated (after) "
+        f"inverse kinematics; the error is how far the robot ends up from it. {quoted('Expected')} "
+        "is predicted to first order from the covariance of the identified parameters, without "
+        "looking at the true ones; for one robot the error achieved scatters about it. " + ALIGNED
+    )
+    parts: list[Table | Image] = [
+        error_table({"Before": before, "After": after}, expected),
+        _comparison_table(result),
+        *error_figures(before, after, expected),
+    ]
+    return Section("accuracy", "End-effector error", [paragraph], parts)
+
+
+def _comparison_table(result: ProtocolResult) -> Table:
+    """What every estimator makes of the same measurements."""
+    kinds = [("position", "m"), ("orientation", "rad")]
+    kinds = kinds[:1] if result.nominal.pose_space == "point" else kinds
+    columns = ["Estimator", "Poses of a leg"]
+    for kind, _ in kinds:
+        columns += [f"{kind.capitalize()}, rms", "Expected"]
+    rows = []
+    for figures in result.comparison:
+        reached, expected = figures.evaluation, figures.expected
+        failed = "" if figures.converged else " (not converged)"
+        row = [f"{figures.estimator}{failed}", str(figures.poses)]
+        for kind, unit in kinds:
+            row.append(milli(getattr(reached, f"{kind}_rms"), unit) if reached else NONE)
+            row.append(milli(getattr(expected, kind), unit) if expected else NONE)
+        rows.append(row)
+    caption = "Every estimator on the same measurements"
+    return Table(caption, columns, [Group(rows)], brief=True)
