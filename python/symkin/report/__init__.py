@@ -1,28 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""The report: one HTML page with tables and figures."""
+"""What results say: a description of a page, and the page as text and as HTML."""
 
-import contextlib
-import importlib
-import os
-import sys
+from typing import TYPE_CHECKING, Any
 
-
-def _import_matplotlib() -> None:
-    """Import matplotlib although MPLBACKEND may name what it does not have; figures need none."""
-    backend = os.environ.pop("MPLBACKEND", None)
-    if backend is None:
-        return
-    try:
-        matplotlib = importlib.import_module("matplotlib")
-    finally:
-        os.environ["MPLBACKEND"] = backend
-    with contextlib.suppress(ValueError):
-        matplotlib.rcParams["backend"] = backend
-
-
-if "matplotlib" not in sys.modules:
-    _import_matplotlib()
-
-from symkin.report.pages import write_identification_report, write_report  # noqa: E402
+if TYPE_CHECKING:
+    from symkin.report.pages import write_identification_report, write_report
 
 __all__ = ["write_identification_report", "write_report"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the pages, and with them matplotlib, when they are asked for."""
+    if name not in __all__:
+        raise AttributeError(f"module 'symkin.report' has no attribute {name!r}")
+    from symkin.report import pages
+
+    return getattr(pages, name)
