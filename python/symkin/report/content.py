@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
 
-__all__ = ["Group", "Headline", "Image", "Page", "Section", "Table", "Verdict", "image"]
+__all__ = ["Group", "Headline", "Image", "Movable", "Page", "Section", "Table", "Verdict", "image"]
 
 Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
@@ -53,17 +55,37 @@ class Image:
     name: str
     alternative: str
     caption: str
-    draw: Callable[[], Figure]
+    draw: Callable[[], FigureBase | Axes]
+
+
+@dataclass(frozen=True)
+class Movable:
+    """A mechanism that the reader of the page can move.
+
+    `data` is what the page's script draws it from, calculated when it is needed.
+    """
+
+    name: str
+    alternative: str
+    caption: str
+    data: Callable[[], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
 class Section:
-    """A section of the page: paragraphs, then tables and images in their order."""
+    """A section of the page: paragraphs, then tables and images in their order.
+
+    Attributes
+    ----------
+    details : bool
+        Whether it is for the few: the page shows its title, and the rest at a click.
+    """
 
     anchor: str
     title: str
     paragraphs: Sequence[str] = ()
-    parts: Sequence[Table | Image] = ()
+    parts: Sequence[Table | Image | Movable] = ()
+    details: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,6 +110,10 @@ class Page:
         What to do now.
     sections : sequence of Section
         The rest, most important first.
+    files : sequence of str
+        Names of the files that are written beside the page, which links to them.
+    inputs : sequence of (name, Path or bytes)
+        What it was made from; the page's foot has their SHA-256.
     """
 
     title: str
@@ -100,8 +126,10 @@ class Page:
     paragraphs: Sequence[str] = ()
     next_step: str = ""
     sections: Sequence[Section] = ()
+    files: Sequence[str] = ()
+    inputs: Sequence[tuple[str, Path | bytes]] = ()
 
 
-def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:
+def image(figure: FigureBase | Axes, name: str, *, alternative: str, caption: str) -> Image:
     """An image of a figure that is drawn already."""
     return Image(name, alternative, caption, lambda: figure)

@@ -13,6 +13,7 @@ from symkin.chains import chain_info
 from symkin.mechanism import Mechanism
 from symkin.plot import DrawnSymmetry, mechanism_figure
 from symkin.report.content import Group, Image, Section, Table, image
+from symkin.report.movable import movable
 from symkin.report.wording import (
     plural,
     pose_coordinates,
@@ -52,7 +53,7 @@ def mechanism_section(
         f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
         f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
     )
-    return Section("mechanism", "Mechanism", [paragraph], [*drawing, settings])
+    return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
 
 
 def _drawing(
