@@ -13,7 +13,7 @@ from matplotlib.figure import FigureBase
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator, ScalarFormatter
+from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.evaluation import Evaluation
@@ -170,6 +170,7 @@ def residuals(
         )
         if leg + _COLUMNS >= len(fits):
             axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     if any(len(fit.rejected) for fit in fits):
         legend_below(figure, [sign("x", "rejected as an outlier", ACCENT, 6)])
     return figure

@@ -125,7 +125,7 @@ def equal_box(axes: Any, points: Array) -> None:
         (axes.set_xlim, axes.set_ylim, axes.set_zlim), lower - margin, upper + margin, strict=True
     ):
         set_limits(low, high)
-    axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.95)
+    axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.85)  # with room for the labels
 
 
 def sign(marker: str, label: str, colour: str = INK, size: float = 5.5, **style: Any) -> Line2D:

@@ -86,7 +86,6 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     axes = _axes(mechanism, 3 + 4 * inner * len(mechanism.legs))
     poses = _nodes(mechanism, axes)
     codes, offset, step = _codes(mechanism, poses, inner)
-    free = inner == 0
     names = pose_coordinates(mechanism.pose_space)
     home_values = _home_values(mechanism)
     assert mechanism.workspace is not None
@@ -105,7 +104,7 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
         "outlines": [_rounded(outline(base)), _rounded(outline(platform))],
         "joints": [[joint.kind == "P", joint.actuated] for joint in joints],
         "inner": inner,
-        "error": _interpolation_error(mechanism, axes, poses) if free else 0,
+        "error": _interpolation_error(mechanism, axes, poses) if inner == 0 else 0,
         "offset": np.round(offset, 9).tolist(),
         "step": step,
         "decades": _DECADES,
@@ -123,7 +122,7 @@ def _home_values(mechanism: Mechanism) -> tuple[float, ...]:
 
 
 def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
-    """As many steps as the page can hold, one of them at home."""
+    """As many steps as the page can hold, one of them at home, which may be beyond the box."""
     settings = mechanism.workspace
     assert settings is not None
     dof = mechanism.core.dof
@@ -132,8 +131,8 @@ def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
     for low, high, home in zip(
         settings.lower, settings.upper, _home_values(mechanism), strict=True
     ):
-        axis = np.linspace(low, high, count)
-        axis[np.argmin(np.abs(axis - home))] = min(max(home, low), high)
+        axis = np.linspace(min(low, home), max(high, home), count)
+        axis[np.argmin(np.abs(axis - home))] = home
         axes.append(axis)
     return axes
 

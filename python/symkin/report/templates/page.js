@@ -61,12 +61,17 @@ function movable(figure) {
     return points.map((point) => turned(point, rotation).map((each, k) => each + position[k]));
   }
 
+  // What the view turns about.
+  const heights = spatial ? [...data.base.map(([, , z]) => z), ...axes[2].values] : [0];
+  const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
+
   // To the right and upwards on the drawing, in metres.
   function seen([x, y, z = 0]) {
     if (!spatial) return [x, y];
     const [a, e] = [view.azimuth, view.elevation].map((angle) => (angle * Math.PI) / 180);
     const towards = Math.cos(a) * x + Math.sin(a) * y;
-    return [Math.cos(a) * y - Math.sin(a) * x, Math.cos(e) * z - Math.sin(e) * towards];
+    return [
+      Math.cos(a) * y - Math.sin(a) * x, Math.cos(e) * (z - middle) - Math.sin(e) * towards];
   }
 
   function innerJoints(leg) {
@@ -103,8 +108,8 @@ function movable(figure) {
     }
     // Seen from anywhere.
     const radius = Math.max(...everything.map(([x, y]) => Math.hypot(x, y)));
-    const heights = everything.map(([, , z = 0]) => z);
-    return [[-radius, radius], [Math.min(...heights) - radius / 2, Math.max(...heights) + radius / 2]];
+    const tall = Math.hypot(radius, Math.max(...heights) - middle);
+    return [[-radius, radius], [-tall, tall]];
   })();
   const margin = 24, wide = 500;
   const scale = (wide - 2 * margin) / (box[0][1] - box[0][0]);
@@ -128,6 +133,17 @@ function movable(figure) {
       : `<circle cx="${leave(x)}" cy="${leave(y)}" r="${size}" ${look}/>`;
   }
 
+  // Beyond the base joint, away from the middle of the base.
+  function number(leg) {
+    const joints = data.base.map(screen);
+    const [x, y] = joints[leg];
+    const from = [0, 1].map((k) => joints.reduce((sum, each) => sum + each[k], 0) / legs);
+    const far = Math.hypot(x - from[0], y - from[1]);
+    const [right, down] = far > 1 ? [(x - from[0]) / far, (y - from[1]) / far] : [0, 1];
+    const place = `x="${leave(x + 16 * right)}" y="${leave(y + 16 * down)}"`;
+    return `<text ${place} fill="${colour(leg)}">${leg + 1}</text>`;
+  }
+
   // A telescopic leg has its actuator half-way.
   function spread(centres) {
     const missing = data.joints.length - centres.length;
@@ -148,8 +164,7 @@ function movable(figure) {
     const lost = [];
     for (let leg = 0; leg < legs; leg += 1) {
       const between = innerJoints(leg);
-      const [x, y] = screen(data.base[leg]);
-      const name = `<text x="${leave(x)}" y="${leave(y + 18)}" fill="${colour(leg)}">${leg + 1}</text>`;
+      const name = number(leg);
       if (between === null) {
         lost.push(leg + 1);
         parts.push(name + drawnJoint(data.joints[0], data.base[leg], leg));
@@ -170,13 +185,13 @@ function movable(figure) {
 
   const named = (numbers) => `leg${numbers.length > 1 ? "s" : ""} ${numbers.join(", ")}`;
   const words = {
-    inside: () => "In the workspace.",
+    inside: () => "A usable pose.",
     reach: (lost) => `Out of reach of ${lost.length ? named(lost) : "a leg"}.`,
     margin: () => `Nearer to the end of a leg's reach than ${data.margin}.`,
     limits: () => "Beyond the limits of an actuated joint.",
     aspect: () => "Beyond a parallel singularity, seen from home.",
     conditioning: () => `Too near a singularity: more than ${data.allowed} is not allowed.`,
-    edge: () => "At the edge of the workspace.",
+    edge: () => "At the edge of what is usable.",
   };
 
   function say(lost) {
@@ -187,7 +202,8 @@ function movable(figure) {
     const logarithm = nodes.reduce(
       (sum, [node, weight]) => sum + (weight * pair(node + 1) * data.decades) / 4094, 0);
     const condition = 10 ** logarithm;
-    const shown = logarithm >= data.decades ? `over ${10 ** data.decades}` : condition.toPrecision(3);
+    const digits = condition < 1000 ? condition.toPrecision(3) : condition.toFixed(0);
+    const shown = logarithm >= data.decades ? `over ${10 ** data.decades}` : digits;
     const error = nodes.length > 1 ? ` (interpolated, within ${(100 * data.error).toPrecision(2)}%)` : "";
     state.dataset.state = key;
     state.textContent = words[key](lost) + (known ? ` Condition number ${shown}${error}.` : "");
@@ -222,9 +238,9 @@ function movable(figure) {
       (number) => { place[k] = number; }));
   });
   if (spatial) {
-    control("view from", -180, 180, 1, view.azimuth, () => `${view.azimuth}\u00b0`,
+    control("turn view", -180, 180, 1, view.azimuth, () => `${view.azimuth}\u00b0`,
       (number) => { view.azimuth = number; });
-    control("view above", 0, 90, 1, view.elevation, () => `${view.elevation}\u00b0`,
+    control("tilt view", 0, 90, 1, view.elevation, () => `${view.elevation}\u00b0`,
       (number) => { view.elevation = number; });
   }
   const go = () => sliders.forEach(({ input, refresh }, k) => { input.value = place[k]; refresh(); });
