@@ -184,14 +184,16 @@ def thinned(count: int, limit: int) -> NDArray[np.intp]:
 
 def name_points(line: Line2D, names: Sequence[str]) -> None:
     """Say what each point of a line is, for whoever points at it on a page."""
-    line.set_gid(f"points{len(_point_names)}")
     _point_names[line] = names
 
 
 def point_names(figure: FigureBase) -> dict[str, Sequence[str]]:
-    """The names of the points of all lines that have any, by the lines' identifiers."""
-    lines = figure.findobj(lambda artist: artist in _point_names)
-    return {str(line.get_gid()): _point_names[line] for line in lines}
+    """The names of the points of all lines that have any, by identifiers that the lines get."""
+    found = {}
+    for number, line in enumerate(figure.findobj(lambda artist: artist in _point_names)):
+        line.set_gid(f"points{number}")
+        found[f"points{number}"] = _point_names[line]
+    return found
 
 
 def _label(axes: Axes, title: str, x: str, y: str) -> None:

@@ -8,7 +8,7 @@ import io
 import json
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -132,11 +132,10 @@ def _themed(drawing: str) -> str:
 
     for colour, name in THEME.items():
         drawing = re.sub(rf"(?<=: ){colour}\b", f"var(--{name})", drawing, flags=re.I)
-    # Text without a colour of its own is black.
     return drawing
 
 
-def _apart(drawing: str, name: str, kept: Sequence[str]) -> str:
+def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:
     """With identifiers that no other figure of the page has, and only those that are used."""
     used = {*re.findall(r'(?:href="|url\()#([^")]+)', drawing), *kept}
     drawing = re.sub(
@@ -147,18 +146,16 @@ def _apart(drawing: str, name: str, kept: Sequence[str]) -> str:
     return re.sub(r'(href="|url\()#', rf"\1#{name}-", drawing)
 
 
-def _named(drawing: str, prefix: str, names: dict[str, Sequence[str]]) -> str:
+def _named(drawing: str, prefix: str, names: Mapping[str, Sequence[str]]) -> str:
     """With the names of its points, where the page's script finds them."""
     for identifier, of_points in names.items():
-        start = drawing.index(f'id="{prefix}-{identifier}"')
-        remaining = iter(of_points)
-        head, group, tail = drawing[:start], drawing[start:], ""
-        uses = [found.start() for found in re.finditer("<use ", group)][: len(of_points)]
-        pieces = [group[: uses[0]]]
-        for here, following in zip(uses, [*uses[1:], len(group)], strict=True):
-            text = escape(next(remaining))
-            pieces.append(f'<use data-name="{text}" {group[here + 5 : following]}')
-        drawing = head + "".join(pieces) + tail
+        before, mark, after = drawing.partition(f'id="{prefix}-{identifier}"')
+        start, *points = after.split("<use ", len(of_points))
+        named = (
+            f'<use data-name="{escape(name)}" {point}'
+            for name, point in zip(of_points, points, strict=True)
+        )
+        drawing = "".join([before, mark, start, *named])
     return drawing
 
 
