@@ -138,7 +138,7 @@ def mechanism(
     title = "from above" if spatial else ""
     axes = flat_axes(figure, places[-1], title=title, x="x, m", y="y, m")
     handles += _draw(axes, skeleton, symmetry)
-    legend_below(figure, handles, columns=6 if spatial else 3)
+    legend_below(figure, handles, columns=6 if spatial else 3 if symmetry is None else 2)
     return axes
 
 

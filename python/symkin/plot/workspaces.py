@@ -347,8 +347,8 @@ def _draw_along_axis(
         figure,
         place,
         title="along the line of equal readings",
-        x=rf"$({second} - {first})/\sqrt{{2}}$, {unit}",
-        y=rf"$(2{third} - {first} - {second})/\sqrt{{6}}$, {unit}",
+        x=rf"$({second} - {first})/$√2, {unit}",
+        y=rf"$(2{third} - {first} - {second})/$√6, {unit}",
     )
     shown, colours = _coloured(study.sample.readings[:, legs], legs)
     across = (shown[:, 1] - shown[:, 0]) / math.sqrt(2)
