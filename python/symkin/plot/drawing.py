@@ -29,7 +29,7 @@ from symkin.plot.style import (
     flat_axes,
     leg_style,
     legend_below,
-    legend_inside,
+    legend_beside,
     new_figure,
     sign,
     spatial_axes,
@@ -127,7 +127,7 @@ def mechanism(
     handles = _joint_handles(skeleton.joints)
     if ax is not None:
         handles += _draw(dressed(ax, x="x, m", y="y, m"), skeleton, symmetry)
-        legend_inside(ax, handles)
+        legend_beside(ax, handles)
         return ax
     spatial = mechanism.pose_space == "spatial"
     figure = new_figure(8.4 if spatial else 4.6, 4.6)

@@ -37,7 +37,7 @@ from symkin.plot.style import (
     leg_patches,
     leg_style,
     legend_below,
-    legend_inside,
+    legend_beside,
     name_points,
     new_figure,
     sign,
@@ -88,7 +88,7 @@ def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | No
         legend_below(figure, leg_patches(legs))
     else:
         axes = dressed(ax, y=label)
-        legend_inside(axes, leg_patches(legs))
+        legend_beside(axes, leg_patches(legs))
     width = 0.8 / legs
     for leg, values in enumerate(diagonals):
         places = np.arange(count) - 0.4 + width * (leg + 0.5)

@@ -161,9 +161,10 @@ def legend_below(figure: FigureBase, handles: Sequence[Any], columns: int = 8) -
     )
 
 
-def legend_inside(axes: Axes, handles: Sequence[Any]) -> None:
-    """Put a legend into axes that belong to somebody else's figure."""
-    axes.legend(handles=list(handles), fontsize=SMALL, labelcolor=INK, frameon=False)
+def legend_beside(axes: Axes, handles: Sequence[Any]) -> None:
+    """Put a legend to the right of axes that belong to somebody else's figure."""
+    look: dict[str, Any] = {"fontsize": SMALL, "labelcolor": INK, "frameon": False}
+    axes.legend(handles=list(handles), loc="upper left", bbox_to_anchor=(1.01, 1), **look)
 
 
 def colour_bar(
