@@ -4,12 +4,15 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run test sanitize lint format bench docs clean help system-packages system-lint-packages
+.PHONY: run test sanitize lint format bench docs clean help system-packages system-lint-packages \
+  system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
 SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libgtest-dev libbenchmark-dev \
   python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
+# Large, so for CI alone: without a browser the tests of pages are skipped, and say so.
+SYSTEM_TEST_PACKAGES = $(if $(CI),chromium)
 
 # A contributor's tree (warnings are errors) serves the Python package too: one compilation of the
 # core.
@@ -29,7 +32,7 @@ CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
 run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
 	@.venv/bin/symkin run 3RRR --out out/3RRR --overwrite
 
-test: $(STAMPS)/package $(STAMPS)/test ## Build and run the C++ and the Python tests
+test: $(STAMPS)/package $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
 	@cmake --build --preset dev --parallel $(JOBS)
 	@scripts/test
 
@@ -69,6 +72,9 @@ system-packages:
 
 system-lint-packages:
 	@scripts/system-packages $(SYSTEM_LINT_PACKAGES)
+
+system-test-packages:
+	@scripts/system-packages $(SYSTEM_TEST_PACKAGES)
 
 $(STAMPS)/venv: scripts/make-venv | system-packages
 	@scripts/make-venv .venv

@@ -3,13 +3,17 @@
 
 import re
 import shlex
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 import typer
+from matplotlib.figure import Figure
 
 import symkin
+import symkin.plot
 from symkin.cli import app, main
 from symkin.poses import quaternions_from_rotation_vectors
 
@@ -25,6 +29,7 @@ PAGES = (
     "user-guide/trusting.md",
     "user-guide/evaluating.md",
     "reproducing.md",
+    "api/plots.md",
 )
 
 
@@ -84,6 +89,16 @@ def test_the_python_code_of_a_page_runs_from_top_to_bottom(page, tmp_path, monke
     for block in code:
         exec(compile(shortened(block), page, "exec"), names)
     assert not re.search(r"\bnan\b", capsys.readouterr().out)
+
+
+def test_every_figure_is_drawn_on_its_page(monkeypatch):
+    text = (DOCS / "api/plots.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^   (?!:)(\S.*)$", text, re.MULTILINE)
+    names: dict[str, object] = {}
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", types.SimpleNamespace(figure=Figure))
+    exec(compile(shortened("\n".join(lines)), "plots.md", "exec"), names)
+    drawn = re.findall(r"^plot\.(\w+)\(", "\n".join(lines), re.MULTILINE)
+    assert set(drawn) == {name for name in symkin.plot.__all__ if name.islower()}
 
 
 def test_the_five_bar_of_the_user_guide_is_a_mechanism(tmp_path):

@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Figures: each function takes data and returns a `matplotlib.figure.Figure`."""
+"""The figures of the reports, each a function.
+
+A function that draws into one axes takes them as ``ax=`` and returns them; one that needs several
+panels takes a matplotlib figure or subfigure as ``figure=`` and returns it. By default each makes
+a new figure, without pyplot: no window opens, and ``.figure.savefig("residuals.pdf")`` writes it.
+Importing this module imports matplotlib; `symkin` by itself does not.
+"""
 
 import contextlib
 import importlib
@@ -23,24 +29,31 @@ def _import_matplotlib() -> None:
 if "matplotlib" not in sys.modules:
     _import_matplotlib()
 
-from symkin.plot.errors import error_histogram_figure, error_map_figure  # noqa: E402
-from symkin.plot.mechanism import mechanism_figure  # noqa: E402
-from symkin.plot.mirrors import DrawnSymmetry  # noqa: E402
-from symkin.plot.observability import observability_figure  # noqa: E402
-from symkin.plot.parameters import parameter_errors_figure  # noqa: E402
-from symkin.plot.pose_count import pose_count_figure  # noqa: E402
-from symkin.plot.residuals import dependence_figure, residuals_figure  # noqa: E402
-from symkin.plot.workspace import poses_figure  # noqa: E402
+from symkin.plot.drawing import DrawnSymmetry, mechanism  # noqa: E402
+from symkin.plot.estimates import (  # noqa: E402
+    INTERVAL,
+    dependence,
+    error_histogram,
+    error_map,
+    observability,
+    parameter_errors,
+    pose_count,
+    residuals,
+)
+from symkin.plot.workspaces import active_joints, poses, workspace  # noqa: E402
 
 __all__ = [
+    "INTERVAL",
     "DrawnSymmetry",
-    "dependence_figure",
-    "error_histogram_figure",
-    "error_map_figure",
-    "mechanism_figure",
-    "observability_figure",
-    "parameter_errors_figure",
-    "pose_count_figure",
-    "poses_figure",
-    "residuals_figure",
+    "active_joints",
+    "dependence",
+    "error_histogram",
+    "error_map",
+    "mechanism",
+    "observability",
+    "parameter_errors",
+    "pose_count",
+    "poses",
+    "residuals",
+    "workspace",
 ]

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -20,35 +22,35 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-__all__ = [
-    "ACCENT",
-    "AFTER",
-    "BEFORE",
-    "COLOUR_MAP",
-    "INK",
-    "SMALL",
-    "LegStyle",
-    "colour_bar",
-    "equal_box",
-    "flat_axes",
-    "leg_handles",
-    "leg_patches",
-    "leg_style",
-    "legend_below",
-    "new_figure",
-    "spatial_axes",
-    "thinned",
-]
+Array = NDArray[np.float64]
 
 INK = "#333333"
+LINE = "#999999"
 BEFORE = "#8C8C8C"
 AFTER = "#0072B2"
 ACCENT = "#D55E00"
+PAPER = "#FFFFFF"
+DARK = "#222222"  # on coloured areas, which do not follow the page's theme
 COLOUR_MAP = "viridis"
-SMALL = 8.0  # pt: ticks and legends
-_LABEL = 9.0  # pt: axis labels and titles
-_LEG_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+SMALL = 9.0  # pt: ticks and legends
+_LABEL = 10.0  # pt: axis labels and titles
+_GRID, _PANE = "#E4E4E4", "#FAFAFA"
+_LEG_COLOURS = (AFTER, ACCENT, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 _LEG_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+# The colours that a page gives its own value, by the names of its CSS variables.
+THEME = {
+    INK: "ink",
+    LINE: "line",
+    BEFORE: "before",
+    PAPER: "paper",
+    _GRID: "grid",
+    _PANE: "pane",
+    **{colour: f"leg{number}" for number, colour in enumerate(_LEG_COLOURS, 1)},
+}
+
+# Weak, so that it does not keep figures alive.
+_point_names: WeakKeyDictionary[Artist, Sequence[str]] = WeakKeyDictionary()
 
 
 class LegStyle(NamedTuple):
@@ -63,15 +65,17 @@ def leg_style(leg: int) -> LegStyle:
     return LegStyle(_LEG_COLOURS[leg % len(_LEG_COLOURS)], _LEG_MARKERS[leg % len(_LEG_MARKERS)])
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, width and height in inches, that arranges its own axes."""
-    figure = Figure(figsize=(width, height), facecolor="white")
-    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.03, hspace=0.03)
+def new_figure(width: float, height: float, figure: FigureBase | None = None) -> FigureBase:
+    """The figure that is given, or an empty one of this size in inches that arranges its axes."""
+    if figure is None:
+        figure = Figure(figsize=(width, height), facecolor=PAPER)
+    if isinstance(figure, Figure) and figure.get_layout_engine() is None:
+        figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.03, hspace=0.03)
     return figure
 
 
 def flat_axes(
-    figure: Figure,
+    figure: FigureBase,
     place: SubplotSpec,
     *,
     title: str = "",
@@ -82,32 +86,38 @@ def flat_axes(
 ) -> Axes:
     """Add axes in the house style."""
     axes = figure.add_subplot(place, sharex=share_x, sharey=share_y)
+    return dressed(axes, title=title, x=x, y=y)
+
+
+def dressed(axes: Axes, *, title: str = "", x: str = "", y: str = "") -> Axes:
+    """Give axes the house style."""
     axes.set_axisbelow(True)
-    axes.grid(True, color="#E4E4E4", linewidth=0.6)
+    axes.grid(True, color=_GRID, linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color("#999999")
+    axes.spines[["left", "bottom"]].set_color(LINE)
     _label(axes, title, x, y)
     return axes
 
 
 def spatial_axes(
-    figure: Figure, place: SubplotSpec, *, labels: Sequence[str], title: str = ""
+    figure: FigureBase, place: SubplotSpec, *, labels: Sequence[str], title: str = ""
 ) -> Any:
     """Add three-dimensional axes in the house style."""
     axes = figure.add_subplot(place, projection="3d")
     assert isinstance(axes, Axes3D)
+    axes.patch.set_visible(False)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.set_pane_color("#FAFAFA")
-        axis.line.set_color("#999999")
-        axis._axinfo["grid"].update(color="#E4E4E4", linewidth=0.6)
-        axis.set_major_locator(MaxNLocator(5))
+        axis.set_pane_color(_PANE)
+        axis.line.set_color(LINE)
+        axis._axinfo["grid"].update(color=_GRID, linewidth=0.6)
+        axis.set_major_locator(MaxNLocator(4))
     _label(axes, title, labels[0], labels[1])
     axes.set_zlabel(labels[2], fontsize=_LABEL, color=INK)
     axes.tick_params(axis="z", labelsize=SMALL, labelcolor=INK)
     return axes
 
 
-def equal_box(axes: Any, points: NDArray[np.float64]) -> None:
+def equal_box(axes: Any, points: Array) -> None:
     """Give three-dimensional axes one scale, with room for the points."""
     lower, upper = points.min(axis=0), points.max(axis=0)
     margin = 0.05 * float(np.max(upper - lower))
@@ -115,22 +125,20 @@ def equal_box(axes: Any, points: NDArray[np.float64]) -> None:
         (axes.set_xlim, axes.set_ylim, axes.set_zlim), lower - margin, upper + margin, strict=True
     ):
         set_limits(low, high)
-    axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.95)
+    axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.85)  # with room for the labels
+
+
+def sign(marker: str, label: str, colour: str = INK, size: float = 5.5, **style: Any) -> Line2D:
+    """A legend entry that is one marker."""
+    look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size}
+    return Line2D([], [], label=label, linestyle="none", **(look | style))
 
 
 def leg_handles(labels: Sequence[str]) -> list[Line2D]:
     """Legend entries of the legs, or of what is drawn as legs are."""
+    styles = (leg_style(leg) for leg in range(len(labels)))
     return [
-        Line2D(
-            [],
-            [],
-            color=leg_style(leg).colour,
-            marker=leg_style(leg).marker,
-            markersize=5.5,
-            linestyle="none",
-            label=label,
-        )
-        for leg, label in enumerate(labels)
+        sign(style.marker, label, style.colour) for style, label in zip(styles, labels, strict=True)
     ]
 
 
@@ -139,7 +147,7 @@ def leg_patches(count: int) -> list[Patch]:
     return [Patch(color=leg_style(leg).colour, label=f"leg {leg + 1}") for leg in range(count)]
 
 
-def legend_below(figure: Figure, handles: Sequence[Any], columns: int = 8) -> None:
+def legend_below(figure: FigureBase, handles: Sequence[Any], columns: int = 8) -> None:
     """Put a legend under all axes."""
     figure.legend(
         handles=list(handles),
@@ -153,15 +161,21 @@ def legend_below(figure: Figure, handles: Sequence[Any], columns: int = 8) -> No
     )
 
 
+def legend_beside(axes: Axes, handles: Sequence[Any]) -> None:
+    """Put a legend to the right of axes that belong to somebody else's figure."""
+    look: dict[str, Any] = {"fontsize": SMALL, "labelcolor": INK, "frameon": False}
+    axes.legend(handles=list(handles), loc="upper left", bbox_to_anchor=(1.01, 1), **look)
+
+
 def colour_bar(
-    figure: Figure, mappable: Any, axes: Sequence[Any], label: str, **place: Any
+    figure: FigureBase, mappable: Any, axes: Sequence[Any], label: str, **place: Any
 ) -> None:
     """Add one colour bar for some axes."""
     bar = figure.colorbar(mappable, ax=list(axes), **place)
     bar.set_label(label, fontsize=_LABEL, color=INK)
-    bar.ax.tick_params(labelsize=SMALL, labelcolor=INK, color="#999999")
+    bar.ax.tick_params(labelsize=SMALL, labelcolor=INK, color=LINE)
     bar.outline.set_visible(False)
-    bar.solids.set_alpha(1.0)  # type: ignore[union-attr]
+    bar.solids.set(alpha=1.0, rasterized=True)  # type: ignore[union-attr]
 
 
 def thinned(count: int, limit: int) -> NDArray[np.intp]:
@@ -169,8 +183,22 @@ def thinned(count: int, limit: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, count - 1, min(count, limit)).astype(np.intp))
 
 
+def name_points(line: Line2D, names: Sequence[str]) -> None:
+    """Say what each point of a line is, for whoever points at it on a page."""
+    _point_names[line] = names
+
+
+def point_names(figure: FigureBase) -> dict[str, Sequence[str]]:
+    """The names of the points of all lines that have any, by identifiers that the lines get."""
+    found = {}
+    for number, line in enumerate(figure.findobj(lambda artist: artist in _point_names)):
+        line.set_gid(f"points{number}")
+        found[f"points{number}"] = _point_names[line]
+    return found
+
+
 def _label(axes: Axes, title: str, x: str, y: str) -> None:
     axes.set_title(title, fontsize=_LABEL, color=INK)
     axes.set_xlabel(x, fontsize=_LABEL, color=INK)
     axes.set_ylabel(y, fontsize=_LABEL, color=INK)
-    axes.tick_params(labelsize=SMALL, labelcolor=INK, color="#999999")
+    axes.tick_params(labelsize=SMALL, labelcolor=INK, color=LINE)

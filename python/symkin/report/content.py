@@ -3,16 +3,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
 
-__all__ = ["Group", "Headline", "Image", "Page", "Section", "Table", "Verdict", "image", "plotted"]
+__all__ = [
+    "Group",
+    "Headline",
+    "Image",
+    "Movable",
+    "Page",
+    "Section",
+    "Table",
+    "Verdict",
+    "plotted",
+]
 
 Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
@@ -58,7 +69,20 @@ class Image:
     name: str
     alternative: str
     caption: str
-    draw: Callable[[], Figure]
+    draw: Callable[[], FigureBase | Axes]
+
+
+@dataclass(frozen=True)
+class Movable:
+    """A mechanism that the reader of the page can move.
+
+    `data` is what the page's script draws it from, calculated when it is needed.
+    """
+
+    name: str
+    alternative: str
+    caption: str
+    data: Callable[[], Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -74,7 +98,7 @@ class Section:
     anchor: str
     title: str
     paragraphs: Sequence[str] = ()
-    parts: Sequence[Table | Image] = ()
+    parts: Sequence[Table | Image | Movable] = ()
     details: bool = False
 
 
@@ -120,11 +144,6 @@ class Page:
     inputs: Sequence[tuple[str, Path | bytes]] = ()
 
 
-def image(figure: Figure, name: str, *, alternative: str, caption: str) -> Image:
-    """An image of a figure that is drawn already."""
-    return Image(name, alternative, caption, lambda: figure)
-
-
-def plotted(name: str, *arguments: Any) -> Callable[[], Figure]:
+def plotted(name: str, *arguments: Any, **options: Any) -> Callable[[], FigureBase | Axes]:
     """Return what draws a figure of `symkin.plot`, which takes a while to import."""
-    return lambda: getattr(import_module("symkin.plot"), name)(*arguments)
+    return lambda: getattr(import_module("symkin.plot"), name)(*arguments, **options)

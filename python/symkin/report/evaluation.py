@@ -208,14 +208,14 @@ def error_figures(
             "error_histogram",
             "Histograms of the end-effector errors before and after, logarithmic scale.",
             "How large the errors are, before and after.",
-            plotted("error_histogram_figure", before, after, expected),
+            plotted("error_histogram", before, after, expected),
         ),
         Image(
             "error_map",
             "Maps of the position error over the workspace, before and after.",
             f"Where the position errors are, before and after.{columns} Mind that each state has "
             "its own scale.",
-            plotted("error_map_figure", after.pose_space, after.poses, before, after),
+            plotted("error_map", after.poses, before, after),
         ),
     ]
 

@@ -3,23 +3,33 @@
 
 from __future__ import annotations
 
-import base64
+import hashlib
 import io
+import json
+import os
 import re
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 import jinja2
 from markupsafe import Markup, escape
 
 from symkin.io.output_files import OutputFiles
-from symkin.report.content import Image, Page, Table
+from symkin.report.content import Image, Movable, Page, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["page_html", "summary_html", "write_page"]
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_DOTS_PER_INCH = 160  # of the image
-_PIXELS_PER_INCH = 108  # on the page
+_DOTS_PER_INCH = 160  # of clouds of points, which are pixels within the drawing
+_PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
+_LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
+_DIGITS = 12  # of the SHA-256
 
 
 def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
@@ -47,7 +57,10 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
 
 
 def page_html(page: Page) -> str:
-    """Return a page with everything in it: style, figures, symbols."""
+    """Return a page with everything in it: style, script, figures, symbols.
+
+    The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
+    """
     return _rendered("report.html", page)
 
 
@@ -65,9 +78,13 @@ def _rendered(template: str, page: Page) -> str:
         lstrip_blocks=True,
     )
     environment.tests["table"] = lambda part: isinstance(part, Table)
+    environment.tests["movable"] = lambda part: isinstance(part, Movable)
     environment.filters["symbols"] = _symbols
     environment.filters["drawn"] = _drawn
-    text = environment.get_template(template).render(page=page, version=_version())
+    environment.filters["data"] = _data
+    environment.filters["digest"] = _digest
+    foot = {"version": _version(), "day": _day()}
+    text = environment.get_template(template).render(page=page, **foot)
     # A file's name may have bytes that are no character.
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
@@ -78,13 +95,89 @@ def _symbols(text: str) -> Markup:
 
 
 def _drawn(image: Image) -> Markup:
-    """The image as an element."""
-    figure, buffer = image.draw(), io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
-    address = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
-    width = round(_PIXELS_PER_INCH * figure.get_figwidth())
-    alternative = escape(image.alternative)
-    return Markup(f'<img src="{address}" alt="{alternative}" width="{width}">')
+    """The figure as an element that follows the page's colours, and scales with its width."""
+    from symkin.plot.style import point_names
+
+    figure = cast("Figure", image.draw().figure)
+    names = point_names(figure)
+    drawing = _themed(_svg(figure, image.name))
+    drawing = _named(_apart(drawing, image.name, names), image.name, names)
+    inches = figure.get_figwidth()
+    sizes = (round(pixels * inches) for pixels in (_PIXELS_PER_INCH, _LEAST_PIXELS_PER_INCH))
+    style = "width: {}px; min-width: {}px".format(*sizes)
+    head = f'<svg role="img" aria-label="{escape(image.alternative)}" style="{style}"'
+    return Markup(re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf"{head} \1>", drawing, count=1))
+
+
+def _svg(figure: Figure, name: str) -> str:
+    """The figure's bare element, the same bytes for the same figure."""
+    import matplotlib as mpl
+
+    buffer = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(buffer, format="svg", dpi=_DOTS_PER_INCH, transparent=True)
+    drawing = buffer.getvalue()
+    drawing = drawing[drawing.index("<svg") :]
+    # Its style would hold for the whole page, and has its place in the page's.
+    drawing = re.sub(
+        r"<metadata>.*?</metadata>|<style .*?</style>|<!--.*?-->", "", drawing, flags=re.S
+    )
+    drawing = drawing.replace("xlink:href", "href")
+    return re.sub(r"\n\s*", "\n", drawing)
+
+
+def _themed(drawing: str) -> str:
+    """With the page's colours in place of those that it has its own values for."""
+    from symkin.plot.style import THEME
+
+    for colour, name in THEME.items():
+        drawing = re.sub(rf"(?<=: ){colour}\b", f"var(--{name})", drawing, flags=re.I)
+    return drawing
+
+
+def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:
+    """With identifiers that no other figure of the page has, and only those that are used."""
+    used = {*re.findall(r'(?:href="|url\()#([^")]+)', drawing), *kept}
+    drawing = re.sub(
+        r' id="([^"]+)"',
+        lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "",
+        drawing,
+    )
+    return re.sub(r'(href="|url\()#', rf"\1#{name}-", drawing)
+
+
+def _named(drawing: str, prefix: str, names: Mapping[str, Sequence[str]]) -> str:
+    """With the names of its points, where the page's script finds them."""
+    for identifier, of_points in names.items():
+        before, mark, after = drawing.partition(f'id="{prefix}-{identifier}"')
+        start, *points = after.split("<use ", len(of_points))
+        named = (
+            f'<use data-name="{escape(name)}" {point}'
+            for name, point in zip(of_points, points, strict=True)
+        )
+        drawing = "".join([before, mark, start, *named])
+    return drawing
+
+
+def _data(part: Movable) -> Markup:
+    """As the text of a script element, which must not end it."""
+    text = json.dumps(part.data(), separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def _digest(source: Path | bytes) -> str:
+    """The beginning of the SHA-256 of a file, or of bytes; empty if it is not there any more."""
+    try:
+        content = source if isinstance(source, bytes) else source.read_bytes()
+    except OSError:
+        return ""
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def _day() -> str:
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
+    return now.date().isoformat()
 
 
 def _version() -> str:

@@ -117,7 +117,7 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
                 "Errors of all identified parameters in standard deviations, with the 95% "
                 "interval.",
                 "Errors of the identified parameters, each in its own standard deviations.",
-                plotted("parameter_errors_figure", found.nominal.parameter_names, errors),
+                plotted("parameter_errors", found, actual),
             )
         )
     parts += [
@@ -129,7 +129,7 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
             "residuals",
             "Closure of every leg at every measured pose.",
             "What the identified parameters leave of the closures, at every pose of every leg.",
-            plotted("residuals_figure", found.measurements, found),
+            plotted("residuals", found.measurements, found),
         ),
         Image(
             "dependence",
@@ -137,7 +137,7 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
             "The same against what they depend on most: the reading, a coordinate of the pose or "
             "the order of measuring. The line is a parabola; noise alone makes it explain a few "
             "percent.",
-            plotted("dependence_figure", found.measurements, found),
+            plotted("dependence", found.measurements, found),
         ),
     ]
     return Section("identification", "Identified parameters", paragraphs, parts)

@@ -9,23 +9,17 @@ import numpy as np
 
 from symkin.measurements import Measurements
 from symkin.planning.plan import set_name
-from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import count
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["measurements_page"]
 
 
 def measurements_page(taken: Measurements) -> Page:
     """Count poses and readings, and show where the poses lie."""
-
-    def draw() -> Figure:
-        from symkin.plot import poses_figure
-
-        return poses_figure(taken.pose_space, taken.poses)
-
     legs = range(taken.readings.shape[1])
     sets = np.unique(taken.leg_sets).tolist()
     read = np.isfinite(taken.readings)
@@ -35,7 +29,12 @@ def measurements_page(taken: Measurements) -> Page:
     ]
     columns = ("Leg", "Readings", "Of them in its set")
     table = Table("Readings of every leg", columns, [Group(rows)], brief=True)
-    poses = Image("poses", "Scatter plots of the measured poses.", "The measured poses.", draw)
+    poses = Image(
+        "poses",
+        "Scatter plots of the measured poses.",
+        "The measured poses.",
+        plotted("poses", taken.poses),
+    )
     return Page(
         title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",
         subtitle=f"{taken.pose_space} poses",

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from symkin.chains import chain_info
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table
+from symkin.report.movable import movable
 from symkin.report.wording import plural, pose_coordinates, quantity, setting
 from symkin.symmetry import SymmetryGroup
 from symkin.workspace.sample import least_reach_margin
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 __all__ = ["mechanism_section"]
 
@@ -59,7 +60,7 @@ def mechanism_section(
         f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
         f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
     )
-    return Section("mechanism", "Mechanism", [paragraph], [*drawing, settings])
+    return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
 
 
 def _drawing(
@@ -77,11 +78,11 @@ def _drawing(
     where = "at its home pose" if reached[0] == 0 else "at one of its poses (home is out of reach)"
     pose = tried[reached[0]]
 
-    def draw() -> Figure:
-        from symkin.plot import DrawnSymmetry, mechanism_figure
+    def draw() -> Axes:
+        from symkin import plot
 
-        drawn = None if symmetry is None else DrawnSymmetry(symmetry, keeps_modes, nearly)
-        return mechanism_figure(mechanism, pose, drawn)
+        drawn = None if symmetry is None else plot.DrawnSymmetry(symmetry, keeps_modes, nearly)
+        return plot.mechanism(mechanism, pose, symmetry=drawn)
 
     mirrors = ""
     if symmetry is not None and symmetry.size > 1:

@@ -17,12 +17,12 @@ from symkin.observability import (
     analyse_observability,
     observability_rows,
 )
-from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import plural, significant
 from symkin.symmetry import observability_group
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["observability_page", "observability_section", "singular_values_table"]
 
@@ -109,16 +109,11 @@ def observability_section(
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
 
-    def draw() -> Figure:
-        from symkin.plot import observability_figure
-
-        return observability_figure(mechanism.parameter_names, diagonals)
-
     bars = Image(
         "observability",
         f"Bars of {_R} for every parameter, all legs side by side.",
         f"{_R} of every parameter, all legs at their own poses.",
-        draw,
+        plotted("observability", mechanism.parameter_names, diagonals),
     )
     groups = _groups(mechanism, legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
     columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation")

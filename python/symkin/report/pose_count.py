@@ -7,12 +7,12 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from symkin.planning import NeededPoses, PoseCountCurve
-from symkin.report.content import Group, Headline, Image, Page, Section, Table
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.plan import expected_headlines
 from symkin.report.wording import milli, plural, setting, significant
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = ["needed_poses_page", "pose_count_page"]
 
@@ -103,19 +103,13 @@ def _remedies(needed: NeededPoses) -> Table:
 
 def _curve_section(curve: PoseCountCurve) -> Section:
     turns = curve.mechanism.pose_space != "point"
-
-    def draw() -> Figure:
-        from symkin.plot import pose_count_figure
-
-        return pose_count_figure(curve, turns=turns)
-
     figure = Image(
         "pose_count",
         "Expected errors and efficiency against the number of poses.",
         "Expected error after identification, and efficiency of the selection, against the number "
         "of poses that each leg is identified from. The dashed line is where another pose begins "
         "to gain too little.",
-        draw,
+        plotted("pose_count", curve),
     )
     rows = []
     for at, number in enumerate(curve.counts.tolist()):

@@ -14,7 +14,7 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
-from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.symmetry import elements_table
 from symkin.report.wording import count, plural, share, significant
 from symkin.workspace.sample import WorkspaceSample
@@ -22,7 +22,7 @@ from symkin.workspace.slices import ConstantOrientation, ModeSlices
 from symkin.workspace.study import READING_ROUNDING, WorkspaceStudy
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 __all__ = [
     "measured_poses_section",
@@ -50,7 +50,7 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
         "workspace",
         "Scatter plots of the candidate poses and of the chosen poses.",
         f"Candidates (small dots{turns}) and the chosen poses (large markers).",
-        lambda: _poses_figure(mechanism, candidates.poses, sets, labels),
+        plotted("poses", candidates, sets, labels),
     )
     paragraph = (
         f"{plural(len(candidates), 'pose')} that every leg reaches, in the aspect of home and away "
@@ -70,22 +70,11 @@ def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> 
         "poses",
         "Scatter plots of the measured poses.",
         "The measured poses.",
-        lambda: _poses_figure(mechanism, measurements.poses, sets),
+        plotted("poses", measurements.poses, sets),
     )
     file = f" from {measurements.source_name}" if measurements.source else ""
     paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
     return Section("poses", "Measured poses", [paragraph], [poses])
-
-
-def _poses_figure(
-    mechanism: Mechanism,
-    cloud: NDArray[np.float64],
-    sets: Sequence[NDArray[np.float64]],
-    labels: Sequence[str] = (),
-) -> Figure:
-    from symkin.plot import poses_figure
-
-    return poses_figure(mechanism.pose_space, cloud, sets, labels)
 
 
 def sampling_table(sample: WorkspaceSample) -> Table:
@@ -171,7 +160,7 @@ def _slices_section(study: WorkspaceStudy) -> Section:
         "constant_orientations",
         "Maps of the poses that the legs reach at each orientation.",
         "Constant-orientation workspaces. Numbers are those of the aspects.",
-        lambda: _slices_figure(study),
+        plotted("workspace", study),
     )
     return Section("orientations", "Constant orientations", (), [figure, table])
 
@@ -201,18 +190,6 @@ def _joints_section(study: WorkspaceStudy) -> Section:
         "Clouds of the readings at the poses of the workspace.",
         f"The active-joint workspace, {plural(len(study.sample), 'pose')}. "
         "Symmetry carries the colours onto each other.",
-        lambda: _joints_figure(study),
+        plotted("active_joints", study),
     )
     return Section("joints", "Active-joint workspace", [], [figure])
-
-
-def _slices_figure(study: WorkspaceStudy) -> Figure:
-    from symkin.plot.workspace_study import constant_orientation_figure
-
-    return constant_orientation_figure(study.modes)
-
-
-def _joints_figure(study: WorkspaceStudy) -> Figure:
-    from symkin.plot.workspace_study import active_joint_figure
-
-    return active_joint_figure(study)

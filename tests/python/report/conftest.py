@@ -55,13 +55,22 @@ class Page(HTMLParser):
         """The attributes of all tags of a kind."""
         return [attributes for name, attributes in self.tags if name == tag]
 
+    @property
+    def figures(self):
+        """The names of the figures."""
+        names = [attributes.get("id", "") for attributes in self.all("figure")]
+        return {name.removeprefix("figure-") for name in names if name}
+
     def assert_self_contained(self):
         """Nothing is loaded from elsewhere."""
-        assert not re.search(r"https?:|url\(|@import", self.source)
-        assert not self.all("script")
+        assert not re.search(r"https?:|url\((?!#)|@import", self.source)
         assert not self.all("link")
-        for attributes in self.all("img"):
-            assert attributes["src"].startswith("data:image/png;base64,")
+        assert not [attributes for _, attributes in self.tags if "src" in attributes]
+        assert not self.all("img")
+        for attributes in self.all("image"):
+            assert attributes["href"].startswith("data:image/png;base64,")
+        for attributes in self.all("use"):
+            assert attributes["href"].startswith("#")
 
 
 @pytest.fixture(scope="session")

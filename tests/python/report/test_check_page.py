@@ -19,6 +19,7 @@ def page(paper, page_of, tmp_path_factory):
 def test_the_page_is_self_contained(page):
     page.assert_self_contained()
     assert {path.name for path in page.folder.iterdir()} == {"check.html"}
+    assert page.figures == {"mechanism", "observability"}
 
 
 def test_the_groups_are_there_in_both_notations(page):

@@ -1,60 +1,146 @@
 # SPDX-License-Identifier: MIT
-"""Figures of a workspace, after Figs. 6a to 6d of the paper."""
+"""Where poses lie, and what a mechanism's workspace looks like (after Figs. 6a to 6d)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.mechanism import Mechanism
 from symkin.plot.style import (
     ACCENT,
+    COLOUR_MAP,
+    DARK,
     INK,
-    SMALL,
+    PAPER,
+    Array,
+    colour_bar,
     flat_axes,
+    leg_handles,
     leg_style,
     legend_below,
     new_figure,
+    sign,
     spatial_axes,
     thinned,
 )
+from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices
 from symkin.workspace.study import WorkspaceStudy
 
-__all__ = ["active_joint_figure", "constant_orientation_figure"]
+__all__ = ["active_joints", "poses", "workspace"]
 
-Array = NDArray[np.float64]
-
-_OUT, _HOME_SIDE, _USABLE, _OTHER_SIDE = "#FFFFFF", "#CFE5F2", "#7DB8DC", "#F9DFA8"
+_SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4), "spatial": (8.8, 3.7)}  # inches
+_PLAIN = "#9DB8CC"  # of poses without orientation
+_FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
+_HOME_SIDE, _USABLE, _OTHER_SIDE = "#CFE5F2", "#7DB8DC", "#F9DFA8"
 _LABELLED_SHARE = 0.01  # of the reachable area, from which an aspect gets its number
-_POINTS = 12_000  # in a cloud
+_POINTS = 12_000  # in a cloud of readings
 
 
-def constant_orientation_figure(rows: Sequence[ModeSlices]) -> Figure:
+class View(NamedTuple):
+    """Two position coordinates, by column, and the labels of their axes."""
+
+    x: int
+    y: int
+    x_label: str
+    y_label: str
+
+
+_TOP = View(0, 1, "x, m", "y, m")
+
+VIEWS = {
+    "planar": (_TOP,),
+    "point": (_TOP,),
+    "spatial": (_TOP, View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")),
+}
+
+
+def space_of(poses: Array) -> str:
+    """Kind of poses, by how many coordinates they have."""
+    return {2: "point", 3: "planar", 7: "spatial"}[poses.shape[1]]
+
+
+def poses(
+    poses: ArrayLike | WorkspaceSample,
+    sets: Sequence[ArrayLike] = (),
+    labels: Sequence[str] = (),
+    *,
+    figure: FigureBase | None = None,
+) -> FigureBase:
+    """Draw a cloud of poses, coloured by orientation, and the poses of every leg's set on it.
+
+    Planar ones are drawn in x and y, and in x, y and phi; spatial ones in three projections.
+
+    Parameters
+    ----------
+    poses : array_like, shape (n, coordinates), or WorkspaceSample
+        Candidates, or measured poses; of many only a part is drawn.
+    sets : sequence of array_like, shape (N, coordinates)
+        Poses of each leg's set.
+    labels : sequence of str
+        Of the sets, by default "leg 1", "leg 2", ...
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    cloud = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
+    chosen = [np.asarray(each, dtype=float) for each in sets]
+    space = space_of(cloud)
+    views = VIEWS[space]
+    figure = new_figure(*_SIZES[space], figure)
+    columns = 2 if space == "planar" else len(views)
+    places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
+    drawn = cloud[thinned(len(cloud), _FLAT_LIMIT)]
+    panels, axes = [], []
+    for column, view in enumerate(views):
+        axes.append(flat_axes(figure, places[column], x=view.x_label, y=view.y_label))
+        panels.append(_draw_view(axes[-1], space, drawn, chosen, view))
+        if view == _TOP:
+            axes[-1].set_aspect("equal", adjustable="box" if space != "spatial" else "datalim")
+    if space == "planar":
+        _draw_with_angle(figure, places[1], cloud, chosen)
+    if space != "point":
+        where = {"location": "left"} if space == "planar" else {}
+        colour_bar(figure, panels[0], axes, _orientation_label(space), shrink=0.8, **where)
+    if chosen:
+        legend_below(figure, leg_handles(labels or [f"leg {n}" for n in range(1, len(sets) + 1)]))
+    return figure
+
+
+def workspace(
+    study: WorkspaceStudy | Sequence[ModeSlices], *, figure: FigureBase | None = None
+) -> FigureBase:
     """Draw constant-orientation workspaces with their aspects and singularities.
 
     Parameters
     ----------
-    rows : sequence of ModeSlices
-        One, or one for each working mode, all on the same grids.
+    study : WorkspaceStudy, or sequence of ModeSlices
+        Of `study_workspace`; or a row for each working mode, all on the same grids.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
 
     Returns
     -------
-    Figure
+    Figure or SubFigure
     """
+    rows = study.modes if isinstance(study, WorkspaceStudy) else study
     columns = max(len(row.slices) for row in rows)
-    figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows))
+    figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows), figure)
     grid = figure.add_gridspec(len(rows), columns)
     for number, row in enumerate(rows):
         for column, found in enumerate(row.slices):
@@ -65,17 +151,28 @@ def constant_orientation_figure(rows: Sequence[ModeSlices]) -> Figure:
     return figure
 
 
-def active_joint_figure(study: WorkspaceStudy) -> Figure:
+def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) -> FigureBase:
     """Draw the active-joint workspace: of all poses, and of each constant orientation.
 
     Of more than three legs three are drawn, such that rotations carry onto each other if there are
     any. A point has the colour of the leg with the largest reading, so that these rotations carry
     the colours onto each other.
+
+    Parameters
+    ----------
+    study : WorkspaceStudy
+        Of `study_workspace`.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
     """
     readings = study.sample.readings
     if readings.shape[1] == 2:
-        return _two_leg_figure(study)
-    figure = new_figure(10.4, 7.4)
+        return _draw_two_legs(study, figure)
+    figure = new_figure(10.4, 7.4, figure)
     grid = figure.add_gridspec(2, max(3, len(study.slices)))
     legs = _drawn_legs(study)
     clouds = {"all orientations": readings[:, legs]} | {
@@ -87,25 +184,74 @@ def active_joint_figure(study: WorkspaceStudy) -> Figure:
     for place, (title, cloud) in zip(places, clouds.items(), strict=True):
         _draw_cloud(spatial_axes(figure, place, title=title, labels=labels), cloud, legs, limits)
     _draw_along_axis(figure, grid[0, 1:], study, legs)
-    legend_below(figure, _cloud_legend(legs, "equal readings"))
+    handles = [sign("o", f"leg {leg + 1} reads most", leg_style(leg).colour) for leg in legs]
+    legend_below(figure, [*handles, Line2D([], [], color=INK, label="equal readings")])
     return figure
+
+
+def _orientations(space: str, poses: Array) -> Array | None:
+    """Orientation of each pose as one number, rad: the angle, or the angle of the rotation."""
+    if space == "planar":
+        return poses[:, 2]
+    if space == "spatial":
+        vector = np.linalg.norm(poses[:, 3:6], axis=1)
+        return np.asarray(2 * np.arctan2(vector, np.abs(poses[:, 6])))
+    return None
+
+
+def _orientation_label(space: str) -> str:
+    return "\N{GREEK SMALL LETTER PHI}, rad" if space == "planar" else "angle of rotation, rad"
+
+
+def _draw_view(axes: Axes, space: str, cloud: Array, sets: Sequence[Array], view: View) -> Any:
+    """Draw one projection; returns what the colour bar belongs to."""
+    few = len(cloud) <= 500
+    colours = _orientations(space, cloud)
+    points = axes.scatter(
+        cloud[:, view.x],
+        cloud[:, view.y],
+        c=_PLAIN if colours is None else colours,
+        cmap=None if colours is None else COLOUR_MAP,
+        s=22 if few else 3,
+        alpha=0.9 if few else 0.4,
+        linewidths=0,
+        rasterized=True,
+    )
+    for leg, chosen in enumerate(sets):
+        style = _marker(leg, len(sets))
+        axes.scatter(chosen[:, view.x], chosen[:, view.y], zorder=3, **style)
+    return points
+
+
+def _draw_with_angle(figure: FigureBase, place: Any, cloud: Array, sets: Sequence[Array]) -> None:
+    labels = ("x, m", "y, m", _orientation_label("planar"))
+    axes = spatial_axes(figure, place, labels=labels)
+    few = cloud[thinned(len(cloud), _SPATIAL_LIMIT)]
+    style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 3, "alpha": 0.5, "linewidths": 0}
+    axes.scatter(*few[:, :3].T, c=few[:, 2], depthshade=False, rasterized=True, **style)
+    for leg, chosen in enumerate(sets):
+        axes.scatter(*chosen[:, :3].T, depthshade=False, **_marker(leg, len(sets)))
+    axes.view_init(elev=18, azim=-60)
+    axes.set_box_aspect((1, 1, 0.9), zoom=0.84)  # its labels would be cut off otherwise
+
+
+def _marker(leg: int, legs: int) -> dict[str, Any]:
+    style = leg_style(leg)
+    look = {"color": style.colour, "marker": style.marker, "edgecolors": PAPER, "linewidths": 0.7}
+    return look | {"s": 30 if legs <= 4 else 20}
 
 
 def _draw_slice(axes: Axes, found: ConstantOrientation) -> None:
     axes.grid(False)
     kinds = np.select([found.usable, found.side > 0, found.side < 0], [2, 1, 3], default=0)
     half_x, half_y = (0.5 * (centres[1] - centres[0]) for centres in (found.x, found.y))
+    left, right, bottom, top = found.x[0], found.x[-1], found.y[0], found.y[-1]
     axes.imshow(
         np.ma.masked_equal(kinds, 0),
         origin="lower",
-        extent=(
-            found.x[0] - half_x,
-            found.x[-1] + half_x,
-            found.y[0] - half_y,
-            found.y[-1] + half_y,
-        ),
-        cmap=ListedColormap([_OUT, _HOME_SIDE, _USABLE, _OTHER_SIDE]),
-        vmin=0,
+        extent=(left - half_x, right + half_x, bottom - half_y, top + half_y),
+        cmap=ListedColormap([_HOME_SIDE, _USABLE, _OTHER_SIDE]),
+        vmin=1,
         vmax=3,
         interpolation="nearest",
     )
@@ -114,15 +260,9 @@ def _draw_slice(axes: Axes, found: ConstantOrientation) -> None:
         (found.parallel, ACCENT, "dashed"),
     ):
         if _crosses_zero(values):
-            axes.contour(
-                found.x,
-                found.y,
-                np.ma.masked_invalid(values),
-                levels=[0],
-                colors=[colour],
-                linestyles=[style],
-                linewidths=1.4,
-            )
+            known = np.ma.masked_invalid(values)
+            lines: dict[str, Any] = {"colors": [colour], "linestyles": [style], "linewidths": 1.4}
+            axes.contour(found.x, found.y, known, levels=[0], **lines)
     _number_aspects(axes, found)
 
 
@@ -136,7 +276,7 @@ def _number_aspects(axes: Axes, found: ConstantOrientation) -> None:
         rows, columns = np.nonzero(found.aspects == number)
         middle = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
         place = found.x[columns[middle]], found.y[rows[middle]]
-        axes.annotate(str(number), place, ha="center", va="center", color=INK, fontweight="bold")
+        axes.annotate(str(number), place, ha="center", va="center", color=DARK, fontweight="bold")
 
 
 def _slice_legend(slices: Sequence[ConstantOrientation]) -> list[Any]:
@@ -198,15 +338,17 @@ def _draw_cloud(
     _scatter(axes, *_coloured(readings, legs))
 
 
-def _draw_along_axis(figure: Figure, place: Any, study: WorkspaceStudy, legs: list[int]) -> None:
+def _draw_along_axis(
+    figure: FigureBase, place: Any, study: WorkspaceStudy, legs: list[int]
+) -> None:
     first, second, third = (rf"\psi_{leg + 1}" for leg in legs)
     unit = study.mechanism.reading_unit
     axes = flat_axes(
         figure,
         place,
         title="along the line of equal readings",
-        x=rf"$({second} - {first})/\sqrt{{2}}$, {unit}",
-        y=rf"$(2{third} - {first} - {second})/\sqrt{{6}}$, {unit}",
+        x=rf"$({second} - {first})/$√2, {unit}",
+        y=rf"$(2{third} - {first} - {second})/$√6, {unit}",
     )
     shown, colours = _coloured(study.sample.readings[:, legs], legs)
     across = (shown[:, 1] - shown[:, 0]) / math.sqrt(2)
@@ -216,35 +358,20 @@ def _draw_along_axis(figure: Figure, place: Any, study: WorkspaceStudy, legs: li
     axes.set_aspect("equal", adjustable="box")
 
 
-def _cloud_legend(legs: Sequence[int], line: str) -> list[Line2D]:
-    handles = [
-        Line2D(
-            [],
-            [],
-            marker="o",
-            ls="",
-            color=leg_style(leg).colour,
-            label=f"leg {leg + 1} reads most",
-        )
-        for leg in legs
-    ]
-    return [*handles, Line2D([], [], color=INK, label=line)]
-
-
-def _two_leg_figure(study: WorkspaceStudy) -> Figure:
+def _draw_two_legs(study: WorkspaceStudy, figure: FigureBase | None) -> FigureBase:
     """The cloud in the plane, and the line about which the symmetry mirrors it."""
-    figure = new_figure(5.4, 5.4)
+    figure = new_figure(4.6, 4.6, figure)
     x, y = (_reading_label(study.mechanism, leg) for leg in (0, 1))
     axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], title=study.mechanism.name, x=x, y=y)
     readings = study.sample.readings
     shown = readings[thinned(len(readings), _POINTS)]
-    sign = _exchange_sign(study)
-    nearer = (shown[:, 0] < sign * shown[:, 1]).astype(np.intp)
+    exchange = _exchange_sign(study)
+    nearer = (shown[:, 0] < exchange * shown[:, 1]).astype(np.intp)
     _scatter(axes, shown, [leg_style(leg).colour for leg in nearer])
     ends = np.array(_limits(shown))
-    line = axes.plot(ends, sign * ends, color=INK, linewidth=1.2)
+    axes.plot(ends, exchange * ends, color=INK, linewidth=1.2)
     axes.set_aspect("equal")
-    axes.legend(line, ["mirror line"], fontsize=SMALL, labelcolor=INK, frameon=False)
+    legend_below(figure, [Line2D([], [], color=INK, linewidth=1.2, label="mirror line")])
     return figure
 
 

@@ -1,0 +1,564 @@
+# SPDX-License-Identifier: MIT
+"""What was planned, identified and achieved: observability, residuals, errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.evaluation import Evaluation
+from symkin.identification.estimate import Identification
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy
+from symkin.planning import PoseCountCurve
+from symkin.plot.style import (
+    ACCENT,
+    AFTER,
+    BEFORE,
+    COLOUR_MAP,
+    INK,
+    LINE,
+    SMALL,
+    Array,
+    colour_bar,
+    dressed,
+    flat_axes,
+    leg_patches,
+    leg_style,
+    legend_below,
+    legend_beside,
+    name_points,
+    new_figure,
+    sign,
+)
+from symkin.plot.workspaces import VIEWS, View, space_of
+from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
+
+__all__ = [
+    "INTERVAL",
+    "dependence",
+    "error_histogram",
+    "error_map",
+    "observability",
+    "parameter_errors",
+    "pose_count",
+    "residuals",
+]
+
+INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
+_COLUMNS = 3  # of panels, one a leg
+_FEW = 1500  # poses that a map shows one by one
+_MILLI = 1e3
+_UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "rx": "rad", "ry": "rad", "rz": "rad"}
+
+
+def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | None = None) -> Axes:
+    """Draw abs(R_ii) (Eqs. 9, 10) of all legs side by side for each parameter.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The p parameters.
+    r_diagonals : array_like, shape (legs, p)
+        `Observability.r_diagonal` of each leg, in units of the reading over the parameter's.
+    ax : Axes, optional
+        Where to draw, by default in a new figure.
+
+    Returns
+    -------
+    Axes
+    """
+    diagonals = np.asarray(r_diagonals, dtype=float)
+    legs, count = diagonals.shape
+    label = "|R$_{ii}$|, reading per parameter (SI)"
+    if ax is None:
+        figure = new_figure(8.6, 3.8)
+        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], y=label)
+        legend_below(figure, leg_patches(legs))
+    else:
+        axes = dressed(ax, y=label)
+        legend_beside(axes, leg_patches(legs))
+    width = 0.8 / legs
+    for leg, values in enumerate(diagonals):
+        places = np.arange(count) - 0.4 + width * (leg + 0.5)
+        axes.bar(places, values, 0.88 * width, color=leg_style(leg).colour)
+    axes.set_yscale("log")
+    shown = diagonals[diagonals > 0]
+    if shown.size:
+        axes.set_ylim(10 ** np.floor(np.log10(shown.min()) - 0.3), shown.max() * 2)
+    axes.grid(False, axis="x")
+    # "platform_polar_angle" fits under a group of bars in three lines.
+    axes.set_xticks(range(count), [name.replace("_", "\n") for name in names], fontsize=SMALL)
+    axes.tick_params(axis="x", length=0)
+    return axes
+
+
+def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> FigureBase:
+    """Draw expected errors and efficiency against the number of poses.
+
+    Parameters
+    ----------
+    curve : PoseCountCurve
+        Of `pose_count_curve`. Without an orientation error it has one panel less.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    panels = [(_MILLI * curve.position, "expected position error, mm", True)]
+    if np.isfinite(curve.orientation).any() and (curve.orientation > 0).any():
+        panels.append((_MILLI * curve.orientation, "expected orientation error, mrad", True))
+    panels.append((100 * curve.efficiency, "efficiency, %", False))
+    figure = new_figure(0.6 + 3.0 * len(panels), 3.4, figure)
+    places = figure.add_gridspec(1, len(panels))
+    for column, (values, label, logarithmic) in enumerate(panels):
+        axes = flat_axes(figure, places[column], x="poses a leg", y=label)
+        axes.plot(curve.counts, values, "o-", color=AFTER, markersize=3.5, linewidth=1.2)
+        if logarithmic:
+            axes.set_yscale("log")
+            _plain_ticks(axes)
+        else:
+            axes.set_ylim(top=100.2)
+        _mark_enough(axes, curve)
+    return figure
+
+
+def residuals(
+    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw the closure of every leg at every pose that it used, a panel for each leg.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        Of which it was identified.
+    identification : Identification
+        Of `identify`.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    fits = identification.legs
+    titles = [
+        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} mm" for leg, fit in _counted(fits)
+    ]
+    figure, panels = _panels(titles, figure)
+    for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
+        closures, colour = _MILLI * fit.residuals, leg_style(leg).colour
+        numbers = measurements.row_numbers[fit.rows]
+        axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
+        _draw_closures(axes, leg, numbers, closures, numbers)
+        rejected = np.isin(fit.rows, fit.rejected)
+        axes.plot(
+            *(each[rejected] for each in (numbers, closures)), "x", color=ACCENT, markersize=6
+        )
+        if leg + _COLUMNS >= len(fits):
+            axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+    if any(len(fit.rejected) for fit in fits):
+        legend_below(figure, [sign("x", "rejected as an outlier", ACCENT, 6)])
+    return figure
+
+
+def dependence(
+    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw the closures of every leg against what they depend on most, with a parabola.
+
+    That is the leg's reading, a coordinate of the pose or the order of measuring, that of which
+    a parabola explains most.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        Of which it was identified.
+    identification : Identification
+        Of `identify`.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    found = [
+        _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
+    ]
+    titles = [f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in _counted(found)]
+    figure, panels = _panels(titles, figure)
+    for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
+        closures = _MILLI * most.residuals
+        numbers = measurements.row_numbers[most.rows]
+        _draw_closures(axes, leg, most.values, closures, numbers)
+        along = np.linspace(most.values.min(), most.values.max(), 50)
+        parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
+        axes.plot(along, parabola(along), color=INK, linewidth=1.2)
+        reading = identification.nominal.reading_unit if most.name == "reading" else ""
+        unit = _UNITS.get(most.name, reading)
+        label = f"{most.name}, {unit}" if unit else most.name
+        axes.set_xlabel(label, fontsize=SMALL, color=INK)
+    return figure
+
+
+def parameter_errors(
+    identification: Identification, actual: Mechanism, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw (estimate - truth) / standard deviation of every parameter, a panel for each leg.
+
+    Parameters
+    ----------
+    identification : Identification
+        Of simulated measurements.
+    actual : Mechanism
+        The true one.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    calibrated = identification.mechanism
+    errors = calibrated.parameters - actual.parameters
+    deviations = calibrated.deviations
+    in_sigmas = np.full_like(errors, np.nan)
+    if deviations is not None:
+        np.divide(errors, deviations, out=in_sigmas, where=deviations > 0)
+    return draw_parameter_errors(actual.parameter_names, in_sigmas, figure)
+
+
+def error_histogram(
+    before: Evaluation,
+    after: Evaluation,
+    expected: ExpectedAccuracy | None = None,
+    *,
+    figure: FigureBase | None = None,
+) -> FigureBase:
+    """Draw the distribution of the errors on a logarithmic scale, with their root mean squares.
+
+    Parameters
+    ----------
+    before, after : Evaluation
+        With the nominal and the calibrated mechanism.
+    expected : ExpectedAccuracy, optional
+        Root mean squares to expect after.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    labels = ("position error, mm", "orientation error, mrad")
+    kinds = list(
+        zip(labels, _error_sizes(before), _error_sizes(after), strict=False)
+    )  # a point has one kind only
+    foreseen = (None, None) if expected is None else (expected.position, expected.orientation)
+    figure = new_figure(8.6 if len(kinds) > 1 else 4.6, 3.5, figure)
+    places = figure.add_gridspec(1, len(kinds))
+    for column, (label, sizes_before, sizes_after) in enumerate(kinds):
+        axes = flat_axes(figure, places[column], x=label, y="poses, %")
+        _draw_histogram(axes, sizes_before, sizes_after, foreseen[column])
+    handles: list[Any] = [
+        Patch(color=BEFORE, alpha=0.75, label="before"),
+        Patch(color=AFTER, alpha=0.75, label="after"),
+        Line2D([], [], color=INK, linestyle="--", label="root mean square"),
+    ]
+    if expected is not None:
+        handles.append(Line2D([], [], color=INK, linestyle=":", label="expected after"))
+    legend_below(figure, handles, 4 if len(kinds) > 1 else 2)
+    return figure
+
+
+def error_map(
+    poses: ArrayLike | WorkspaceSample,
+    before: Evaluation,
+    after: Evaluation,
+    *,
+    figure: FigureBase | None = None,
+) -> FigureBase:
+    """Draw the position error over the workspace: before in the upper row, after in the lower.
+
+    The columns are bands of orientation (planar) or projections (spatial). Each row has its own
+    colour bar, since the errors differ by orders of magnitude.
+
+    Parameters
+    ----------
+    poses : array_like, shape (N, coordinates), or WorkspaceSample
+        Those of both evaluations. Where they are many, a cell shows their root mean square.
+    before, after : Evaluation
+        With the nominal and the calibrated mechanism.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
+    panels = _map_panels(rows)
+    figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
+    if len(panels) == 1:
+        places = figure.add_gridspec(1, 2)
+        grid = [[places[0]], [places[1]]]
+    else:
+        places = figure.add_gridspec(2, len(panels))
+        grid = [[places[row, column] for column in range(len(panels))] for row in range(2)]
+    first: Axes | None = None
+    for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
+        sizes = _MILLI * _error_sizes(evaluation)[0]
+        first = _draw_row(figure, row, panels, rows, sizes, state, first)
+    return figure
+
+
+# Number of poses.
+
+
+def _mark_enough(axes: Axes, curve: PoseCountCurve) -> None:
+    axes.set_xscale("log")
+    ticks = [curve.counts[0] * factor for factor in (1, 2, 3, 5, 10)]
+    axes.set_xticks([tick for tick in ticks if tick <= curve.counts[-1]])
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
+    if curve.enough is not None:
+        axes.axvline(curve.enough, color=ACCENT, linewidth=1.0, linestyle="--")
+        where: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top"}
+        axes.annotate(f" {curve.enough}", (curve.enough, 1.0), fontsize=SMALL, color=INK, **where)
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Thousandths read better than powers of ten over less than a decade."""
+    for formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        plain = ScalarFormatter()
+        plain.set_scientific(False)
+        formatter(plain)
+    axes.tick_params(axis="y", which="minor", labelsize=SMALL - 1, labelcolor=INK)
+
+
+# Residuals.
+
+
+class Dependence(NamedTuple):
+    """What a leg's closures depend on most: its values, the closures, their rows and the share."""
+
+    name: str
+    values: Array
+    residuals: Array
+    rows: NDArray[np.intp]
+    share: float
+
+
+def _strongest(measurements: Measurements, identification: Identification, leg: int) -> Dependence:
+    fit = identification.legs[leg]
+    kept = ~np.isin(fit.rows, fit.rejected)
+    rows, closures = fit.rows[kept], fit.residuals[kept]
+    poses = workspace_coordinates(identification.nominal, measurements.poses[rows])
+    values = {
+        "reading": measurements.readings[rows, leg],
+        **dict(zip(coordinate_names(identification.nominal), poses.T, strict=True)),
+        "order of measuring": np.arange(len(rows), dtype=float),
+    }
+    total = float(np.sum((closures - closures.mean()) ** 2))
+    shares = {}
+    for name, each in values.items():
+        shares[name] = 0.0
+        if np.ptp(each) > 0 and total > 0:
+            parabola = np.polynomial.Polynomial.fit(each, closures, 2)
+            shares[name] = 1 - float(np.sum((closures - parabola(each)) ** 2)) / total
+    name = max(shares, key=lambda name: shares[name])
+    return Dependence(name, values[name], closures, rows, shares[name])
+
+
+def _panels(titles: Sequence[str], figure: FigureBase | None) -> tuple[FigureBase, list[Axes]]:
+    """A panel for each leg, all with the same scale of closures."""
+    rows = -(-len(titles) // _COLUMNS)
+    figure = new_figure(9.2, 0.7 + 2.1 * rows, figure)
+    places = figure.add_gridspec(rows, min(len(titles), _COLUMNS))
+    panels: list[Axes] = []
+    for leg, title in enumerate(titles):
+        row, column = divmod(leg, _COLUMNS)
+        first = panels[0] if panels else None
+        axes = flat_axes(figure, places[row, column], title=title, share_y=first)
+        axes.axhline(0, color=LINE, linewidth=0.8)
+        axes.tick_params(labelleft=column == 0)
+        if column == 0:
+            axes.set_ylabel("closure, mm", fontsize=SMALL, color=INK)
+        panels.append(axes)
+    return figure, panels
+
+
+def _draw_closures(
+    axes: Axes, leg: int, x: Array | NDArray[np.intp], closures: Array, rows: NDArray[np.intp]
+) -> None:
+    (points,) = axes.plot(x, closures, "o", color=leg_style(leg).colour, markersize=3)
+    name_points(
+        points,
+        [
+            f"row {row}, leg {leg + 1}: {closure:+.3g} mm"
+            for row, closure in zip(rows, closures, strict=True)
+        ],
+    )
+
+
+# Errors of the parameters.
+
+
+def draw_parameter_errors(
+    names: Sequence[str], in_sigmas: Array, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw errors in standard deviations, shape (legs, p), NaN where there is none."""
+    legs, count = in_sigmas.shape
+    rows = -(-legs // _COLUMNS)
+    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
+    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
+    first = None
+    for leg, errors in enumerate(in_sigmas):
+        row, column = divmod(leg, _COLUMNS)
+        place, title = places[row, column], f"leg {leg + 1}"
+        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
+        first = first or axes
+        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
+        axes.axvline(0, color=LINE, linewidth=0.8)
+        outside = np.abs(errors) > INTERVAL
+        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
+            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
+        axes.set_yticks(range(count), [name.replace("_", " ") for name in names], fontsize=SMALL)
+        axes.tick_params(axis="y", length=0, labelleft=column == 0)
+        if leg + _COLUMNS >= legs:
+            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
+    if first is not None:
+        largest = np.nanmax(np.abs(in_sigmas), initial=3)
+        first.set_xlim(-1.08 * largest, 1.08 * largest)
+        first.set_ylim(count - 0.4, -0.6)
+    handles = [
+        sign("o", "truth within the 95% interval", AFTER, 5),
+        sign("D", "truth outside", ACCENT, 5),
+        Patch(color=AFTER, alpha=0.12, label="95% interval"),
+    ]
+    legend_below(figure, handles)
+    return figure
+
+
+# Errors of the end effector.
+
+
+class Panel(NamedTuple):
+    """Poses of one panel of the map, by row, and the two coordinates that it shows."""
+
+    title: str
+    rows: NDArray[np.intp]
+    view: View
+
+
+def _error_sizes(evaluation: Evaluation) -> list[Array]:
+    """Distance (m) and angle (rad) of each pose's error; a point platform has no angle."""
+    differences = evaluation.differences
+    positions = {2: 2, 3: 2, 6: 3}[differences.shape[1]]
+    parts = (differences[:, :positions], differences[:, positions:])
+    return [np.linalg.norm(part, axis=1) for part in parts if part.shape[1]]
+
+
+def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | None) -> None:
+    shown = [_MILLI * sizes[sizes > 0] for sizes in (before, after)]
+    both = np.concatenate(shown)
+    if not both.size:
+        return
+    # The smallest errors are a long thin tail, left out because it would squeeze the rest.
+    low, high = np.quantile(both, 0.002), both.max() * 1.1
+    bins = np.geomspace(min(low, 0.5 * high), high, 50 if len(both) > 1000 else 26).tolist()
+    for sizes, colour in zip(shown, (BEFORE, AFTER), strict=True):
+        weights = np.full(len(sizes), 100 / max(1, len(sizes)))
+        axes.hist(sizes, bins=bins, weights=weights, color=colour, alpha=0.75)
+        if len(sizes):
+            axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
+    if expected:
+        axes.axvline(_MILLI * expected, color=INK, linewidth=1.4, linestyle=":")
+    axes.set_xscale("log")
+
+
+def _draw_row(
+    figure: FigureBase,
+    places: Sequence[SubplotSpec],
+    panels: Sequence[Panel],
+    poses: Array,
+    sizes: Array,
+    state: str,
+    first: Axes | None,
+) -> Axes:
+    """Draw all panels of one state with one colour bar; returns the first of the figure."""
+    row_axes: list[Axes] = []
+    drawn = []
+    for place, panel in zip(places, panels, strict=True):
+        # Bands of orientation show the same view, so one scale serves them all.
+        shared = first if panel.title else None
+        y = "" if row_axes and shared else panel.view.y_label
+        axes = flat_axes(
+            figure,
+            place,
+            title=panel.title,
+            x=panel.view.x_label,
+            y=y,
+            share_x=shared,
+            share_y=shared,
+        )
+        first = first or axes
+        drawn.append(_draw_errors(axes, poses[panel.rows], sizes[panel.rows], panel.view))
+        row_axes.append(axes)
+    values = np.concatenate([np.ma.filled(each.get_array(), np.nan) for each in drawn])
+    if np.isfinite(values).any():
+        for each in drawn:
+            each.set_clim(np.nanmin(values), np.nanmax(values))
+    label = f"position error\n{state}, mm"
+    colour_bar(figure, drawn[0], row_axes, label, pad=0.01, shrink=0.85)
+    assert first is not None
+    return first
+
+
+def _map_panels(poses: Array) -> list[Panel]:
+    every, views = np.arange(len(poses)), VIEWS[space_of(poses)]
+    if space_of(poses) != "planar":
+        return [Panel("", every, view) for view in views]
+    edges = np.quantile(poses[:, 2], (0, 1 / 3, 2 / 3, 1))
+    bands = np.clip(np.searchsorted(edges, poses[:, 2], side="right") - 1, 0, 2)
+    panels = []
+    for band, ends in enumerate(pairwise(edges.tolist())):
+        low, high = (f"{end:.2f}".replace("-", "\N{MINUS SIGN}") for end in ends)
+        title = f"\N{GREEK SMALL LETTER PHI} from {low} to {high} rad"
+        panels.append(Panel(title, np.flatnonzero(bands == band), views[0]))
+    return panels
+
+
+def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
+    good = np.isfinite(sizes)
+    x, y, sizes = poses[good, view.x], poses[good, view.y], sizes[good]
+    if view == VIEWS["planar"][0]:
+        axes.set_aspect("equal", adjustable="box")
+    if len(poses) <= _FEW:
+        style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 18, "linewidths": 0}
+        return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
+    style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
+    return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
+
+
+def _counted(values: Sequence[Any]) -> Any:
+    return enumerate(values, 1)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

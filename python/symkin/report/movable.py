@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: MIT
+"""A mechanism that the reader of a page can move.
+
+The page's script knows no kinematics but rigid motion: it moves from node to node of a grid over
+the workspace's box, and what it shows at a node, the inner joints of the legs, the condition number
+and what stands against the pose, is calculated here by the core. Where rigid motion is all there is
+to the legs, since they are straight, it moves freely, and interpolates the condition number.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.mechanism import Mechanism
+from symkin.poses import poses_from_bounds, rotations_from_quaternions
+from symkin.report.content import Movable
+from symkin.report.wording import milli, pose_coordinates, setting
+from symkin.workspace.sample import inside_workspace, least_reach_margin
+
+__all__ = ["movable"]
+
+Array = NDArray[np.float64]
+
+# Two characters hold a number up to 4095; "__" is none.
+_ALPHABET = np.frombuffer(
+    b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_", dtype=np.uint8
+)
+_LARGEST, _NONE = 4094, 4095
+_DECADES = 4  # of the condition number
+_BUDGET = 150_000  # characters of all nodes
+_MOST = 61  # nodes along an axis
+_TRIED = 1000  # poses, for the error of the interpolation
+_STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
+
+
+def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
+    """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Any.
+
+    Returns
+    -------
+    tuple of Movable
+        To be unpacked among the parts of a section.
+    """
+    if mechanism.workspace is None:
+        return ()
+    caption = (
+        f"{mechanism.name}, to be moved through the box of its workspace. The legs follow by the "
+        "inverse kinematics of the core. The condition number is that of the readings against the "
+        "pose; it grows beyond all bounds towards a parallel singularity."
+    )
+    alternative = f"Drawing of {mechanism.name} that follows the sliders beside it."
+    return (Movable("movable", alternative, caption, lambda: movable_data(mechanism)),)
+
+
+def movable_data(mechanism: Mechanism) -> dict[str, Any]:
+    """Return what the page's script needs: a grid of poses, rigid bodies, and what each pose shows.
+
+    Returns
+    -------
+    dict
+        With axes, the corners of base and platform and their joints, and the nodes as text: for
+        each a character for its state, two for the logarithm of its condition number and, for each
+        leg and inner joint, two for x and two for y.
+    """
+    from symkin.plot.drawing import joints_of, outline
+
+    joints = joints_of(mechanism)
+    home = mechanism.home
+    readings = mechanism.inverse_kinematics(home)[0]
+    ends = [
+        mechanism.core.joint_centres(leg, home, reading) for leg, reading in enumerate(readings)
+    ]
+    inner = len(ends[0]) - 2
+    base = np.array([centres[0] for centres in ends])
+    platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
+    axes = _axes(mechanism, 3 + 4 * inner * len(mechanism.legs))
+    poses = _nodes(mechanism, axes)
+    codes, offset, step = _codes(mechanism, poses, inner)
+    names = pose_coordinates(mechanism.pose_space)
+    home_values = _home_values(mechanism)
+    assert mechanism.workspace is not None
+    return {
+        "space": mechanism.pose_space,
+        "axes": [
+            {"name": name, "unit": unit, "values": np.round(axis, 9).tolist()}
+            for (name, unit), axis in zip(names, axes, strict=True)
+        ],
+        "home": [
+            int(np.argmin(np.abs(axis - value)))
+            for axis, value in zip(axes, home_values, strict=True)
+        ],
+        "base": _rounded(base),
+        "platform": _rounded(platform),
+        "outlines": [_rounded(outline(base)), _rounded(outline(platform))],
+        "joints": [[joint.kind == "P", joint.actuated] for joint in joints],
+        "inner": inner,
+        "error": _interpolation_error(mechanism, axes, poses) if inner == 0 else 0,
+        "offset": np.round(offset, 9).tolist(),
+        "step": step,
+        "decades": _DECADES,
+        "states": _STATES,
+        "limit": mechanism.workspace.conditioning_limit,
+        "margin": milli(least_reach_margin(mechanism), "m"),
+        "allowed": setting(mechanism.workspace.conditioning_limit),
+        "nodes": _ALPHABET[codes].tobytes().decode("ascii"),
+    }
+
+
+def _home_values(mechanism: Mechanism) -> tuple[float, ...]:
+    assert mechanism.workspace is not None
+    return mechanism.workspace.home or (0.0,) * mechanism.core.dof
+
+
+def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
+    """As many steps as the page can hold, one of them at home, which may be beyond the box."""
+    settings = mechanism.workspace
+    assert settings is not None
+    dof = mechanism.core.dof
+    count = min(_MOST, int((_BUDGET / characters) ** (1 / dof) + 1e-9))
+    axes = []
+    for low, high, home in zip(
+        settings.lower, settings.upper, _home_values(mechanism), strict=True
+    ):
+        axis = np.linspace(min(low, home), max(high, home), count)
+        axis[np.argmin(np.abs(axis - home))] = home
+        axes.append(axis)
+    return axes
+
+
+def _nodes(mechanism: Mechanism, axes: list[Array]) -> Array:
+    """All poses of the grid, the last coordinate running fastest."""
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    return np.ascontiguousarray(poses_from_bounds(mechanism.pose_space, grid))
+
+
+def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) -> float:
+    """The largest relative error of the condition number between the nodes, at some poses."""
+    shape = [len(axis) for axis in axes]
+    logarithms = np.log(mechanism.singularity_measures(poses)[2]).reshape(shape)
+    places = np.random.default_rng(0).uniform(0, np.array(shape) - 1, (_TRIED, len(axes)))
+    below = np.minimum(places.astype(np.intp), np.array(shape) - 2)
+    between = np.zeros(_TRIED)
+    for corner in product((0, 1), repeat=len(axes)):
+        weights = np.abs(1 - np.array(corner) - (places - below)).prod(axis=1)
+        between += weights * logarithms[tuple((below + corner).T)]
+    values = [
+        np.interp(place, np.arange(len(axis)), axis)
+        for place, axis in zip(places.T, axes, strict=True)
+    ]
+    exact = mechanism.singularity_measures(
+        poses_from_bounds(mechanism.pose_space, np.stack(values, axis=-1))
+    )[2]
+    with np.errstate(invalid="ignore"):
+        return float(np.nanmax(np.abs(np.exp(between) / exact - 1)))
+
+
+def _codes(
+    mechanism: Mechanism, poses: Array, inner: int
+) -> tuple[NDArray[np.int64], Array, float]:
+    """Characters of every node, and the scale of the coordinates among them."""
+    readings = mechanism.inverse_kinematics(poses)
+    centres = _inner_centres(mechanism, poses, readings, inner)
+    inside = inside_workspace(mechanism, poses)
+    offset, step = _scale(centres[inside] if inside.any() else centres)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        condition = mechanism.singularity_measures(poses)[2]
+        logarithm = np.log10(condition) * _LARGEST / _DECADES
+        coordinates = (centres - offset) / step
+    numbers = np.hstack([logarithm[:, None], coordinates.reshape(len(poses), -1)])
+    known = np.isfinite(numbers)
+    numbers[:, :1] = np.clip(numbers[:, :1], 0, _LARGEST)
+    drawn = known & (numbers >= 0) & (numbers <= _LARGEST)
+    whole = np.where(drawn, np.round(np.where(drawn, numbers, 0)), _NONE).astype(np.int64)
+    pairs = np.stack([whole // 64, whole % 64], axis=-1).reshape(len(poses), -1)
+    return np.hstack([_states(mechanism, poses, readings, inside)[:, None], pairs]), offset, step
+
+
+def _inner_centres(mechanism: Mechanism, poses: Array, readings: Array, inner: int) -> Array:
+    """Of the joints between the first and the last of each leg, shape (N, legs, inner, 2), m."""
+    centres = np.full((len(poses), len(mechanism.legs), inner, 2), np.nan)
+    if inner:
+        joint_centres = mechanism.core.joint_centres
+        for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
+            centres[row, leg] = joint_centres(leg, poses[row], readings[row, leg])[1:-1]
+    return centres
+
+
+def _scale(centres: Array) -> tuple[Array, float]:
+    """Least coordinates and unit of what is drawn, with room around what the workspace needs."""
+    known = centres.reshape(-1, 2)
+    known = known[np.isfinite(known).all(axis=1)]
+    if not len(known):
+        return np.zeros(2), 1.0
+    lower, upper = known.min(axis=0), known.max(axis=0)
+    size = float(max(upper - lower)) or 1.0
+    return (lower + upper) / 2 - size, 2 * size / _LARGEST
+
+
+def _states(
+    mechanism: Mechanism, poses: Array, readings: Array, inside: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """What speaks against each pose, as the sampling of the workspace asks, by its place."""
+    limits = mechanism.joint_limits
+    with np.errstate(invalid="ignore"):
+        beyond = ~np.isfinite(readings).all(axis=1)
+        margin = (_core.reach_margin(mechanism.core, poses) < least_reach_margin(mechanism)).any(1)
+        stopped = ((readings < limits.lower) | (readings > limits.upper)).any(axis=1)
+        here, at_home = (
+            mechanism.singularity_measures(each)[1] for each in (poses, mechanism.home)
+        )
+        other = (here * at_home <= 0) & (len(mechanism.legs) == mechanism.core.dof)
+    causes = [inside, beyond, margin, stopped, other]
+    return np.select(causes, range(len(causes)), default=len(causes)).astype(np.int64)
+
+
+def _in_platform(mechanism: Mechanism, points: Array) -> Array:
+    """Points at home, in the platform's frame."""
+    values = np.array(_home_values(mechanism))
+    dimensions = points.shape[1]
+    rotation = np.eye(dimensions)
+    if mechanism.pose_space == "planar":
+        cosine, sine = np.cos(values[2]), np.sin(values[2])
+        rotation = np.array([[cosine, -sine], [sine, cosine]])
+    elif mechanism.pose_space == "spatial":
+        rotation = rotations_from_quaternions(mechanism.home[np.newaxis, 3:])[0]
+    local: Array = (points - values[:dimensions]) @ rotation
+    return local
+
+
+def _rounded(points: Array) -> list[list[float]]:
+    return np.round(points, 6).tolist()  # type: ignore[no-any-return]

@@ -1,0 +1,301 @@
+"use strict";
+
+// A mechanism that follows its sliders. Everything but rigid motion was calculated beforehand, at
+// the nodes of a grid (see symkin/report/movable.py).
+function movable(figure) {
+  const data = JSON.parse(figure.querySelector("script").textContent);
+  const { axes, inner } = data;
+  const legs = data.base.length;
+  const free = inner === 0;
+  const spatial = data.space === "spatial";
+  const alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+  const code = new Map([...alphabet].map((character, value) => [character, value]));
+  const width = 3 + 4 * inner * legs;
+  const place = [...data.home]; // on each axis, in nodes
+  const view = { azimuth: -65, elevation: 22 };
+
+  const svg = figure.querySelector("svg");
+  const state = figure.querySelector("[role=status]");
+  const bar = figure.querySelector(".measure > div");
+
+  const pair = (at) => code.get(data.nodes[at]) * 64 + code.get(data.nodes[at + 1]);
+  const at = (indices) => width * indices.reduce((row, i, k) => row * axes[k].values.length + i, 0);
+
+  function value(k) {
+    const values = axes[k].values;
+    const low = Math.min(Math.floor(place[k]), values.length - 2);
+    return values[low] + (place[k] - low) * (values[low + 1] - values[low]);
+  }
+
+  // The nodes about the pose with their weights: one, unless the mechanism moves freely.
+  function about() {
+    let found = [[[], 1]];
+    for (const each of place) {
+      const low = Math.floor(each);
+      const share = each - low;
+      found = found.flatMap(([indices, weight]) => [
+        [[...indices, low], weight * (1 - share)],
+        ...(share > 0 ? [[[...indices, low + 1], weight * share]] : []),
+      ]);
+    }
+    return found.map(([indices, weight]) => [at(indices), weight]);
+  }
+
+  function turned([x, y, z = 0], rotation) {
+    const angle = Math.hypot(...rotation);
+    if (angle === 0) return [x, y, z];
+    const [a, b, c] = rotation.map((each) => each / angle);
+    const cosine = Math.cos(angle), sine = Math.sin(angle);
+    const along = (a * x + b * y + c * z) * (1 - cosine);
+    return [
+      x * cosine + (b * z - c * y) * sine + a * along,
+      y * cosine + (c * x - a * z) * sine + b * along,
+      z * cosine + (a * y - b * x) * sine + c * along,
+    ];
+  }
+
+  function moved(points) {
+    const pose = axes.map((_, k) => value(k));
+    const rotation = spatial ? pose.slice(3) : [0, 0, pose[2] || 0];
+    const position = spatial ? pose.slice(0, 3) : [pose[0], pose[1], 0];
+    return points.map((point) => turned(point, rotation).map((each, k) => each + position[k]));
+  }
+
+  // What the view turns about.
+  const heights = spatial ? [...data.base.map(([, , z]) => z), ...axes[2].values] : [0];
+  const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
+
+  // To the right and upwards on the drawing, in metres.
+  function seen([x, y, z = 0]) {
+    if (!spatial) return [x, y];
+    const [a, e] = [view.azimuth, view.elevation].map((angle) => (angle * Math.PI) / 180);
+    const towards = Math.cos(a) * x + Math.sin(a) * y;
+    return [
+      Math.cos(a) * y - Math.sin(a) * x, Math.cos(e) * (z - middle) - Math.sin(e) * towards];
+  }
+
+  function innerJoints(leg) {
+    const start = at(place) + 3 + 4 * inner * leg;
+    const joints = [];
+    for (let j = 0; j < inner; j += 1) {
+      const numbers = [pair(start + 4 * j), pair(start + 4 * j + 2)];
+      if (numbers.includes(4095)) return null;
+      joints.push(numbers.map((number, k) => data.offset[k] + number * data.step));
+    }
+    return joints;
+  }
+
+  // What the drawing must hold: the base, and the platform wherever it goes.
+  const reach = Math.max(...data.platform.map((point) => Math.hypot(...point)));
+  const corners = axes.slice(0, spatial ? 3 : 2).reduce(
+    (found, { values }) => found.flatMap((c) => [[...c, values[0]], [...c, values.at(-1)]]), [[]]);
+  const box = (() => {
+    const around = corners.flatMap((c) => [-reach, reach].flatMap((dx) =>
+      [-reach, reach].map((dy) => [c[0] + dx, c[1] + dy, c[2] || 0])));
+    const everything = [...data.base, ...around];
+    if (!spatial) {
+      for (let row = 0; row < data.nodes.length; row += width) {
+        if (data.nodes[row] !== alphabet[0]) continue;
+        for (let start = row + 3; start < row + width; start += 4) {
+          const numbers = [pair(start), pair(start + 2)];
+          everything.push(numbers.map((number, k) => data.offset[k] + number * data.step));
+        }
+      }
+      const [xs, ys] = [0, 1].map((k) => everything.map((point) => point[k]));
+      const extremes = (numbers) => numbers.reduce(
+        ([low, high], each) => [Math.min(low, each), Math.max(high, each)], [Infinity, -Infinity]);
+      return [extremes(xs), extremes(ys)];
+    }
+    // Seen from anywhere.
+    const radius = Math.max(...everything.map(([x, y]) => Math.hypot(x, y)));
+    const tall = Math.hypot(radius, Math.max(...heights) - middle);
+    return [[-radius, radius], [-tall, tall]];
+  })();
+  const margin = 24, wide = 500;
+  const scale = (wide - 2 * margin) / (box[0][1] - box[0][0]);
+  const high = scale * (box[1][1] - box[1][0]) + 2 * margin;
+  svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
+  const screen = (point) => {
+    const [x, y] = seen(point);
+    return [margin + scale * (x - box[0][0]), high - margin - scale * (y - box[1][0])];
+  };
+
+  const leave = (x) => x.toFixed(1);
+  const listed = (points) => points.map((point) => screen(point).map(leave).join(",")).join(" ");
+  const colour = (leg) => `var(--leg${(leg % 7) + 1})`;
+
+  function drawnJoint([slides, actuated], point, leg) {
+    const [x, y] = screen(point);
+    const size = actuated ? 5 : 4;
+    const look = `fill="${actuated ? colour(leg) : "var(--paper)"}" stroke="${colour(leg)}"`;
+    return slides
+      ? `<rect x="${leave(x - size)}" y="${leave(y - size)}" width="${2 * size}" height="${2 * size}" ${look}/>`
+      : `<circle cx="${leave(x)}" cy="${leave(y)}" r="${size}" ${look}/>`;
+  }
+
+  // Beyond the base joint, away from the middle of the base.
+  function number(leg) {
+    const joints = data.base.map(screen);
+    const [x, y] = joints[leg];
+    const from = [0, 1].map((k) => joints.reduce((sum, each) => sum + each[k], 0) / legs);
+    const far = Math.hypot(x - from[0], y - from[1]);
+    const [right, down] = far > 1 ? [(x - from[0]) / far, (y - from[1]) / far] : [0, 1];
+    const place = `x="${leave(x + 16 * right)}" y="${leave(y + 16 * down)}"`;
+    return `<text ${place} fill="${colour(leg)}">${leg + 1}</text>`;
+  }
+
+  // A telescopic leg has its actuator half-way.
+  function spread(centres) {
+    const missing = data.joints.length - centres.length;
+    const between = Array.from({ length: missing }, (_, j) =>
+      centres[0].map((each, k) => each + ((j + 1) / (missing + 1)) * (centres[1][k] - each)));
+    return [centres[0], ...between, ...centres.slice(1)];
+  }
+
+  function draw() {
+    const platform = moved(data.platform);
+    const parts = [];
+    if (data.outlines[0].length > 2) {
+      parts.push(`<polygon class="base" points="${listed(data.outlines[0])}"/>`);
+    }
+    if (data.outlines[1].length > 2) {
+      parts.push(`<polygon class="platform" points="${listed(moved(data.outlines[1]))}"/>`);
+    }
+    const lost = [];
+    for (let leg = 0; leg < legs; leg += 1) {
+      const between = innerJoints(leg);
+      const name = number(leg);
+      if (between === null) {
+        lost.push(leg + 1);
+        parts.push(name + drawnJoint(data.joints[0], data.base[leg], leg));
+        continue;
+      }
+      const centres = spread([data.base[leg], ...between, platform[leg]]);
+      parts.push(
+        `<g class="leg" stroke="${colour(leg)}"><polyline points="${listed(centres)}"/>` +
+        `${centres.map((each, j) => drawnJoint(data.joints[j], each, leg)).join("")}</g>${name}`);
+    }
+    if (!spatial) {
+      const [x, y] = screen(moved([[0, 0]])[0]);
+      parts.push(`<circle class="grip" cx="${leave(x)}" cy="${leave(y)}" r="12"><title>Drag</title></circle>`);
+    }
+    svg.innerHTML = parts.join("");
+    say(lost);
+  }
+
+  const named = (numbers) => `leg${numbers.length > 1 ? "s" : ""} ${numbers.join(", ")}`;
+  const words = {
+    inside: () => "A usable pose.",
+    reach: (lost) => `Out of reach of ${lost.length ? named(lost) : "a leg"}.`,
+    margin: () => `Nearer to the end of a leg's reach than ${data.margin}.`,
+    limits: () => "Beyond the limits of an actuated joint.",
+    aspect: () => "Beyond a parallel singularity, seen from home.",
+    conditioning: () => `Too near a singularity: more than ${data.allowed} is not allowed.`,
+    edge: () => "At the edge of what is usable.",
+  };
+
+  function say(lost) {
+    const nodes = about();
+    const states = new Set(nodes.map(([node]) => data.states[code.get(data.nodes[node])]));
+    const key = states.size > 1 ? "edge" : [...states][0];
+    const known = nodes.every(([node]) => pair(node + 1) !== 4095);
+    const logarithm = nodes.reduce(
+      (sum, [node, weight]) => sum + (weight * pair(node + 1) * data.decades) / 4094, 0);
+    const condition = 10 ** logarithm;
+    const digits = condition < 1000 ? condition.toPrecision(3) : condition.toFixed(0);
+    const shown = logarithm >= data.decades ? `over ${10 ** data.decades}` : digits;
+    const error = nodes.length > 1 ? ` (interpolated, within ${(100 * data.error).toPrecision(2)}%)` : "";
+    state.dataset.state = key;
+    state.textContent = words[key](lost) + (known ? ` Condition number ${shown}${error}.` : "");
+    const full = Math.log10(Math.max(data.limit, 10));
+    bar.style.width = known ? `${Math.min(100, (100 * logarithm) / full)}%` : "0";
+    bar.parentElement.dataset.state = key;
+  }
+
+  const sliders = [];
+  function control(label, least, most, step, start, show, set) {
+    const row = document.createElement("label");
+    const name = document.createElement("span");
+    const input = document.createElement("input");
+    const output = document.createElement("output");
+    name.textContent = label;
+    Object.assign(input, { type: "range", min: least, max: most, step, value: start });
+    const refresh = () => { output.textContent = show(); };
+    input.addEventListener("input", () => { set(Number(input.value)); refresh(); draw(); });
+    row.append(name, input, output);
+    figure.querySelector(".controls").append(row);
+    refresh();
+    return { input, refresh };
+  }
+
+  axes.forEach(({ name, unit, values }, k) => {
+    const degrees = unit === "rad";
+    const show = () => degrees
+      ? `${((value(k) * 180) / Math.PI).toFixed(1)}\u00b0`
+      : `${(1e3 * value(k)).toFixed(0)}\u00a0mm`;
+    const finest = free ? 0.05 : 1;
+    sliders.push(control(name, 0, values.length - 1, finest, place[k], show,
+      (number) => { place[k] = number; }));
+  });
+  if (spatial) {
+    control("turn view", -180, 180, 1, view.azimuth, () => `${view.azimuth}\u00b0`,
+      (number) => { view.azimuth = number; });
+    control("tilt view", 0, 90, 1, view.elevation, () => `${view.elevation}\u00b0`,
+      (number) => { view.elevation = number; });
+  }
+  const go = () => sliders.forEach(({ input, refresh }, k) => { input.value = place[k]; refresh(); });
+  figure.querySelector("button").addEventListener("click", () => {
+    data.home.forEach((each, k) => { place[k] = each; });
+    go();
+    draw();
+  });
+
+  let dragged = false;
+  svg.addEventListener("pointerdown", (event) => {
+    dragged = event.target.classList.contains("grip");
+    if (dragged) svg.setPointerCapture(event.pointerId);
+  });
+  svg.addEventListener("pointerup", () => { dragged = false; });
+  svg.addEventListener("pointermove", (event) => {
+    if (!dragged) return;
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(
+      svg.getScreenCTM().inverse());
+    const wanted = [
+      (point.x - margin) / scale + box[0][0], (high - margin - point.y) / scale + box[1][0]];
+    wanted.forEach((coordinate, k) => {
+      const distances = axes[k].values.map((each) => Math.abs(each - coordinate));
+      place[k] = distances.indexOf(Math.min(...distances));
+    });
+    go();
+    draw();
+  });
+
+  figure.hidden = false;
+  draw();
+}
+
+// The nearest point that has a name says it beside the pointer.
+function namedPoints(svg, tip) {
+  const points = [...svg.querySelectorAll("[data-name]")];
+  if (!points.length) return;
+  const near = (event) => {
+    const distance = (point) => {
+      const { left, top, width, height } = point.getBoundingClientRect();
+      return Math.hypot(event.clientX - left - width / 2, event.clientY - top - height / 2);
+    };
+    const distances = points.map(distance);
+    const least = Math.min(...distances);
+    tip.hidden = least > 12;
+    if (tip.hidden) return;
+    tip.textContent = points[distances.indexOf(least)].dataset.name;
+    const left = Math.min(event.pageX + 12, document.documentElement.clientWidth - tip.offsetWidth - 4);
+    tip.style.left = `${Math.max(0, left)}px`;
+    tip.style.top = `${event.pageY + 14}px`;
+  };
+  svg.addEventListener("pointermove", near);
+  svg.addEventListener("pointerdown", near);
+  svg.addEventListener("pointerleave", () => { tip.hidden = true; });
+}
+
+document.querySelectorAll("figure.movable").forEach(movable);
+document.querySelectorAll(".plot svg").forEach((svg) => namedPoints(svg, document.getElementById("tip")));
