@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.checks.home_pose import require_usable_home
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.observability import tolerances_of
@@ -83,6 +82,8 @@ def sample_workspace(
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
     options = workspace_options(mechanism)
+    from symkin.checks.home_pose import require_usable_home  # whose room needs this module
+
     require_usable_home(mechanism, least_reach_margin(mechanism))
     sample = _core.sample_workspace(
         mechanism.core,
