@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Sphinx configuration; `make docs` builds into build/docs."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -11,6 +12,10 @@ import symkin
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(Path(__file__).parent))  # mathml.py
+# What editors complete and check mechanism files with, beside the page that links to it.
+SCHEMA = ROOT / "build" / "schema" / "mechanism.schema.json"
+SCHEMA.parent.mkdir(parents=True, exist_ok=True)
+SCHEMA.write_text(json.dumps(symkin.mechanism_schema(), indent=1) + "\n", encoding="utf-8")
 
 project = "symkin"
 author = "symkin contributors"
@@ -42,8 +47,9 @@ numpydoc_show_class_members = False
 numpydoc_xref_param_type = True
 numpydoc_xref_ignore = "all"
 # Names of this package are linked; those of others stay words.
+documented = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs/api").glob("*.md"))
 numpydoc_xref_aliases = {name: name for name in DEFAULT_LINKS} | {
-    name: f"symkin.{name}" for name in symkin.__all__
+    full.rpartition(".")[2]: full for full in re.findall(r":: (symkin\.[\w.]+)", documented)
 }
 
 plot_formats = ["svg"]
@@ -55,4 +61,5 @@ html_title = f"symkin {release}"
 html_copy_source = False
 html_show_sphinx = False
 html_static_path = ["_static"]
+html_extra_path = [str(SCHEMA.parent)]
 html_css_files = ["wide.css"]

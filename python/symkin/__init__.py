@@ -3,11 +3,14 @@
 
 The flow, each arrow one function::
 
-    load_mechanism -> sample_workspace -> observability_rows -> select_poses -> map_poses
-      -> make_plan -> simulate or read_measurements -> identify -> evaluate
+    load -> sample_workspace -> make_plan -> simulate or read_measurements -> identify -> evaluate
 
-`run_protocol` is all of it. Units are metres and radians throughout; poses are arrays with one pose
-a row (see `Mechanism`).
+`run_protocol` is all of it, and a `Mechanism` has these stages as methods. Units are metres and
+radians throughout; poses are arrays with one pose a row (see `Mechanism`). Legs and rows count from
+0 in Python, from 1 in files and on the command line.
+
+The modules have more: `symkin.settings`, `symkin.errors`, `symkin.symmetry`, `symkin.workspace`,
+`symkin.observability`, `symkin.planning`, `symkin.identification`, `symkin.plot`.
 """
 
 from __future__ import annotations
@@ -29,170 +32,53 @@ except ModuleNotFoundError as error:
         "from the source directory"
     ) from error
 
-from symkin.chains import ChainInfo, chain_info, chains
-from symkin.checks import CheckResult, check_mechanism
-from symkin.conditions import Condition, Conditions, check_conditions
-from symkin.errors import (
-    FailedFitError,
-    MeasurementError,
-    MechanismError,
-    MechanismFileError,
-    NotIdentifiableError,
-    QuantityError,
-    ResultsError,
-    SymkinError,
-    SymmetryError,
-)
-from symkin.evaluation import AlignedErrors, Evaluation, evaluate
-from symkin.identification import (
-    CrossValidation,
-    Diagnosis,
-    GoodnessOfFit,
-    Identification,
-    LegFit,
-    Outlier,
-    ResidualTest,
-    cross_validate,
-    identify,
-)
-from symkin.measurements import Measurements
-from symkin.mechanism import Leg, Mechanism
-from symkin.observability import (
-    ExpectedAccuracy,
-    Observability,
-    analyse_observability,
-    error_weight,
-    expected_accuracy,
-    mechanism_rows,
-    observability_rows,
-)
-from symkin.pipeline import ProtocolResult, run_protocol
-from symkin.planning import (
-    ChosenPoses,
-    Clearance,
-    Plan,
-    PlanBasis,
-    PoseCountCurve,
-    make_plan,
-    pose_count_curve,
-    predict_accuracy,
-    travel_length,
-)
-from symkin.planning.selection import Certificate, LegRows, Selection, select_poses
-from symkin.settings import (
-    DeclaredSymmetry,
-    JointLimits,
-    MeasurementColumns,
-    NoiseSettings,
-    ProtocolSettings,
-    Tolerances,
-    WorkspaceSettings,
-)
-from symkin.simulation import Simulation, disturb, simulate
-from symkin.symmetry import (
-    DetectedSymmetry,
-    NamedGroup,
-    ParameterDeviation,
-    SymmetryComparison,
-    SymmetryElement,
-    SymmetryGroup,
-    compare_symmetry,
-    detect_symmetry,
-    leg_carriers,
-    map_poses,
-)
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
-from symkin.workspace.study import ElementCheck, WorkspaceStudy, study_workspace
+# At once, since the function has the name of its module.
+from symkin.chains import chain_info, chains
 
 if TYPE_CHECKING:
+    from symkin.checks import check_mechanism
+    from symkin.errors import SymkinError
+    from symkin.evaluation import evaluate
+    from symkin.identification import cross_validate, identify
     from symkin.io.measurements import read_measurements, write_measurements
-    from symkin.io.mechanism_file import load_columns, load_mechanism, shipped_mechanisms
+    from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
     from symkin.io.mechanism_schema import mechanism_schema
     from symkin.io.mechanism_writer import save_mechanism
-    from symkin.io.plans import read_plan, read_pose_list, write_plan
-    from symkin.io.results import read_results, write_results
+    from symkin.io.plans import read_plan, write_plan
+    from symkin.io.results import read_results
+    from symkin.measurements import Measurements
+    from symkin.mechanism import Leg, Mechanism
+    from symkin.pipeline import run_protocol
+    from symkin.planning import Plan, make_plan, pose_count_curve, predict_accuracy
+    from symkin.planning.selection import select_poses
+    from symkin.simulation import simulate
+    from symkin.symmetry import compare_symmetry, detect_symmetry
+    from symkin.workspace import sample_workspace
+    from symkin.workspace.study import study_workspace
 
 __all__ = [
-    "AlignedErrors",
-    "Certificate",
-    "ChainInfo",
-    "CheckResult",
-    "ChosenPoses",
-    "Clearance",
-    "Condition",
-    "Conditions",
-    "CrossValidation",
-    "DeclaredSymmetry",
-    "DetectedSymmetry",
-    "Diagnosis",
-    "ElementCheck",
-    "Evaluation",
-    "ExpectedAccuracy",
-    "FailedFitError",
-    "GoodnessOfFit",
-    "Identification",
-    "JointLimits",
     "Leg",
-    "LegFit",
-    "LegRows",
-    "MeasurementColumns",
-    "MeasurementError",
     "Measurements",
     "Mechanism",
-    "MechanismError",
-    "MechanismFileError",
-    "NamedGroup",
-    "NoiseSettings",
-    "NotIdentifiableError",
-    "Observability",
-    "Outlier",
-    "ParameterDeviation",
     "Plan",
-    "PlanBasis",
-    "PoseCountCurve",
-    "ProtocolResult",
-    "ProtocolSettings",
-    "QuantityError",
-    "ResidualTest",
-    "ResultsError",
-    "Selection",
-    "Simulation",
     "SymkinError",
-    "SymmetryComparison",
-    "SymmetryElement",
-    "SymmetryError",
-    "SymmetryGroup",
-    "Tolerances",
-    "WorkspaceSample",
-    "WorkspaceSettings",
-    "WorkspaceStudy",
-    "analyse_observability",
     "chain_info",
     "chains",
-    "check_conditions",
     "check_mechanism",
     "compare_symmetry",
     "cross_validate",
     "detect_symmetry",
-    "disturb",
-    "error_weight",
     "evaluate",
-    "expected_accuracy",
     "identify",
-    "leg_carriers",
     "load",
     "load_columns",
     "load_mechanism",
     "make_plan",
-    "map_poses",
-    "mechanism_rows",
     "mechanism_schema",
-    "observability_rows",
     "pose_count_curve",
     "predict_accuracy",
     "read_measurements",
     "read_plan",
-    "read_pose_list",
     "read_results",
     "run_protocol",
     "sample_workspace",
@@ -201,28 +87,110 @@ __all__ = [
     "shipped_mechanisms",
     "simulate",
     "study_workspace",
-    "travel_length",
     "write_measurements",
     "write_plan",
-    "write_results",
 ]
 
-# What reads and writes files needs libraries that take a while to import, so these names are
-# resolved when they are first used.
-_FILE_FUNCTIONS = {
-    "load_columns": "mechanism_file",
-    "load": "mechanism_file",
-    "load_mechanism": "mechanism_file",
-    "mechanism_schema": "mechanism_schema",
-    "read_measurements": "measurements",
-    "read_plan": "plans",
-    "read_pose_list": "plans",
-    "read_results": "results",
-    "save_mechanism": "mechanism_writer",
-    "shipped_mechanisms": "mechanism_file",
-    "write_measurements": "measurements",
-    "write_plan": "plans",
-    "write_results": "results",
+# Resolved when they are first used, so that nobody waits for what he does not use.
+_MODULES = {
+    "Leg": "mechanism",
+    "Measurements": "measurements",
+    "Mechanism": "mechanism",
+    "Plan": "planning",
+    "SymkinError": "errors",
+    "check_mechanism": "checks",
+    "compare_symmetry": "symmetry",
+    "cross_validate": "identification",
+    "detect_symmetry": "symmetry",
+    "evaluate": "evaluation",
+    "identify": "identification",
+    "load": "io.mechanism_file",
+    "load_columns": "io.mechanism_file",
+    "load_mechanism": "io.mechanism_file",
+    "make_plan": "planning",
+    "mechanism_schema": "io.mechanism_schema",
+    "pose_count_curve": "planning",
+    "predict_accuracy": "planning",
+    "read_measurements": "io.measurements",
+    "read_plan": "io.plans",
+    "read_results": "io.results",
+    "run_protocol": "pipeline",
+    "sample_workspace": "workspace",
+    "save_mechanism": "io.mechanism_writer",
+    "select_poses": "planning.selection",
+    "shipped_mechanisms": "io.mechanism_file",
+    "simulate": "simulation",
+    "study_workspace": "workspace.study",
+    "write_measurements": "io.measurements",
+    "write_plan": "io.plans",
+}
+_ROOMS = (
+    "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics", "measurements", "mechanism",
+    "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
+    "symmetry", "workspace",
+)  # fmt: skip
+# Names that are moving to their modules.
+_MOVED = {
+    "AlignedErrors": "evaluation",
+    "Certificate": "planning.selection",
+    "ChainInfo": "chains",
+    "CheckResult": "checks",
+    "ChosenPoses": "planning",
+    "Clearance": "planning",
+    "Condition": "conditions",
+    "Conditions": "conditions",
+    "CrossValidation": "identification",
+    "DeclaredSymmetry": "settings",
+    "DetectedSymmetry": "symmetry",
+    "Diagnosis": "identification",
+    "ElementCheck": "workspace.study",
+    "Evaluation": "evaluation",
+    "ExpectedAccuracy": "observability",
+    "FailedFitError": "errors",
+    "GoodnessOfFit": "identification",
+    "Identification": "identification",
+    "JointLimits": "settings",
+    "LegFit": "identification",
+    "LegRows": "planning.selection",
+    "MeasurementColumns": "settings",
+    "MeasurementError": "errors",
+    "MechanismError": "errors",
+    "MechanismFileError": "errors",
+    "NamedGroup": "symmetry",
+    "NoiseSettings": "settings",
+    "NotIdentifiableError": "errors",
+    "Observability": "observability",
+    "Outlier": "identification",
+    "ParameterDeviation": "symmetry",
+    "PlanBasis": "planning",
+    "PoseCountCurve": "planning",
+    "ProtocolResult": "pipeline",
+    "ProtocolSettings": "settings",
+    "QuantityError": "errors",
+    "ResidualTest": "identification",
+    "ResultsError": "errors",
+    "Selection": "planning.selection",
+    "Simulation": "simulation",
+    "SymmetryComparison": "symmetry",
+    "SymmetryElement": "symmetry",
+    "SymmetryError": "errors",
+    "SymmetryGroup": "symmetry",
+    "Tolerances": "settings",
+    "WorkspaceSample": "workspace",
+    "WorkspaceSettings": "settings",
+    "WorkspaceStudy": "workspace.study",
+    "analyse_observability": "observability",
+    "check_conditions": "conditions",
+    "disturb": "simulation",
+    "error_weight": "observability",
+    "expected_accuracy": "observability",
+    "leg_carriers": "symmetry",
+    "map_poses": "symmetry",
+    "mechanism_rows": "observability",
+    "observability_rows": "observability",
+    "read_pose_list": "io.plans",
+    "travel_length": "planning",
+    "write_results": "io.results",
 }
 
 
@@ -231,11 +199,15 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("symkin")
-    if name not in _FILE_FUNCTIONS:
-        raise AttributeError(f"module 'symkin' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"symkin.io.{_FILE_FUNCTIONS[name]}"), name)
+    if name in _MODULES or name in _MOVED:
+        module = importlib.import_module(f"symkin.{_MODULES.get(name) or _MOVED[name]}")
+        found = globals()[name] = getattr(module, name)
+        return found
+    if name in _ROOMS:
+        return importlib.import_module(f"symkin.{name}")
+    raise AttributeError(f"module 'symkin' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
     """Names for completion, those that are resolved when they are first used too."""
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*globals(), *__all__, *_ROOMS, "__version__"})

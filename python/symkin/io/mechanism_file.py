@@ -18,9 +18,9 @@ from symkin.io.mechanism_schema import (
     COORDINATES,
     HEADER,
     MEASUREMENTS,
-    Table,
     mechanism_table,
     read_table,
+    table,
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
@@ -66,13 +66,13 @@ def load_mechanism(
     """
     source = read_toml(_located(path_or_name))
     header = read_table(source, HEADER)
-    table = source.call(
+    expected = source.call(
         ("chain",),
         lambda: mechanism_table(
             header["chain"], header.get("platform", "rigid"), header.get("reading_unit")
         ),
     )
-    file = read_table(source, table)
+    file = read_table(source, expected)
     info = chain_info(file["chain"], file.get("platform", "rigid"))
     reading_unit = file.get("reading_unit", info.reading_unit)
     legs, symmetry, deviations = _legs(source, file)
@@ -122,7 +122,7 @@ def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
     """
     source = read_toml(Path(path))
     if "chain" not in source.values:
-        alone = Table({"measurements": MEASUREMENTS}, ("measurements",))
+        alone = table({"measurements": MEASUREMENTS}, ("measurements",))
         return _mapping(read_table(source, alone)["measurements"])
     if "measurements" not in source.values:
         raise source.error(("measurements",), "this mechanism file has no such section")

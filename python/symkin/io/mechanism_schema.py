@@ -35,11 +35,11 @@ __all__ = [
     "COORDINATES",
     "HEADER",
     "MEASUREMENTS",
-    "ListOf",
-    "Table",
+    "Kind",
     "mechanism_schema",
     "mechanism_table",
     "read_table",
+    "table",
 ]
 
 Schema = dict[str, Any]
@@ -70,238 +70,145 @@ class _ValueError(SymkinError):
         self.keys = keys
 
 
-class Kind:
-    """What a value may be."""
-
-    def read(self, raw: Any) -> Any:
-        """Return the value; SymkinError says what is expected."""
-        raise NotImplementedError
-
-    def schema(self) -> Schema:
-        """Return its JSON Schema."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True)
-class Quantity(Kind):
-    """A number or an expression, read as a float in an SI unit; the note is for its description."""
+class Kind:
+    """What a value may be: how it is read, or refused, and its JSON Schema."""
 
-    unit: str
-    sign: Sign = "any"
-    note: str = ""
-    direction: bool = False
+    read: Callable[[Any], Any]
+    schema: Schema
 
-    def read(self, raw: Any) -> float:
-        value = evaluate_quantity(raw, self.unit, direction=self.direction)
-        if not _ACCEPTS[self.sign](value):
-            raise QuantityError(f"is {raw}; expected a value that is {self.sign}")
+
+def _quantity(unit: str, sign: Sign = "any", note: str = "", direction: bool = False) -> Kind:
+    """A number or an expression, read in an SI unit; the note is for its description."""
+
+    def read(raw: Any) -> float:
+        value = evaluate_quantity(raw, unit, direction=direction)
+        if not _ACCEPTS[sign](value):
+            raise QuantityError(f"is {raw}; expected a value that is {sign}")
         return value
 
-    def schema(self) -> Schema:
-        plain = "a plain number" if self.unit == "1" else f"{self.unit} unless a unit is written"
-        sign = "" if self.sign == "any" else f"; {self.sign}"
-        return {"type": ["number", "string"], "description": f"{self.note or plain}{sign}"}
+    plain = "a plain number" if unit == "1" else f"{unit} unless a unit is written"
+    described = (note or plain) + ("" if sign == "any" else f"; {sign}")
+    return Kind(read, {"type": ["number", "string"], "description": described})
 
 
-@dataclass(frozen=True)
-class Coordinates(Kind):
+def _coordinates(*units: str) -> Kind:
     """A list of quantities, each in its own unit."""
+    kinds = [_quantity(unit, direction=unit == "rad") for unit in units]
 
-    units: tuple[str, ...]
-
-    def read(self, raw: Any) -> tuple[float, ...]:
-        if not isinstance(raw, list) or len(raw) != len(self.units):
+    def read(raw: Any) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != len(units):
             count = len(raw) if isinstance(raw, list) else "no list of"
-            raise QuantityError(
-                f"has {count} values; expected {len(self.units)}, in {', '.join(self.units)}"
-            )
-        pairs = zip(raw, self.units, strict=True)
-        return tuple(evaluate_quantity(item, unit, direction=unit == "rad") for item, unit in pairs)
+            raise QuantityError(f"has {count} values; expected {len(units)}, in {', '.join(units)}")
+        return tuple(kind.read(item) for kind, item in zip(kinds, raw, strict=True))
 
-    def schema(self) -> Schema:
-        items = [Quantity(unit).schema() for unit in self.units]
-        count = len(self.units)
-        return {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count}
+    items = [kind.schema for kind in kinds]
+    count = len(units)
+    return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
 
 
-class Interval(Coordinates):
-    """``[lower, upper]`` in one unit."""
+def _interval(unit: str) -> Kind:
+    """``[lower, upper]``."""
+    both = _coordinates(unit, unit)
 
-    def __init__(self, unit: str) -> None:
-        super().__init__((unit, unit))
-
-    def read(self, raw: Any) -> tuple[float, ...]:
-        lower, upper = super().read(raw)
+    def read(raw: Any) -> tuple[float, float]:
+        lower, upper = both.read(raw)
         if lower > upper:
             raise QuantityError(f"is {raw}; expected the lower bound first")
         return lower, upper
 
+    return Kind(read, both.schema)
 
-@dataclass(frozen=True)
-class Estimate(Kind):
-    """A value and its standard deviation, which is NaN where the file gives none.
 
-    A quantity, or a table ``{ value = ..., standard_deviation = ... }``.
-    """
+def _estimate(unit: str, quantity: Kind) -> Kind:
+    """A quantity, or ``{ value = ..., standard_deviation = ... }``; NaN where there is none."""
+    deviation = _quantity(unit, "not negative")
+    kinds = {"value": quantity, "standard_deviation": deviation}
 
-    quantity: Quantity
-
-    def read(self, raw: Any) -> tuple[float, float]:
+    def read(raw: Any) -> tuple[float, float]:
         if not isinstance(raw, dict):
-            return self.quantity.read(raw), math.nan
-        names = ("value", "standard_deviation")
+            return quantity.read(raw), math.nan
         for name in raw:
-            if name not in names:
-                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, names)}')
+            if name not in kinds:
+                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
         if "value" not in raw:
             raise QuantityError('has no "value"')
-        deviation = Quantity(self.quantity.unit, "not negative")
-        given = deviation.read(raw["standard_deviation"]) if len(raw) == 2 else math.nan
-        return self.quantity.read(raw["value"]), given
+        values = {name: kinds[name].read(each) for name, each in raw.items()}
+        return values["value"], values.get("standard_deviation", math.nan)
 
-    def schema(self) -> Schema:
-        value = self.quantity.schema()
-        deviation = Quantity(self.quantity.unit, "not negative").schema()
-        table = _table_schema({"value": value, "standard_deviation": deviation}, ["value"])
-        return {"anyOf": [value, table]}
+    return Kind(read, {"anyOf": [quantity.schema, table(kinds, ("value",)).schema]})
 
 
-@dataclass(frozen=True)
-class Text(Kind):
-    """Text of some characters, or that a function has nothing against."""
-
-    most: int = 10_000
-    check: Callable[[str], str] = str
-
-    def read(self, raw: Any) -> str:
+def _text(most: int = 10_000, check: Callable[[str], str] = str) -> Kind:
+    def read(raw: Any) -> str:
         if not isinstance(raw, str):
             raise _ValueError(f"is {raw!r}; expected text")
-        if len(raw) > self.most:
-            raise _ValueError(f"has {len(raw)} characters; expected at most {self.most}")
-        return self.check(raw)
+        if len(raw) > most:
+            raise _ValueError(f"has {len(raw)} characters; expected at most {most}")
+        return check(raw)
 
-    def schema(self) -> Schema:
-        return {"type": "string", "maxLength": self.most}
+    return Kind(read, {"type": "string", "maxLength": most})
 
 
-@dataclass(frozen=True)
-class Whole(Kind):
-    """A whole number between two bounds."""
-
-    least: int
-    most: int
-
-    def read(self, raw: Any) -> int:
+def _whole(least: int, most: int) -> Kind:
+    def read(raw: Any) -> int:
         if not isinstance(raw, int) or isinstance(raw, bool):
             raise _ValueError(f"is {raw!r}; expected a whole number (an integer)")
-        if raw < self.least:
-            raise _ValueError(f"is {raw}; expected a value greater than or equal to {self.least}")
-        if raw > self.most:
-            raise _ValueError(f"is too large; expected a value less than or equal to {self.most}")
+        if raw < least:
+            raise _ValueError(f"is {raw}; expected a value greater than or equal to {least}")
+        if raw > most:
+            raise _ValueError(f"is too large; expected a value less than or equal to {most}")
         return raw
 
-    def schema(self) -> Schema:
-        return {"type": "integer", "minimum": self.least, "maximum": self.most}
+    return Kind(read, {"type": "integer", "minimum": least, "maximum": most})
 
 
-class OneOf(Kind):
-    """One of a few values."""
-
-    def __init__(self, *values: Any) -> None:
-        self.values = values
-
-    def read(self, raw: Any) -> Any:
+def _one_of(*values: Any) -> Kind:
+    def read(raw: Any) -> Any:
         # TOML's true and 1.0 equal 1, but are not meant.
-        if isinstance(raw, bool | float) and isinstance(self.values[0], int):
+        if isinstance(raw, bool | float) and isinstance(values[0], int):
             raise _ValueError(f"is {str(raw).lower()}; expected a whole number")
-        if raw not in self.values:
-            raise _ValueError(f"is {raw!r}; expected {' or '.join(map(repr, self.values))}")
+        if raw not in values:
+            raise _ValueError(f"is {raw!r}; expected {' or '.join(map(repr, values))}")
         return raw
 
-    def schema(self) -> Schema:
-        return {"const": self.values[0]} if len(self.values) == 1 else {"enum": list(self.values)}
+    return Kind(read, {"const": values[0]} if len(values) == 1 else {"enum": list(values)})
 
 
-class AnyValue(Kind):
-    """What is read later."""
-
-    def read(self, raw: Any) -> Any:
-        return raw
-
-    def schema(self) -> Schema:
-        return {}
-
-
-@dataclass(frozen=True)
-class ListOf(Kind):
-    """A list of values of one kind."""
-
-    kind: Kind
-    least: int = 0
-    most: int | None = None
-
-    def read(self, raw: Any) -> list[Any]:
-        """Return what the items are read as."""
+def _list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
+    def read(raw: Any) -> list[Any]:
         if not isinstance(raw, list):
             raise _ValueError("is not a list; expected one")
-        if len(raw) < self.least or (self.most is not None and len(raw) > self.most):
-            raise _ValueError(f"has {len(raw)} items; expected {self.least} to {self.most}")
-        return [_read_at(index, self.kind, item) for index, item in enumerate(raw)]
+        if len(raw) < least or (most is not None and len(raw) > most):
+            raise _ValueError(f"has {len(raw)} items; expected {least} to {most}")
+        return [_read_at(index, kind, item) for index, item in enumerate(raw)]
 
-    def schema(self) -> Schema:
-        """Return an array of items of the kind."""
-        most = {} if self.most is None else {"minItems": self.least, "maxItems": self.most}
-        return {"type": "array", "items": self.kind.schema(), **most}
+    bounds = {} if most is None else {"minItems": least, "maxItems": most}
+    return Kind(read, {"type": "array", "items": kind.schema, **bounds})
 
 
-class Table(Kind):
+def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: Any = None) -> Kind:
     """A table of keys; `settings` has the defaults of those that may be left out."""
 
-    def __init__(
-        self, kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: Any = None
-    ) -> None:
-        self.kinds = kinds
-        self.required = required
-        self.settings = settings
-
-    def read(self, raw: Any) -> dict[str, Any]:
-        """Return what the keys that are there are read as."""
+    def read(raw: Any) -> dict[str, Any]:
         if not isinstance(raw, dict):
             raise _ValueError("is not a table of keys; expected one")
         # A misspelt key is reported rather than the one that is missing because of it.
         for name in raw:
-            if name not in self.kinds:
-                raise _ValueError(f"unknown key{did_you_mean(name, self.kinds)}", (name,))
-        for name in self.required:
+            if name not in kinds:
+                raise _ValueError(f"unknown key{did_you_mean(name, kinds)}", (name,))
+        for name in required:
             if name not in raw:
                 raise _ValueError("this key is missing", (name,))
-        return {name: _read_at(name, self.kinds[name], value) for name, value in raw.items()}
+        return {name: _read_at(name, kinds[name], value) for name, value in raw.items()}
 
-    def schema(self) -> Schema:
-        """Return an object with these keys and no others."""
-        properties = {}
-        for name, kind in self.kinds.items():
-            default = getattr(self.settings, name, None)
-            finite = isinstance(default, int | float) and math.isfinite(default)
-            properties[name] = kind.schema() | ({"default": default} if finite else {})
-        return _table_schema(properties, list(self.required))
-
-
-def read_table(source: TomlSource, table: Table, keys: KeyPath = ()) -> dict[str, Any]:
-    """Read the table below `keys` of a file.
-
-    Raises
-    ------
-    MechanismFileError
-        At the first wrong key.
-    """
-    values: Any = source.values
-    for key in keys:
-        values = values[key]
-    try:
-        return table.read(values)
-    except _ValueError as error:
-        raise source.error(keys + error.keys, str(error)) from error
+    properties = {}
+    for name, kind in kinds.items():
+        default = getattr(settings, name, None)
+        finite = isinstance(default, int | float) and math.isfinite(default)
+        properties[name] = kind.schema | ({"default": default} if finite else {})
+    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    return Kind(read, schema | ({"required": list(required)} if required else {}))
 
 
 def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
@@ -313,9 +220,22 @@ def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
         raise _ValueError(str(error), (key,)) from error
 
 
-def _table_schema(properties: Schema, required: list[str]) -> Schema:
-    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
-    return schema | ({"required": required} if required else {})
+def read_table(source: TomlSource, kind: Kind, keys: KeyPath = ()) -> dict[str, Any]:
+    """Read the table below `keys` of a file.
+
+    Raises
+    ------
+    MechanismFileError
+        At the first wrong key.
+    """
+    values: Any = source.values
+    for key in keys:
+        values = values[key]
+    try:
+        read: dict[str, Any] = kind.read(values)
+    except _ValueError as error:
+        raise source.error(keys + error.keys, str(error)) from error
+    return read
 
 
 def _check_name(name: str) -> str:
@@ -338,42 +258,42 @@ def _check_group(group: str) -> str:
     return group
 
 
-_SYMMETRY = Table(
+_SYMMETRY = table(
     {
-        "group": Text(check=_check_group),
-        "legs": Whole(1, _MOST_LEGS),
-        "axis": Quantity("rad", direction=True),
-        "elements": ListOf(Text()),
+        "group": _text(check=_check_group),
+        "legs": _whole(1, _MOST_LEGS),
+        "axis": _quantity("rad", direction=True),
+        "elements": _list_of(_text()),
     },
     ("group",),
 )
-_TOLERANCES = Table(
+_TOLERANCES = table(
     {
-        "length": Quantity("m", "positive"),
-        "angle": Quantity("rad", "positive"),
-        "gain": Quantity("1", "positive", "relative to the gain"),
+        "length": _quantity("m", "positive"),
+        "angle": _quantity("rad", "positive"),
+        "gain": _quantity("1", "positive", "relative to the gain"),
     },
     settings=Tolerances,
 )
-_PROTOCOL = Table(
+_PROTOCOL = table(
     {
-        "pose_count": Whole(1, 10**6),
-        "candidates": Whole(1, 10**7),
-        "seed": Whole(0, 2**63 - 1),
+        "pose_count": _whole(1, 10**6),
+        "candidates": _whole(1, 10**7),
+        "seed": _whole(0, 2**63 - 1),
     },
     settings=ProtocolSettings,
 )
-MEASUREMENTS = Table(
+MEASUREMENTS = table(
     {
-        "position": ListOf(Text()),
-        "readings": ListOf(Text()),
-        "angle": Text(),
-        "quaternion": ListOf(Text()),
-        "rotation_vector": ListOf(Text()),
-        "position_unit": Text(),
-        "orientation_unit": Text(),
-        "reading_unit": Text(),
-        "leg": Text(),
+        "position": _list_of(_text()),
+        "readings": _list_of(_text()),
+        "angle": _text(),
+        "quaternion": _list_of(_text()),
+        "rotation_vector": _list_of(_text()),
+        "position_unit": _text(),
+        "orientation_unit": _text(),
+        "reading_unit": _text(),
+        "leg": _text(),
     },
     ("position", "readings"),
     MeasurementColumns,
@@ -384,17 +304,19 @@ _SECTIONS = (
 )  # fmt: skip
 # The keys that every file may have, and those that decide about the others.
 _HEADER_KINDS: dict[str, Kind] = {
-    "schema": OneOf(1),
-    "name": Text(200, _check_name),
-    "chain": Text(),
-    "platform": OneOf("rigid", "point"),
-    "reading_unit": OneOf("rad", "m"),
+    "schema": _one_of(1),
+    "name": _text(200, _check_name),
+    "chain": _text(),
+    "platform": _one_of("rigid", "point"),
+    "reading_unit": _one_of("rad", "m"),
 }
-HEADER = Table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, AnyValue()), ("schema", "chain"))
+HEADER = table(
+    _HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema", "chain")
+)
 
 
 @functools.cache
-def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Table:
+def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind:
     """Describe the files of mechanisms with this chain.
 
     Raises
@@ -406,47 +328,47 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Tabl
     unit = reading_unit or info.reading_unit
     units = info.units_of_sensor(unit)
     parameters = {name: _parameter(chain, name, units[name]) for name in units}
-    estimates = {name: Estimate(quantity) for name, quantity in parameters.items()}
-    mode: dict[str, Kind] = {"working_mode": OneOf(-1, 1)}
+    estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
+    mode: dict[str, Kind] = {"working_mode": _one_of(-1, 1)}
     coordinates = COORDINATES[info.pose_space]
-    limit = Quantity(unit, note="in the sensor's unit")
-    workspace = Table(
-        {name: Interval(unit) for name, unit in coordinates.items()}
+    limit = _quantity(unit, note="in the sensor's unit")
+    workspace = table(
+        {name: _interval(unit) for name, unit in coordinates.items()}
         | {
-            "home": Coordinates(tuple(coordinates.values())),
-            "reach_margin": Quantity("m", "not negative"),
-            "conditioning_limit": Quantity("1", "positive"),
-            "characteristic_length": Quantity("m", "positive"),
+            "home": _coordinates(*coordinates.values()),
+            "reach_margin": _quantity("m", "not negative"),
+            "conditioning_limit": _quantity("1", "positive"),
+            "characteristic_length": _quantity("m", "positive"),
         },
         tuple(coordinates),
         WorkspaceSettings,
     )
-    noise = Table(
+    noise = table(
         {
-            "position": Quantity("m", "not negative"),
-            "orientation": Quantity("rad", "not negative"),
-            "reading": Quantity(unit, "not negative", "in the sensor's unit"),
+            "position": _quantity("m", "not negative"),
+            "orientation": _quantity("rad", "not negative"),
+            "reading": _quantity(unit, "not negative", "in the sensor's unit"),
         },
         settings=NoiseSettings,
     )
     sections: dict[str, Kind] = {
-        "chain": OneOf(chain),
-        "platform": OneOf(platform),
+        "chain": _one_of(chain),
+        "platform": _one_of(platform),
         "symmetry": _SYMMETRY,
-        "reference_leg": Table(mode | parameters, tuple(parameters)),
-        "legs": ListOf(Table(mode | estimates, tuple(parameters)), 1, _MOST_LEGS),
+        "reference_leg": table(mode | parameters, tuple(parameters)),
+        "legs": _list_of(table(mode | estimates, tuple(parameters)), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
-        "joint_limits": Table({"lower": limit, "upper": limit}, settings=JointLimits),
+        "joint_limits": table({"lower": limit, "upper": limit}, settings=JointLimits),
         "protocol": _PROTOCOL,
         "measurements": MEASUREMENTS,
     }
     required = ("schema", "chain") + (("platform",) if platform == "point" else ())
-    return Table(_HEADER_KINDS | sections, required)
+    return table(_HEADER_KINDS | sections, required)
 
 
-def _parameter(chain: str, name: str, unit: str) -> Quantity:
+def _parameter(chain: str, name: str, unit: str) -> Kind:
     sign: Sign = "any"
     joints = chain.replace("[", "").replace("]", "")
     end = {"base_radius": joints[0], "platform_radius": joints[-1]}.get(name, "")
@@ -457,7 +379,7 @@ def _parameter(chain: str, name: str, unit: str) -> Quantity:
     elif name.endswith("_radius") and end != "P":
         sign = "not negative"  # a guide's distance from the centre is signed, a point's is not
     note = "active joint per sensor reading" if name == "sensor_gain" else ""
-    return Quantity(unit, sign, note, direction=unit == "rad")
+    return _quantity(unit, sign, note, direction=unit == "rad")
 
 
 def mechanism_schema() -> Schema:
@@ -468,7 +390,7 @@ def mechanism_schema() -> Schema:
     dict
     """
     files = [
-        mechanism_table(chain, platform, None).schema()
+        mechanism_table(chain, platform, None).schema
         for platform in ("rigid", "point")
         for chain in chains(platform)
     ]

@@ -421,7 +421,7 @@ def test_an_estimate_that_no_leg_can_have_is_told_with_exit_code_1(
     sample = library.sample_workspace(robot, 40, 1)
     seen = library.Measurements.of(sample.poses, sample.readings)
     library.write_measurements(seen, tmp_path / "measured.csv", robot)
-    values, names = robot.parameters, robot.parameter_names
+    values, names = robot.parameters.copy(), robot.parameter_names
     values[1, names.index("proximal_length")] *= 0.1
     values[1, names.index("sensor_offset")] += math.pi
     nominal = robot.replace(symmetry=None).with_parameters(values)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 MECHANISMS = Path(__file__).parents[3] / "mechanisms"
-_SLOW = {"matplotlib", "pint", "pyarrow", "pydantic", "scipy", "tomlkit"}
+_SLOW = {"matplotlib", "pandas", "pyarrow", "scipy"}
 
 
 def _python(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:

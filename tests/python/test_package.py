@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""The package as a whole: its names, and that every module stands on its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import symkin
+
+_EVERY_MODULE_FIRST = """
+import pkgutil, sys, symkin
+names = [m.name for m in pkgutil.walk_packages(symkin.__path__, "symkin.")]
+for name in names:
+    if name.endswith(("_core", "__main__")):
+        continue
+    for loaded in [n for n in sys.modules if n.startswith("symkin") and not n.endswith("_core")]:
+        del sys.modules[loaded]
+    try:
+        __import__(name)
+    except ImportError as error:
+        print(name, error)
+"""
+_EVERY_NAME_FIRST = """
+import sys, symkin
+for name in symkin.__all__:
+    for loaded in [n for n in sys.modules if n.startswith("symkin") and not n.endswith("_core")]:
+        del sys.modules[loaded]
+    import symkin
+    getattr(symkin, name)
+"""
+
+
+def printed(code: str) -> str:
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_every_module_can_be_the_first_that_is_imported() -> None:
+    assert printed(_EVERY_MODULE_FIRST) == ""
+
+
+def test_every_name_at_the_top_can_be_the_first_that_is_used() -> None:
+    assert printed(_EVERY_NAME_FIRST) == ""
+
+
+def test_importing_the_package_imports_neither_numpy_nor_its_own_modules() -> None:
+    loaded = printed("import sys, symkin; print(*sys.modules)").split()
+    assert "numpy" not in loaded
+    own = {name for name in loaded if name.startswith("symkin")}
+    assert own == {"symkin", "symkin._core", "symkin.chains", "symkin.errors"}
+
+
+def test_the_top_of_the_package_is_small_and_completed() -> None:
+    assert len(symkin.__all__) <= 35
+    assert symkin.__all__ == sorted(symkin.__all__)
+    assert {*symkin.__all__, "plot", "settings", "__version__"} <= set(dir(symkin))
+    for name in symkin.__all__:
+        assert getattr(symkin, name) is not None
+    assert symkin.load is symkin.load_mechanism
+    assert symkin.__version__.count(".") == 2
+
+
+def test_an_absent_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="module 'symkin' has no attribute 'lod'"):
+        _ = symkin.lod
