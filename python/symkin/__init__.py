@@ -125,7 +125,8 @@ _MODULES = {
     "write_plan": "io.plans",
 }
 _ROOMS = (
-    "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics", "measurements", "mechanism",
+    "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics",
+    "measurements", "mechanism",
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
     "symmetry", "workspace",
 )  # fmt: skip
