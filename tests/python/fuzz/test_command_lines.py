@@ -222,7 +222,7 @@ def _expression_cases(robot: Robot) -> Iterator[Case]:
             command = ("evaluate", "spoilt.toml", "--measurements", "measured.csv")
             yield Case(command, {"spoilt.toml": spoilt, "measured.csv": measured})
         elif index == len(keys):
-            yield Case(("plan", "nosuch", "--out", "p.csv", "--minimum-distance", text))
+            yield Case(("plan", "nosuch", "--out", "p", "--minimum-distance", text))
         else:
             yield Case(("workspace", "nosuch", "--out", "w", "--orientations", text))
 
@@ -243,12 +243,12 @@ def _table_cases(robots: Sequence[Robot]) -> Iterator[Case]:
             ("identify", "robot.toml", "t.csv"),
             ("identify", "robot.toml", "t.csv", "--estimator", "joint", "--loss", "huber"),
             ("evaluate", "robot.toml", "--measurements", "t.csv"),
-            ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--measured", "t.csv"),
+            ("plan", "robot.toml", "--out", "o", "--overwrite", "--measured", "t.csv"),
         ]
         planned = [
             ("simulate", "robot.toml", "t.csv", "--out", "o.csv", "--overwrite"),
             ("evaluate", "robot.toml", "--actual", "robot.toml", "--poses", "t.csv"),
-            ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--required", "t.csv"),
+            ("plan", "robot.toml", "--out", "o", "--overwrite", "--required", "t.csv"),
         ]
         for text, commands in ((robot.measured, measured), (robot.plan, planned)):
             turn = itertools.cycle(commands)
@@ -301,16 +301,16 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("check", "{}"): [""],
     ("workspace", "nosuch", "--out", "w"): ["--orientations", "--count", "--resolution", "--seed"],
     ("pose-count", "nosuch"): [
-        "--least-gain", "--estimator", "--poses", "--candidates", "--design", "--rows",
-        "--criterion", "--seed",
+        "--least-gain", "--estimator", "--use", "--candidates", "--design", "--rows",
+        "--criterion", "--seed", "--accuracy",
     ],
     ("pose-count", "robot.toml"): ["--least-gain"],
-    ("plan", "robot.toml", "--out", "o.csv", "--overwrite"): [
-        "--poses", "--design", "--rows", "--criterion", "--required", "--measured",
+    ("plan", "robot.toml", "--out", "o", "--overwrite"): [
+        "--pose-count", "--design", "--rows", "--criterion", "--required", "--measured",
         "--columns", "--avoid", "--minimum-distance", "--margin-sigmas", "--visit", "--spares",
         "--threads", "--seed", "--time-limit",
     ],
-    ("plan", "nosuch", "--out", "o.csv"): ["--method", "--candidates", "--time-limit", "--report"],
+    ("plan", "nosuch", "--out", "o"): ["--method", "--candidates", "--time-limit", "--out"],
     ("simulate", "robot.toml", "plan.csv", "--out", "o.csv", "--overwrite"): [
         "--seed", "--actual-out",
     ],
