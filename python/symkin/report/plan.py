@@ -57,9 +57,8 @@ def plan_page(plan: Plan) -> Page:
     headlines.append(("Way", quantity(plan.travel, "m"), "from home through the poses"))
     notes = []
     if basis is not None and basis.excluded:
-        notes.append(
-            f"{count(basis.excluded)} of {count(basis.candidates)} candidates are left out by limits"
-        )
+        excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
+        notes.append(f"{excluded} are left out by limits")
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     sections = [
