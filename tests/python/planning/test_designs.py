@@ -116,7 +116,7 @@ def test_a_plan_for_legs_is_equally_good_for_all_and_has_what_was_asked_for(coun
 
 
 def test_an_unknown_design_is_refused(paper, candidates):
-    with pytest.raises(symkin.SymkinError, match='expected "legs", "orbits"(,| or) "mechanism"'):
+    with pytest.raises(symkin.SymkinError, match=r'expected "legs", "orbits"(,| or) "mechanism"'):
         symkin.make_plan(paper, candidates, design="leg")
 
 

@@ -183,5 +183,6 @@ def test_a_sample_is_taken_wherever_poses_are(paper):
         lambda poses: symkin.predict_accuracy(paper, plan, poses).position,
         lambda poses: symkin.make_plan(paper, poses, 9).poses,
         lambda poses: pose_count_curve(paper, poses, [9]).position,
+        lambda poses: symkin.travel_length(paper, poses),
     ):
         np.testing.assert_array_equal(call(sample), call(sample.poses))
