@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from symkin.workspace import WorkspaceSample
 
 __all__ = ["travel_length", "visiting_order"]
 
@@ -21,12 +27,12 @@ _MOVED = 3  # stations that are moved together
 _GAIN = -1e-12  # of the longest distance: less is rounding
 
 
-def travel_length(mechanism: Mechanism, poses: Array) -> float:
+def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:
     """Length of the way from home through poses in their order, m.
 
     A rotation counts as the way of a point at the characteristic length from the centre.
     """
-    stations = np.vstack([mechanism.home, np.atleast_2d(poses)])
+    stations = np.vstack([mechanism.home, pose_rows(poses)])
     return float(_distances(mechanism, stations[:-1], stations[1:]).sum())
 
 

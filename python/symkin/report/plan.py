@@ -55,6 +55,10 @@ def plan_page(plan: Plan) -> Page:
         remark = f"expected, rms ({plan.estimator}, all poses)"
         headlines += expected_headlines(mechanism, expected.position, expected.orientation, remark)
     headlines.append(("Way", quantity(plan.travel, "m"), "from home through the poses"))
+    notes = []
+    if basis is not None and basis.excluded:
+        excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
+        notes.append(f"{excluded} are left out by limits")
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     sections = [
@@ -74,6 +78,7 @@ def plan_page(plan: Plan) -> Page:
         headlines=headlines,
         verdict="" if basis is None else "good",
         judgement=judgement,
+        notes=notes,
         paragraphs=[errors] if expected is not None else [],
         next_step="take the poses in their order, spares only in place of those that the robot "
         "cannot take; then symkin identify MECHANISM measurements.csv --out DIR",

@@ -154,6 +154,7 @@ def test_plan_writes_its_certificate_to_a_page(symkin: Callable, tmp_path: Path)
     assert f"{efficiency} %" in shown.out
     page = (folder / "plan.html").read_text()
     assert efficiency in page
+    assert f"Note: {document['selection']['excluded']} of 400 candidates are left out" in shown.out
     assert "Candidates (small dots" in page
     plan = library.read_plan(folder / "plan.csv", library.load_mechanism("3RRR"))
     assert plan.poses[:, 1].max() < 0.3

@@ -293,7 +293,7 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         {"poses": poses},
         lambda poses: symkin.evaluate(mechanism, actual=mechanism, poses=poses),
     )
-    measured = {"poses": poses, "readings": readings, "leg_sets": np.arange(len(poses)) % legs + 1}
+    measured = {"poses": poses, "readings": readings, "leg_sets": np.arange(len(poses)) % legs}
     yield Call(
         "Measurements",
         measured | {"row_numbers": np.arange(len(poses))},
@@ -322,14 +322,16 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         lambda candidates, counts: symkin.pose_count_curve(mechanism, candidates, counts),
     )
     plan = {
-        "leg_sets": np.zeros(len(poses), dtype=np.intp),
+        "leg_sets": np.full(len(poses), -1),
         "order": np.arange(len(poses)),
         "spare": np.zeros(len(poses), dtype=bool),
         "poses": poses,
         "readings": readings,
     }
-    yield Call("Plan", plan, lambda **given: symkin.simulate(mechanism, symkin.Plan(**given), 1))
-    made = symkin.Plan(**plan)
+    yield Call(
+        "Plan", plan, lambda **given: symkin.simulate(mechanism, symkin.Plan(mechanism, **given), 1)
+    )
+    made = symkin.Plan(mechanism, **plan)
     yield Call(
         "predict_accuracy",
         {"workspace": poses},

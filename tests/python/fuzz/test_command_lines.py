@@ -222,7 +222,7 @@ def _expression_cases(robot: Robot) -> Iterator[Case]:
             command = ("evaluate", "spoilt.toml", "--measurements", "measured.csv")
             yield Case(command, {"spoilt.toml": spoilt, "measured.csv": measured})
         elif index == len(keys):
-            yield Case(("plan", "nosuch", "--out", "p.csv", "--minimum-distance", text))
+            yield Case(("plan", "nosuch", "--out", "p", "--minimum-distance", text))
         else:
             yield Case(("workspace", "nosuch", "--out", "w", "--orientations", text))
 
@@ -245,12 +245,12 @@ def _table_cases(robots: Sequence[Robot]) -> Iterator[Case]:
             ("evaluate", "robot.toml", "--measurements", "t.csv"),
             ("kinematics", "robot.toml", "t.csv"),
             ("kinematics", "robot.toml", "t.csv", "--forward"),
-            ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--measured", "t.csv"),
+            ("plan", "robot.toml", "--out", "o", "--overwrite", "--measured", "t.csv"),
         ]
         planned = [
             ("simulate", "robot.toml", "--plan", "t.csv", "--out", "o", "--overwrite"),
             ("evaluate", "robot.toml", "--actual", "robot.toml", "--plan", "t.csv"),
-            ("plan", "robot.toml", "--out", "o.csv", "--overwrite", "--required", "t.csv"),
+            ("plan", "robot.toml", "--out", "o", "--overwrite", "--required", "t.csv"),
         ]
         for text, commands in ((robot.measured, measured), (robot.plan, planned)):
             turn = itertools.cycle(commands)
@@ -303,16 +303,16 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("check", "{}"): [""],
     ("workspace", "nosuch", "--out", "w"): ["--orientations", "--count", "--resolution", "--seed"],
     ("pose-count", "nosuch"): [
-        "--least-gain", "--estimator", "--poses", "--candidates", "--design", "--rows",
-        "--criterion", "--seed",
+        "--least-gain", "--estimator", "--use", "--candidates", "--design", "--rows",
+        "--criterion", "--seed", "--accuracy",
     ],
     ("pose-count", "robot.toml"): ["--least-gain"],
-    ("plan", "robot.toml", "--out", "o.csv", "--overwrite"): [
-        "--poses", "--design", "--rows", "--criterion", "--required", "--measured",
+    ("plan", "robot.toml", "--out", "o", "--overwrite"): [
+        "--pose-count", "--design", "--rows", "--criterion", "--required", "--measured",
         "--columns", "--avoid", "--minimum-distance", "--margin-sigmas", "--visit", "--spares",
         "--threads", "--seed", "--time-limit",
     ],
-    ("plan", "nosuch", "--out", "o.csv"): ["--method", "--candidates", "--time-limit", "--report"],
+    ("plan", "nosuch", "--out", "o"): ["--method", "--candidates", "--time-limit", "--out"],
     ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): ["--seed"],
     ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "{}"): [""],
     ("kinematics", "robot.toml", "{}"): [""],

@@ -215,7 +215,7 @@ def test_a_leg_number_that_the_mechanism_does_not_have_is_refused(
 def test_arrays_of_unequal_length_are_refused(measured: Measurements) -> None:
     with pytest.raises(MeasurementError, match="11 readings for 12 poses"):
         replace(measured, readings=measured.readings[1:])
-    with pytest.raises(MeasurementError, match="legs 1 to 3"):
+    with pytest.raises(MeasurementError, match="legs 0 to 2, or -1 for all"):
         replace(measured, leg_sets=np.full(12, 3))
 
 
