@@ -187,7 +187,7 @@ def name_points(line: Line2D, names: Sequence[str]) -> None:
     _point_names[line] = names
 
 
-def point_names(figure: FigureBase) -> dict[str, Sequence[str]]:
+def point_names(figure: Figure) -> dict[str, Sequence[str]]:
     """The names of the points of all lines that have any, by identifiers that the lines get."""
     lines = [line for axes in figure.axes for line in axes.lines if line in _point_names]
     for number, line in enumerate(lines):
