@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
@@ -50,7 +49,7 @@ THEME = {
 }
 
 # Weak, so that it does not keep figures alive.
-_point_names: WeakKeyDictionary[Artist, Sequence[str]] = WeakKeyDictionary()
+_point_names: WeakKeyDictionary[Line2D, Sequence[str]] = WeakKeyDictionary()
 
 
 class LegStyle(NamedTuple):
@@ -188,13 +187,12 @@ def name_points(line: Line2D, names: Sequence[str]) -> None:
     _point_names[line] = names
 
 
-def point_names(figure: FigureBase) -> dict[str, Sequence[str]]:
+def point_names(figure: Figure) -> dict[str, Sequence[str]]:
     """The names of the points of all lines that have any, by identifiers that the lines get."""
-    found = {}
-    for number, line in enumerate(figure.findobj(lambda artist: artist in _point_names)):
+    lines = [line for axes in figure.axes for line in axes.lines if line in _point_names]
+    for number, line in enumerate(lines):
         line.set_gid(f"points{number}")
-        found[f"points{number}"] = _point_names[line]
-    return found
+    return {str(line.get_gid()): _point_names[line] for line in lines}
 
 
 def _label(axes: Axes, title: str, x: str, y: str) -> None:

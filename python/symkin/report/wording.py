@@ -7,7 +7,6 @@ import math
 
 __all__ = [
     "NONE",
-    "angle",
     "count",
     "decimals_of",
     "fixed",
@@ -70,11 +69,6 @@ def setting(value: float, unit: str = "", digits: int = 5) -> str:
 def milli(value: float, unit: str) -> str:
     """A small length or angle in thousandths of its unit: ``0.0821 mm``."""
     return quantity(1e3 * value, f"m{unit}")
-
-
-def angle(value_rad: float) -> str:
-    """An angle in degrees."""
-    return f"{_signed(f'{math.degrees(value_rad):.4g}')}\N{DEGREE SIGN}"
 
 
 def ratio(before: float, after: float) -> str:
