@@ -190,8 +190,8 @@ def read_table(source: TableSource) -> Table:
         path, name = None, f"{getattr(source, 'name', 'the stream')}"
         try:
             text: Any = source.read()
-        except (OSError, ValueError) as error:  # closed, or text in another encoding
-            raise MeasurementError(f"{name}: cannot be read: {error}") from error
+        except (OSError, ValueError) as wrong:  # closed, or text in another encoding
+            raise MeasurementError(f"{name}: cannot be read: {wrong}") from wrong
         data = text.encode() if isinstance(text, str) else bytes(text)
     else:
         return _table_of_columns(source)

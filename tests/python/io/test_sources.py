@@ -75,9 +75,9 @@ def test_a_fault_in_a_stream_is_told_with_its_row(paper: Mechanism, text: str) -
 
 def test_a_stream_that_cannot_be_read_is_refused(tmp_path: Path, paper: Mechanism) -> None:
     (tmp_path / "latin.csv").write_bytes("x_m;größe\n1;2\n".encode("latin-1"))
-    with (tmp_path / "latin.csv").open(encoding="utf-8") as file:
-        with pytest.raises(MeasurementError, match=r"latin\.csv: cannot be read: 'utf-8' codec"):
-            symkin.read_measurements(file, paper)
+    file = (tmp_path / "latin.csv").open(encoding="utf-8")
+    with file, pytest.raises(MeasurementError, match=r"latin\.csv: cannot be read: 'utf-8' codec"):
+        symkin.read_measurements(file, paper)
     with pytest.raises(MeasurementError, match="cannot be read: I/O operation on closed file"):
         symkin.read_measurements(file, paper)
 
