@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ChainInfo, FrozenMapping, chain_info
-from symkin.errors import MechanismError, did_you_mean, one_of, printable
+from symkin.chains import ChainInfo, chain_info
+from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
+from symkin.legs import Leg, common_chain, parameter_values
 from symkin.poses import poses_from_bounds
 from symkin.settings import (
     DeclaredSymmetry,
@@ -41,31 +42,6 @@ if TYPE_CHECKING:
 __all__ = ["Leg", "Mechanism"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Leg:
-    """One leg.
-
-    Attributes
-    ----------
-    chain : str
-        Joints from base to platform, the actuated one in brackets, such as ``"[R]RR"``.
-    parameters : mapping of str to float
-        By name, m and rad; `symkin.chain_info` lists them.
-    working_mode : {-1, 1}
-        Which root of the closure; `ChainInfo.description` says what the sign means.
-    """
-
-    chain: str
-    parameters: Mapping[str, float]
-    working_mode: int = -1
-
-    def __post_init__(self) -> None:
-        """Keep what the mapping holds now."""
-        values = {str(name): float(value) for name, value in self.parameters.items()}
-        object.__setattr__(self, "parameters", FrozenMapping(values))
-        object.__setattr__(self, "working_mode", int(self.working_mode))
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -141,8 +117,10 @@ class Mechanism(Kinematics):
                 f'the name "{printable(name)}" has characters that cannot be printed'
             )
         legs = tuple(legs)
-        info = chain_info(_common_chain(legs), platform)
-        values = np.array([_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)])
+        info = chain_info(common_chain(legs), platform)
+        values = np.array(
+            [parameter_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)]
+        )
         fields: dict[str, Any] = {
             "name": name,
             "legs": legs,
@@ -371,29 +349,3 @@ def _read_only(array: Array) -> Array:
 
 def _made(values: dict[str, Any]) -> Mechanism:
     return Mechanism(**values)
-
-
-def _common_chain(legs: Sequence[Leg]) -> str:
-    if not legs:
-        raise MechanismError("a mechanism needs legs; got none")
-    for number, leg in enumerate(legs, 1):
-        if leg.chain != legs[0].chain:
-            raise MechanismError(
-                f'leg {number} is a "{leg.chain}", leg 1 a "{legs[0].chain}"; expected one chain '
-                "for all legs"
-            )
-    return legs[0].chain
-
-
-def _values(leg: Leg, names: Sequence[str], number: int) -> list[float]:
-    """The parameters of a leg in the chain's order."""
-    for name in leg.parameters:
-        if name not in names:
-            raise MechanismError(
-                f'leg {number}: "{name}" is no parameter of chain {leg.chain}'
-                f"{did_you_mean(name, names)}"
-            )
-    missing = [name for name in names if name not in leg.parameters]
-    if missing:
-        raise MechanismError(f"leg {number}: {', '.join(missing)} missing")
-    return [float(leg.parameters[name]) for name in names]

@@ -80,6 +80,12 @@ def test_what_cannot_be_a_mechanism_is_refused_in_words(paper, change, words):
         symkin.Mechanism("changed", change(list(paper.legs)))
 
 
+@pytest.mark.parametrize("value", ["1 m", None, [1.0]])
+def test_a_parameter_that_is_no_number_is_refused(value):
+    with pytest.raises(symkin.SymkinError, match=r'"base_radius" is .*; expected a number'):
+        symkin.Leg("R[P]R", {"base_radius": value})
+
+
 def test_poses_of_another_kind_are_refused(paper):
     with pytest.raises(symkin.SymkinError, match="2 columns"):
         paper.inverse_kinematics([0.0, 0.0])

@@ -188,7 +188,10 @@ def read_table(source: TableSource) -> Table:
         data = file_bytes(path, lambda message: MeasurementError(f"{name}: {message}"))
     elif hasattr(source, "read"):
         path, name = None, f"{getattr(source, 'name', 'the stream')}"
-        text: Any = source.read()
+        try:
+            text: Any = source.read()
+        except (OSError, ValueError) as wrong:  # closed, or text in another encoding
+            raise MeasurementError(f"{name}: cannot be read: {wrong}") from wrong
         data = text.encode() if isinstance(text, str) else bytes(text)
     else:
         return _table_of_columns(source)

@@ -18,7 +18,7 @@ __all__ = ["KeyPath", "TomlSource", "dotted", "read_toml"]
 KeyPath = tuple[str | int, ...]
 _Value = TypeVar("_Value")
 _MOST_BYTES = 1_000_000
-# What may be open at the end of a line; a longer statement is found where it begins.
+# What may be open at the end of a line. Below a statement of more lines, nothing has a place.
 _CLOSINGS, _MOST_LINES = ("", "]", "]]", "]]]"), 200
 
 
@@ -97,8 +97,10 @@ def _lines_of_keys(text: str) -> dict[KeyPath, int]:
     lines = text.split("\n")
     start = 0
     for end in range(1, len(lines) + 1):
+        if end - start > _MOST_LINES:
+            break
         statement = "\n".join(lines[start:end])
-        values, complete = _parsed(statement) if end - start <= _MOST_LINES else (None, False)
+        values, complete = _parsed(statement)
         if values is None:
             continue
         if complete and statement.lstrip().startswith("["):

@@ -73,6 +73,15 @@ def test_a_fault_in_a_stream_is_told_with_its_row(paper: Mechanism, text: str) -
             symkin.read_measurements(empty, paper)
 
 
+def test_a_stream_that_cannot_be_read_is_refused(tmp_path: Path, paper: Mechanism) -> None:
+    (tmp_path / "latin.csv").write_bytes("x_m;größe\n1;2\n".encode("latin-1"))
+    file = (tmp_path / "latin.csv").open(encoding="utf-8")
+    with file, pytest.raises(MeasurementError, match=r"latin\.csv: cannot be read: 'utf-8' codec"):
+        symkin.read_measurements(file, paper)
+    with pytest.raises(MeasurementError, match="cannot be read: I/O operation on closed file"):
+        symkin.read_measurements(file, paper)
+
+
 @pytest.mark.parametrize("name", ["m.csv.gz", "m.csv"])
 def test_a_file_compressed_by_gzip_is_read_whatever_its_name(
     tmp_path: Path, paper: Mechanism, measured: Measurements, text: str, name: str

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,15 @@ def test_an_absent_key_is_placed_at_the_table_that_lacks_it(write: Callable[...,
     source = read_toml(write(NUMBERED))
     assert source.line_of(("legs", 1, "absent")) == 23
     assert source.line_of(("absent", "x")) == 1
+
+
+def test_a_long_statement_is_found_where_it_begins_in_no_time(write: Callable[..., Path]) -> None:
+    numbers = "1,\n" * 200_000
+    source = read_toml(write(f"[t]\na = 1\nb = [\n{numbers}]\n"))
+    begun = time.perf_counter()
+    assert source.line_of(("t", "b")) == 3
+    assert source.line_of(("t", "b", 199_999)) == 3
+    assert time.perf_counter() - begun < 5
 
 
 def test_an_error_names_file_line_and_key(write: Callable[..., Path]) -> None:
