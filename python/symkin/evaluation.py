@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.frames import COMPONENTS, align, moved
+from symkin.frames import COMPONENTS, align, moved, transforms
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
     Transform,
-    rotations_from_quaternions,
     rotations_from_vectors,
     vectors_from_rotations,
 )
@@ -154,10 +153,7 @@ class Evaluation(Result):
     @property
     def errors(self) -> tuple[Array, Array]:
         """Size of each pose's position error (m) and orientation error (rad), both (N,)."""
-        size = 3 if self.pose_space == "spatial" else 2
-        parts = self.differences[:, :size], self.differences[:, size:]
-        position, orientation = (np.sqrt(np.sum(part**2, axis=1)) for part in parts)
-        return position, orientation
+        return _sizes(self.differences)
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
@@ -183,7 +179,7 @@ class Evaluation(Result):
         rows = np.flatnonzero(np.isfinite(self.differences).all(axis=1))
         space = self.pose_space
         components = COMPONENTS[space]
-        wanted = _transforms(self.poses[rows])
+        wanted = transforms(space, self.poses[rows])
         steps = np.zeros((len(rows), 6))
         steps[:, components] = self.differences[rows]
         turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
@@ -230,25 +226,20 @@ class Evaluation(Result):
         }
 
 
+def _sizes(differences: Array) -> tuple[Array, Array]:
+    """Distance (m) and angle (rad) of each difference."""
+    size = 3 if differences.shape[1] == 6 else 2
+    position, angle = (
+        np.sqrt(np.sum(part**2, axis=1)) for part in (differences[:, :size], differences[:, size:])
+    )
+    return position, angle
+
+
 def _figures(differences: Array) -> tuple[float, float, float, float]:
     """Root mean square and maximum of the distance (m), and of the angle (rad)."""
-    good = differences[np.isfinite(differences).all(axis=1)]
-    size = 3 if differences.shape[1] == 6 else 2
-    figures: list[float] = []
-    for part in (good[:, :size], good[:, size:]):
-        squares = np.sum(part**2, axis=1)
-        figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
-    return figures[0], figures[1], figures[2], figures[3]
-
-
-def _transforms(poses: Array) -> Transform:
-    """Poses as motions in space."""
-    count, coordinates = poses.shape
-    if coordinates == 7:
-        return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
-    tangents = np.zeros((count, 6))
-    tangents[:, COMPONENTS[_SPACES[coordinates]]] = poses
-    return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
+    position, angle = _sizes(differences[np.isfinite(differences).all(axis=1)])
+    rms, angle_rms = (float(np.sqrt(np.mean(each**2))) for each in (position, angle))
+    return rms, float(position.max()), angle_rms, float(angle.max())
 
 
 def _tangent(transform: Transform) -> Array:

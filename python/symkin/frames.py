@@ -15,11 +15,12 @@ from symkin.mechanism import Mechanism
 from symkin.poses import (
     Transform,
     cross_matrices,
+    rotations_from_quaternions,
     rotations_from_vectors,
     vectors_from_rotations,
 )
 
-__all__ = ["COMPONENTS", "align", "anchor", "moved", "with_moved_workspace"]
+__all__ = ["COMPONENTS", "align", "anchor", "moved", "transforms", "with_moved_workspace"]
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,15 @@ _DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose 
 _FEW = 500  # poses that decide which start is the best
 _TURN = 2 * np.pi
 _MOVED = 5.0  # expected displacements of a frame, beyond which it is another one
+
+
+def transforms(pose_space: str, poses: Array) -> Transform:
+    """Poses, or coordinates of a workspace's bounds, as motions from platform to base frame."""
+    if poses.shape[1] == 7:
+        return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
+    tangents = np.zeros((len(poses), 6))
+    tangents[:, COMPONENTS[pose_space]] = poses
+    return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 
 def align(
@@ -242,17 +252,13 @@ def _moved(
     near: Array | None = None,
 ) -> Array:
     """Coordinates (N, dof) of ``base @ pose @ tool^-1``."""
-    components = COMPONENTS[mechanism.pose_space]
-    tangents = np.zeros((len(coordinates), 6))
-    tangents[:, components] = coordinates
-    found = (
-        base @ Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3]) @ tool.inverse
-    )
+    found = base @ transforms(mechanism.pose_space, coordinates) @ tool.inverse
     vectors = vectors_from_rotations(found.rotation)
     if mechanism.pose_space == "planar":
-        vectors[:, 2] = tangents[:, 5] + base.turn - tool.turn
+        vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
     elif near is not None and mechanism.pose_space == "spatial":
         vectors = _on_the_branch_of(near[3:], vectors)
+    components = COMPONENTS[mechanism.pose_space]
     return np.asarray(np.hstack([found.translation, vectors])[:, components])
 
 

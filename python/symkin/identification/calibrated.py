@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,6 @@ __all__ = [
     "calibrated_mechanism",
     "canonical",
     "changed_settings",
-    "fit_that_may_fail",
     "with_usable_home",
 ]
 
@@ -70,26 +68,13 @@ def calibrated_mechanism(
         )
     covariance = covariance * np.outer(signs, signs)
     deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
-    with fit_that_may_fail():
-        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
-    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
-
-
-@contextmanager
-def fit_that_may_fail() -> Iterator[None]:
-    """Say of a mechanism that is not possible that it is an estimate, and what may be wrong.
-
-    Raises
-    ------
-    FailedFitError
-        Naming leg, parameter and value.
-    """
     try:
-        yield
+        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
+    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:

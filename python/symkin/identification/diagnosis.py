@@ -25,6 +25,7 @@ from symkin.identification.plausibility import (
 )
 from symkin.observability import noise_of
 from symkin.result import Value, field, record
+from symkin.workspace.sample import coordinate_names
 
 __all__ = ["FALSE_ALARMS", "Diagnosis", "Outlier", "ResidualTest", "diagnose"]
 
@@ -177,7 +178,7 @@ def diagnose(found: Fit) -> Diagnosis:
 
 def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
     legs = tuple(range(len(found.nominal.legs)))
-    names = _tangent_names(found.nominal.pose_space)
+    names = coordinate_names(found.nominal)
     terms = [*names, *(f"{name}^2" for name in names)]
     counts: dict[_core.Suspect, int] = {}
     for test in result.tests:
@@ -199,12 +200,6 @@ def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
         )
         for test in result.tests
     )
-
-
-def _tangent_names(pose_space: str) -> tuple[str, ...]:
-    position = ("x", "y", "z") if pose_space == "spatial" else ("x", "y")
-    angles = {"planar": ("phi",), "point": (), "spatial": ("rx", "ry", "rz")}
-    return position + angles[pose_space]
 
 
 def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:

@@ -178,8 +178,9 @@ measurements, options
         Identification
         """
         seed = self.nominal.protocol.seed if seed is None else seed
-        found = _cross_validated(
-            self.nominal, self.measurements, self.options, folds, seed, blocks=blocks
+        options = vars(self.options)
+        found = cross_validate(
+            self.nominal, self.measurements, folds, seed, blocks=blocks, **options
         )
         return dataclasses.replace(self, cross_validation=found)
 
@@ -384,22 +385,10 @@ def cross_validate(
         For an impossible number of folds, or too few poses left in one.
     """
     how = FitOptions(estimator, **options)
-    return _cross_validated(mechanism, measurements, how, folds, seed, blocks=blocks)
-
-
-def _cross_validated(
-    mechanism: Mechanism,
-    measurements: Measurements,
-    options: FitOptions,
-    folds: int,
-    seed: int,
-    *,
-    blocks: bool,
-) -> CrossValidation:
     count = len(measurements.poses)
     if not 2 <= folds <= count:
         raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
-    if options.poses == "all":
+    if how.poses == "all":
         measurements = measurements.for_all_legs()
     fold_of = _folds(measurements.leg_sets, folds, None if blocks else seed)
     residuals = np.full(measurements.readings.shape, np.nan)
@@ -409,7 +398,7 @@ def _cross_validated(
     for fold in np.unique(fold_of):
         seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
         with explained(mechanism, measurements.subset(seen)):
-            found = Fit.of(mechanism, measurements.subset(seen), options)
+            found = Fit.of(mechanism, measurements.subset(seen), how)
         converged &= found.converged
         for leg in range(len(mechanism.legs)):
             rows = np.intersect1d(measurements.rows_of(leg), unseen)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
+from symkin.frames import COMPONENTS, transforms
 from symkin.identification.fit import Fit
 from symkin.observability import parameter_tolerances
-from symkin.poses import cross_matrices, rotations_from_quaternions
+from symkin.poses import cross_matrices
 
 __all__ = ["implausible_parameters", "unknown_parameters", "weak_parameters"]
 
@@ -141,33 +142,20 @@ def _directions(found: Fit, kind: str) -> Array:
 
 def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     """Changes of the poses on their tangent, shape (N, dof, movements)."""
-    count = len(poses)
-    if pose_space == "spatial":
-        cross = cross_matrices(poses[:, :3])
-        rotation = rotations_from_quaternions(poses[:, 3:])
-        none, same = np.zeros((count, 3, 3)), np.tile(np.eye(3), (count, 1, 1))
-        spatial: dict[str, Array] = {
-            "base": np.block([[same, -cross], [none, same]]),
-            "platform": np.block([[rotation, none], [none, rotation]]),
-            "scale": np.concatenate([poses[:, :3, None], np.zeros((count, 3, 1))], axis=1),
-        }
-        return spatial[kind]
-    x, y = poses[:, 0], poses[:, 1]
-    one: Array = np.ones(count)
-    zero: Array = np.zeros(count)
-    base = [[one, zero, -y], [zero, one, x], [zero, zero, one]]
-    scale = [[x], [y], [zero]]
-    if pose_space == "point":
-        # Its target's offset cannot be told from the base frame's.
-        platform: list[list[Array]] = [[], []]
-        base, scale = base[:2], scale[:2]
-    else:
-        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        platform = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
-    chosen = {"base": base, "platform": platform, "scale": scale}[kind]
-    shape = (len(chosen), len(chosen[0]), count)
-    movements: Array = np.array(chosen, dtype=float).reshape(shape).transpose(2, 0, 1)
-    return movements
+    rotation, translation = transforms(pose_space, poses)
+    none, same = np.zeros_like(rotation), np.broadcast_to(np.eye(3), rotation.shape)
+    movements = {
+        "base": np.block([[same, -cross_matrices(translation)], [none, same]]),
+        "platform": np.block([[rotation, none], [none, rotation]]),
+        "scale": np.concatenate([translation, np.zeros_like(translation)], axis=1)[:, :, None],
+    }[kind]
+    shown = COMPONENTS[pose_space]
+    if kind == "scale":
+        return movements[:, shown]
+    free = COMPONENTS["spatial" if pose_space == "spatial" else "planar"]
+    if pose_space == "point" and kind == "platform":
+        free = []  # its target's offset cannot be told from the base frame's
+    return movements[:, shown][:, :, free]
 
 
 def _in_words(kind: str, amounts: Array) -> str:

@@ -99,17 +99,18 @@ def test_every_file_of_a_command_is_known_before(
     assert names(protocol) == set(library.ProtocolResult.FILES)
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
-    for command, files in (
-        (("check", "3RRR", "--out"), CHECK_FILES),
+    commands: tuple[tuple[tuple[object, ...], tuple[str, ...]], ...] = (
         (("identify", "3RRR", measured, "--out"), library.Identification.FILES),
         (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), library.Simulation.FILES),
         (("evaluate", "3RRR", "--measurements", measured, "--out"), EVALUATION_FILES),
         (("kinematics", "3RRR", measured, "--out"), ("readings.csv",)),
         (("kinematics", "3RRR", measured, "--forward", "--out"), ("poses.csv",)),
+        (("check", "3RRR", "--out"), CHECK_FILES),
         (("pose-count", "3RRR", *few, "--out"), POSE_COUNT_FILES),
         (("workspace", "3RRR", "--resolution", 60, "--out"), WORKSPACE_FILES),
         (("plan", "3RRR", *few, "--out"), PLAN_FILES),
-    ):
-        folder = tmp_path / command[0]
+    )
+    for number, (command, files) in enumerate(commands):
+        folder = tmp_path / str(number)
         assert symkin(*command, folder).code == 0
         assert names(folder) == set(files)
