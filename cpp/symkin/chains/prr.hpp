@@ -124,4 +124,6 @@ struct PrrActive3 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   }
 };
 
+using PrrChains = ChainList<PrrActive1, PrrActive2, PrrActive3>;
+
 }  // namespace symkin

@@ -119,4 +119,6 @@ struct RprActive3
   }
 };
 
+using RprChains = ChainList<RprActive1, RprActive2, RprActive3>;
+
 }  // namespace symkin

@@ -122,4 +122,6 @@ struct RrpActive3 : PlanarLeg<kDistalLength, kBaseRadius, kBaseAngle, kPlatformG
   }
 };
 
+using RrpChains = ChainList<RrpActive1, RrpActive2, RrpActive3>;
+
 }  // namespace symkin

@@ -131,4 +131,6 @@ struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 };
 
+using RrrChains = ChainList<RrrActive1, RrrActive2, RrrActive3>;
+
 }  // namespace symkin
