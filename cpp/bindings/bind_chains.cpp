@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
+#include "symkin/model/pose_space.hpp"
 
 void bind_chains(py::module_& module) {
   using symkin::ActiveJoint;
