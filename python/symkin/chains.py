@@ -7,7 +7,7 @@ import functools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,39 @@ from symkin.errors import one_of
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["ChainInfo", "FrozenMapping", "chain_info", "chains", "shortest", "turn_of"]
+__all__ = [
+    "ChainInfo",
+    "FrozenMapping",
+    "ParameterRole",
+    "chain_info",
+    "chains",
+    "shortest",
+    "turn_of",
+]
 
 _Value = TypeVar("_Value")
 _PLATFORMS = ("rigid", "point")
 
-_ANGLES = (
-    _core.ParameterRole.base_azimuth,
-    _core.ParameterRole.platform_azimuth,
-    _core.ParameterRole.polar_angle,
-)
+
+class ParameterRole(NamedTuple):
+    """What a parameter is, by which symmetry acts on it.
+
+    Attributes
+    ----------
+    end : {"base", "platform", "none"}
+        The end of the leg in whose frame it is given; none for links and sensor.
+    kind : str
+        "length" or "eccentricity" of a link; "radius", "azimuth" or "polar_angle" of a point;
+        "direction_azimuth" or "direction_distance" of a guide; "gain" or "offset" of the sensor.
+    """
+
+    end: str
+    kind: str
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether the sensor has it, and not the leg's geometry."""
+        return self.kind in ("gain", "offset")
 
 
 class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
@@ -74,9 +97,11 @@ class ChainInfo:
     pose_space : {"planar", "point", "spatial"}
         Kind of the poses, see `Mechanism`.
     parameter_names : tuple of str
-        The sensor's gain and offset are the last two.
+        Of the leg's geometry, then of its sensor.
     parameter_units : mapping of str to str
         "m", "rad" or "1" of each parameter, for a sensor that reads in the joint's own unit.
+    parameter_roles : mapping of str to ParameterRole
+        What each of them is, whatever its name.
     reading_unit : {"rad", "m"}
         Unit of the active joint.
     description : str
@@ -87,6 +112,7 @@ class ChainInfo:
     pose_space: str
     parameter_names: tuple[str, ...]
     parameter_units: Mapping[str, str]
+    parameter_roles: Mapping[str, ParameterRole]
     reading_unit: str
     description: str
 
@@ -123,19 +149,15 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     one_of("platform", platform, _PLATFORMS)
     info = _core.chain_info(chain, platform)
     joint_unit = "rad" if info.reads_angle else "m"
-    units = {}
-    for parameter in info.parameters:
-        if parameter.role == _core.ParameterRole.gain:
-            units[parameter.name] = "1"
-        elif parameter.role == _core.ParameterRole.offset:
-            units[parameter.name] = joint_unit
-        else:
-            units[parameter.name] = "rad" if parameter.role in _ANGLES else "m"
+    roles = {each.name: ParameterRole(each.end.name, each.kind.name) for each in info.parameters}
+    units = {each.name: "rad" if info.is_angular(each) else "m" for each in info.parameters}
+    units |= {name: "1" for name, role in roles.items() if role.kind == "gain"}
     return ChainInfo(
         name=info.name,
         pose_space=info.pose_space,
         parameter_names=tuple(units),
         parameter_units=FrozenMapping(units),
+        parameter_roles=FrozenMapping(roles),
         reading_unit=joint_unit,
         description=info.working_mode,
     )
@@ -156,7 +178,7 @@ def turn_of(mechanism: Mechanism, leg: int) -> float | None:
     """One turn of a leg's angular joint in the sensor's unit; None for a length."""
     if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
         return None
-    return abs(2 * math.pi / float(mechanism.parameters[leg, -2]))
+    return abs(2 * math.pi / float(mechanism.sensor_gains[leg]))
 
 
 def shortest(differences: NDArray[np.float64], turn: float | None) -> NDArray[np.float64]:

@@ -260,7 +260,7 @@ def _measure(
     group, tolerance = _group_to_test(comparison)
     sample = sample_workspace(mechanism, min(count, 1000), seed)
     closures = [mechanism.closure(leg, sample, each) for leg, each in enumerate(sample.readings.T)]
-    gains = mechanism.parameters[:, -2]
+    gains = mechanism.sensor_gains
     limits = _core.SymmetryTolerance(*(tolerance or ()))
     return _Figures(
         comparison=comparison,
@@ -338,7 +338,8 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     for number, end in (4, "base"), (5, "platform"):
         text = f"{end} points in polar coordinates"
         yield Condition(5, number, text, True, _polar(names, end))
-    gains = f"{names[-2]} differs by {measured.gains:.1e} of its size"
+    gain = names[mechanism.parameter_roles.index(("none", "gain"))]
+    gains = f"{gain} differs by {measured.gains:.1e} of its size"
     equal = measured.gains <= _ROUNDING
     yield Condition(5, 6, "equal nominal gains", equal, gains, f"{_ROUNDING:.0e}")
     yield Condition(

@@ -211,13 +211,12 @@ def _nearest_rotation(matrix: Array) -> Array:
 
 def anchor(mechanism: Mechanism, end: str) -> str:
     """Whether an end of the legs is a "point", a guide's "line" or its "direction" alone."""
-    joints = mechanism.chain.replace("[", "").replace("]", "")
-    names = mechanism.parameter_names
-    if not any(name.startswith(end) for name in names):
-        return "none"
-    if joints[0 if end == "base" else -1] != "P":
+    kinds = {role.kind for role in mechanism.parameter_roles if role.end == end}
+    if "radius" in kinds:
         return "point"
-    return "line" if f"{end}_radius" in names else "direction"
+    if "direction_distance" in kinds:
+        return "line"
+    return "direction" if kinds else "none"
 
 
 def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo, ParameterRole, chain_info
 from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.legs import Leg, common_chain, parameter_values
@@ -213,6 +213,17 @@ class Mechanism(Kinematics):
         """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
         units = self._info.units_of_sensor(self.reading_unit).values()
         return tuple("" if unit == "1" else unit for unit in units)
+
+    @property
+    def parameter_roles(self) -> tuple[ParameterRole, ...]:
+        """What each parameter is: the end of the leg that it belongs to, and its kind."""
+        return tuple(chain_info(self.chain, self.platform).parameter_roles.values())
+
+    @property
+    def sensor_gains(self) -> Array:
+        """Change of the active joint by a sensor's reading, shape (legs,)."""
+        gain = self.parameter_roles.index(ParameterRole("none", "gain"))
+        return np.asarray(self.core.parameters[:, gain])
 
     @property
     def parameters(self) -> Array:

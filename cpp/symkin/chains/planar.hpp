@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
-#include "symkin/model/chain_info.hpp"
+#include "symkin/model/leg_geometry.hpp"
+#include "symkin/model/parameters.hpp"
 #include "symkin/model/pose.hpp"
 
 // Plane geometry that the planar leg structs share, for any scalar (double or autodiff).
@@ -126,18 +126,11 @@ inline double dyad_margin(double proximal, double distal, double distance) {
   return std::min(proximal + distal - distance, distance - std::abs(proximal - distal));
 }
 
-template <typename T>
-using Length = T;
-
-// What the planar leg structs share: their pose, and what their parameters before the sensor's two
-// are (Length or Azimuth), in order.
-template <template <typename> class... Kinds>
-struct PlanarLeg {
-  static constexpr int kGeometry = sizeof...(Kinds);
+// What the planar leg structs share: their pose, and the parameters of their geometry.
+template <const ParameterInfo&... kInfos>
+struct PlanarLeg : LegGeometry<kInfos...> {
   template <typename T>
   using Pose = PlanarPose<T>;
-  template <typename T>
-  using Geometry = std::tuple<Kinds<T>...>;
   using JointCentres = std::array<Eigen::Vector2d, 3>;  // base to platform
 };
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -16,33 +18,52 @@ template <typename Tuple, std::size_t... kIndices>
 std::tuple<std::tuple_element_t<kIndices, Tuple>...> first_elements(
     std::index_sequence<kIndices...>);
 
+template <std::size_t kSize, std::size_t... kIndices>
+constexpr std::array<ParameterInfo, sizeof...(kIndices)> first_infos(
+    const std::array<ParameterInfo, kSize>& all, std::index_sequence<kIndices...> /*indices*/) {
+  return {all[kIndices]...};
+}
+
 }  // namespace detail
 
+// Whether a planar leg knows the platform by its point b alone, ob and beta_b its last two
+// parameters: neither the actuated joint nor a guide stands on the platform.
+template <typename Leg>
+constexpr bool can_carry_a_point() {
+  constexpr auto& kInfos = Leg::kParameterInfos;
+  constexpr std::size_t kFirst = kInfos.size() - 2;
+  for (std::size_t i = 0; i < kFirst; ++i) {
+    if (kInfos[i].role.end == End::platform) {
+      return false;
+    }
+  }
+  return Leg::template Pose<double>::kSpace == PoseSpace::planar &&
+         turned_end(Leg::kActiveJoint) != End::platform &&
+         kInfos[kFirst].role == ParameterRole{End::platform, ParameterKind::radius} &&
+         kInfos[kFirst + 1].role == ParameterRole{End::platform, ParameterKind::azimuth};
+}
+
 // A planar leg that carries a point (five-bar and its kin): the same closure with ob = 0 and
-// phi = 0, without ob and beta_b. Only for chains that know the platform by its point b: neither
-// the actuated joint nor a guide stands on the platform.
+// phi = 0, without ob and beta_b.
 template <typename Leg>
 struct PointPlatform {
-  static_assert(Leg::kActiveJoint != ActiveJoint::angle_in_platform,
-                "a point has no direction to measure the joint from");
-  static constexpr int kGeometry = Leg::kGeometry - 2;  // ob, beta_b stand last
+  static_assert(can_carry_a_point<Leg>());
+  static constexpr int kGeometry = Leg::kGeometry - 2;
+  static constexpr int kClosures = Leg::kClosures;
+  static constexpr auto kParameterInfos =
+      detail::first_infos(Leg::kParameterInfos, std::make_index_sequence<kGeometry>());
+  static constexpr std::string_view kName = Leg::kName;
   static constexpr ActiveJoint kActiveJoint = Leg::kActiveJoint;
+  static constexpr bool kModeIsOrientation = Leg::kModeIsOrientation;
+  static constexpr std::string_view kWorkingMode = Leg::kWorkingMode;
   template <typename T>
   using Pose = PointPose<T>;
   template <typename T>
   using Geometry = decltype(detail::first_elements<typename Leg::template Geometry<T>>(
       std::make_index_sequence<kGeometry>()));
 
-  static ChainInfo info() {
-    ChainInfo info = Leg::info();
-    info.pose_space = PoseSpace::point;
-    const auto first = info.parameters.begin() + kGeometry;
-    info.parameters.erase(first, first + 2);
-    return info;
-  }
-
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  static auto closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
     return Leg::closure(with_platform<T>(geometry), unturned(pose), q);
   }
 

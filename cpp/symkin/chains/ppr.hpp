@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -10,21 +12,12 @@ namespace symkin {
 // Closure (m):  u(beta) . b - q.  The sensor counts travel along the actuated guide; the sine of
 // the angle between the guides is part of its gain, where the actuated guide starts part of its
 // offset. One root, everywhere within reach; the working mode is ignored.
-struct PprActive1 : PlanarLeg<Azimuth, Length, Azimuth> {
+struct PprActive1 : PlanarLeg<kBaseGuideAngle, kPlatformRadius, kPlatformAngle> {
   // beta, ob, beta_b
+  static constexpr std::string_view kName = "[P]PR";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[P]PR",
-            PoseSpace::planar,
-            {kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::direction,
-            Anchor::point,
-            false,
-            "without meaning: the distance is the only root"};
-  }
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode = "without meaning: the distance is the only root";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -51,11 +44,9 @@ struct PprActive1 : PlanarLeg<Azimuth, Length, Azimuth> {
 
 // P[P]R: the same closure; here the passive guide stands on the base and carries the actuated one.
 struct PprActive2 : PprActive1 {
-  static ChainInfo info() {
-    ChainInfo info = PprActive1::info();
-    info.name = "P[P]R";
-    return info;
-  }
+  static constexpr std::string_view kName = "P[P]R";
 };
+
+using PprChains = ChainList<PprActive1, PprActive2>;
 
 }  // namespace symkin

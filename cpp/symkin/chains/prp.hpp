@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -13,21 +15,14 @@ namespace symkin {
 // [P]RP: actuated slider on the base, q its travel along n(beta) from the guide's foot
 // A = OA u(beta). Closure (m): distance of the pivot from the platform's guide:
 // u(phi + beta_b) . (A + q n(beta) - r) - ob.
-struct PrpActive1 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
+struct PrpActive1
+    : PlanarLeg<kBaseGuideDistance, kBaseGuideAngle, kPlatformGuideDistance, kPlatformGuideAngle> {
   // OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "[P]RP";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[P]RP",
-            PoseSpace::planar,
-            {kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::line,
-            Anchor::line,
-            false,
-            "without meaning: the crossing of the guides is the only root"};
-  }
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode =
+      "without meaning: the crossing of the guides is the only root";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -57,16 +52,14 @@ struct PrpActive1 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
 // PR[P]: actuated slider on the platform, q its travel along n(phi + beta_b) from the guide's foot
 // b = r + ob u(phi + beta_b). Closure (m): distance of the pivot from the base's guide:
 // u(beta) . (b + q n(phi + beta_b)) - OA.
-struct PrpActive3 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
+struct PrpActive3
+    : PlanarLeg<kBaseGuideDistance, kBaseGuideAngle, kPlatformGuideDistance, kPlatformGuideAngle> {
   // OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "PR[P]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_platform;
-
-  static ChainInfo info() {
-    ChainInfo info = PrpActive1::info();
-    info.name = "PR[P]";
-    info.active_joint = kActiveJoint;
-    return info;
-  }
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode =
+      "without meaning: the crossing of the guides is the only root";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -92,5 +85,7 @@ struct PrpActive3 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
     return centres(polar(OA, beta), foot + q * normal(pose.phi + beta_b), foot);
   }
 };
+
+using PrpChains = ChainList<PrpActive1, PrpActive3>;
 
 }  // namespace symkin

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -13,22 +15,14 @@ namespace symkin {
 // [P]RR: actuated slider, q its travel along n(beta) from the guide's foot A = OA u(beta).
 // Closure (m): distance from slider to platform point, less the link:  |b - A - q n(beta)| - L.
 // Working mode: sign of n(beta) . (distal link); -1 is the slider ahead of the platform point.
-struct PrrActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct PrrActive1 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle, kPlatformRadius,
+                              kPlatformAngle> {
   // L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "[P]RR";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[P]RR",
-            PoseSpace::planar,
-            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::line,
-            Anchor::point,
-            true,
-            "sign of n(beta) . (distal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(beta) . (distal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -59,22 +53,14 @@ struct PrrActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
 // in the base frame. Closure (m): distance of the slider from the guide:
 // u(beta) . (b - L u(q)) - OA.  Working mode: sign of n(beta) . (distal link), hence of
 // sin(q - beta).
-struct PrrActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct PrrActive2 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle, kPlatformRadius,
+                              kPlatformAngle> {
   // L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "P[R]R";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"P[R]R",
-            PoseSpace::planar,
-            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::line,
-            Anchor::point,
-            true,
-            "sign of n(beta) . (distal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(beta) . (distal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -104,22 +90,14 @@ struct PrrActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
 // slider, in the platform frame. Closure (m): distance of the slider from the guide:
 // u(beta) . (b + L u(phi + q)) - OA.  Working mode: sign of n(beta) . (distal link from slider to
 // platform point), as for the other two, hence of -sin(phi + q - beta).
-struct PrrActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct PrrActive3 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle, kPlatformRadius,
+                              kPlatformAngle> {
   // L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "PR[R]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"PR[R]",
-            PoseSpace::planar,
-            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::line,
-            Anchor::point,
-            true,
-            "sign of n(beta) . (distal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(beta) . (distal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -145,5 +123,7 @@ struct PrrActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
     return centres(polar(OA, beta), b + polar(L, pose.phi.angle + q), b);
   }
 };
+
+using PrrChains = ChainList<PrrActive1, PrrActive2, PrrActive3>;
 
 }  // namespace symkin

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -11,21 +13,12 @@ namespace symkin {
 // actuated guide; the sine of the angle between the guides is part of its gain, where the
 // actuated guide starts part of its offset. One root, everywhere within reach; the working mode
 // is ignored.
-struct RppActive3 : PlanarLeg<Length, Azimuth, Azimuth> {
+struct RppActive3 : PlanarLeg<kBaseRadius, kBaseAngle, kPlatformGuideAngle> {
   // OA, beta, beta_b
+  static constexpr std::string_view kName = "RP[P]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"RP[P]",
-            PoseSpace::planar,
-            {kBaseRadius, kBaseAngle, kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::direction,
-            false,
-            "without meaning: the distance is the only root"};
-  }
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode = "without meaning: the distance is the only root";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -55,11 +48,9 @@ struct RppActive3 : PlanarLeg<Length, Azimuth, Azimuth> {
 // R[P]P: the same closure; here the passive guide stands on the platform and carries the actuated
 // one.
 struct RppActive2 : RppActive3 {
-  static ChainInfo info() {
-    ChainInfo info = RppActive3::info();
-    info.name = "R[P]P";
-    return info;
-  }
+  static constexpr std::string_view kName = "R[P]P";
 };
+
+using RppChains = ChainList<RppActive2, RppActive3>;
 
 }  // namespace symkin

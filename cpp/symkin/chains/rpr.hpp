@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -11,22 +13,14 @@ namespace symkin {
 // normal in the base frame. Closure (m): distance of the platform point from the guide:
 // u(q) . d - e.  Working mode: sign of n(q) . d, on which side of the guide's foot the slider is.
 // Reach: the platform point stays farther than |e| from the base point.
-struct RprActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct RprActive1
+    : PlanarLeg<kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle> {
   // e, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "[R]PR";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[R]PR",
-            PoseSpace::planar,
-            {kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            true,
-            "sign of n(q) . d, the slider's travel from the guide's foot"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(q) . d, the slider's travel from the guide's foot";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -55,21 +49,12 @@ struct RprActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
 
 // R[P]R: telescopic leg, q its length. Closure (m): distance of the two points less the length:
 // |d| - q.  The length is the only root, everywhere within reach; the working mode is ignored.
-struct RprActive2 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
+struct RprActive2 : PlanarLeg<kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle> {
   // OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "R[P]R";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"R[P]R",
-            PoseSpace::planar,
-            {kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            false,
-            "without meaning: the length is the only root"};
-  }
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode = "without meaning: the length is the only root";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -101,22 +86,14 @@ struct RprActive2 : PlanarLeg<Length, Azimuth, Length, Azimuth> {
 // -u(phi + q) . d - e.  Working mode: sign of -n(phi + q) . d, on which side of the guide's foot
 // the slider, now at the base point, is.
 // Reach as [R]PR.
-struct RprActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct RprActive3
+    : PlanarLeg<kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle> {
   // e, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "RP[R]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"RP[R]",
-            PoseSpace::planar,
-            {kGuideOffset, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            true,
-            "sign of -n(phi + q) . d, the slider's travel from the guide's foot"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of -n(phi + q) . d, the slider's travel from the guide's foot";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -141,5 +118,7 @@ struct RprActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
     return centres(polar(OA, beta), b + polar(e, pose.phi.angle + q), b);
   }
 };
+
+using RprChains = ChainList<RprActive1, RprActive2, RprActive3>;
 
 }  // namespace symkin

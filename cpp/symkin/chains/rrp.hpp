@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -14,22 +16,14 @@ namespace symkin {
 // [R]RP: crank on the base, q the direction of the link in the base frame. Closure (m): distance
 // of the slider from the guide:  u(phi + beta_b) . (A + l u(q) - r) - ob.  Working mode: sign of
 // n' . (proximal link), hence of sin(q - phi - beta_b).
-struct RrpActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct RrpActive1 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatformGuideDistance,
+                              kPlatformGuideAngle> {
   // l, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "[R]RP";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[R]RP",
-            PoseSpace::planar,
-            {kProximalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::line,
-            true,
-            "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -61,22 +55,14 @@ struct RrpActive1 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
 // the platform frame. Closure (m): distance of the slider from the guide:
 // u(phi + beta_b) . (A + l u(phi + q) - r) - ob.  Working mode: sign of n' . (proximal link),
 // hence of sin(q - beta_b).
-struct RrpActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct RrpActive2 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatformGuideDistance,
+                              kPlatformGuideAngle> {
   // l, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "R[R]P";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"R[R]P",
-            PoseSpace::planar,
-            {kProximalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::line,
-            true,
-            "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -101,22 +87,14 @@ struct RrpActive2 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
 // Closure (m): distance from base point to slider, less the link:
 // |b + q n(phi + beta_b) - A| - L.  Working mode: sign of n' . (distal link, from base point to
 // slider), as for the other two.
-struct RrpActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
+struct RrpActive3 : PlanarLeg<kDistalLength, kBaseRadius, kBaseAngle, kPlatformGuideDistance,
+                              kPlatformGuideAngle> {
   // L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "RR[P]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_on_platform;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"RR[P]",
-            PoseSpace::planar,
-            {kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius, kPlatformAngle, kSensorGain,
-             kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::line,
-            true,
-            "sign of n(phi + beta_b) . (distal link), its lean along the guide's travel"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of n(phi + beta_b) . (distal link), its lean along the guide's travel";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -143,5 +121,7 @@ struct RrpActive3 : PlanarLeg<Length, Length, Azimuth, Length, Azimuth> {
     return centres(polar(OA, beta), foot + q * normal(pose.phi + beta_b), foot);
   }
 };
+
+using RrpChains = ChainList<RrpActive1, RrpActive2, RrpActive3>;
 
 }  // namespace symkin

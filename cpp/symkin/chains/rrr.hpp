@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include "symkin/chains/planar.hpp"
 
 namespace symkin {
@@ -13,22 +15,14 @@ namespace symkin {
 // elbow to the platform point, less the distal length:  |d - l u(q)| - L.  Stands for the paper's
 // Eq. 17, which is one of the possible loop equations. Working mode: sign of (proximal link) x
 // (distal link), the turn of the elbow; -1 is q = angle(d) + acos((l^2 + |d|^2 - L^2) / (2 l |d|)).
-struct RrrActive1 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> {
+struct RrrActive1 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBaseAngle,
+                              kPlatformRadius, kPlatformAngle> {
   // l, L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "[R]RR";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_base;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"[R]RR",
-            PoseSpace::planar,
-            {kProximalLength, kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius,
-             kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            true,
-            "sign of (proximal link) x (distal link), the turn of the elbow"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of (proximal link) x (distal link), the turn of the elbow";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -58,22 +52,14 @@ struct RrrActive1 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> 
 // R[R]R: actuated elbow, q the angle from the proximal to the distal link. Closure (m): length of
 // d less what the two links span:  |d| - sqrt(l^2 + L^2 + 2 l L cos q).  Working mode: sign of
 // (proximal link) x (distal link), hence of sin q.
-struct RrrActive2 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> {
+struct RrrActive2 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBaseAngle,
+                              kPlatformRadius, kPlatformAngle> {
   // l, L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "R[R]R";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::elbow_angle;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"R[R]R",
-            PoseSpace::planar,
-            {kProximalLength, kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius,
-             kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            true,
-            "sign of (proximal link) x (distal link), the turn of the elbow"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of (proximal link) x (distal link), the turn of the elbow";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -111,23 +97,15 @@ struct RrrActive2 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> 
 // the actuated joint. Closure (m): distance from the base point to the elbow, less the distal
 // length:  |b + l u(phi + q) - A| - L.  Working mode: sign of (link on the base side) x (link on
 // the platform side), the turn of the elbow, as for the other two.
-struct RrrActive3 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> {
+struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBaseAngle,
+                              kPlatformRadius, kPlatformAngle> {
   // l, L, OA, beta, ob, beta_b
+  static constexpr std::string_view kName = "RR[R]";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::angle_in_platform;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"RR[R]",
-            PoseSpace::planar,
-            {kProximalLength, kDistalLength, kBaseRadius, kBaseAngle, kPlatformRadius,
-             kPlatformAngle, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            true,
-            "sign of (distal link, on the base side) x (proximal link, on the platform side), the "
-            "turn of the elbow"};
-  }
+  static constexpr bool kModeIsOrientation = true;
+  static constexpr std::string_view kWorkingMode =
+      "sign of (distal link, on the base side) x (proximal link, on the platform side), the "
+      "turn of the elbow";
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -152,5 +130,7 @@ struct RrrActive3 : PlanarLeg<Length, Length, Length, Azimuth, Length, Azimuth> 
     return centres(polar(OA, beta), b + polar(l, pose.phi.angle + q), b);
   }
 };
+
+using RrrChains = ChainList<RrrActive1, RrrActive2, RrrActive3>;
 
 }  // namespace symkin

@@ -3,9 +3,10 @@
 
 #include <array>
 #include <limits>
-#include <tuple>
+#include <string_view>
 
-#include "symkin/model/chain_info.hpp"
+#include "symkin/model/leg_geometry.hpp"
+#include "symkin/model/parameters.hpp"
 #include "symkin/model/pose.hpp"
 
 namespace symkin {
@@ -13,28 +14,17 @@ namespace symkin {
 // U[P]S: the leg of a hexapod. Closure (m): distance between base and platform point, less the
 // leg's length:  |r + R b - A| - q.  A point is given by its radius, its polar angle from Z and
 // its azimuth (conditions 4 and 5 of the paper's section 5). The length is the only root.
-struct UpsActive2 {
-  static constexpr int kGeometry = 6;  // OA, alpha, beta, ob, alpha_b, beta_b
+struct UpsActive2 : LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPlatformRadius,
+                                kPlatformPolarAngle, kPlatformAzimuth> {
+  // OA, alpha, beta, ob, alpha_b, beta_b
+  static constexpr std::string_view kName = "U[P]S";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::distance;
+  static constexpr bool kModeIsOrientation = false;
+  static constexpr std::string_view kWorkingMode = "without meaning: the length is the only root";
   template <typename T>
   using Pose = SpatialPose<T>;
   template <typename T>
-  using Geometry = std::tuple<T, Azimuth<T>, Azimuth<T>, T, Azimuth<T>, Azimuth<T>>;
-  template <typename T>
   using Vec3 = Eigen::Matrix<T, 3, 1>;
-
-  static ChainInfo info() {
-    using namespace parameter;
-    return {"U[P]S",
-            PoseSpace::spatial,
-            {kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPlatformRadius, kPlatformPolarAngle,
-             kPlatformAzimuth, kSensorGain, kSensorOffset},
-            kActiveJoint,
-            Anchor::point,
-            Anchor::point,
-            false,
-            "without meaning: the length is the only root"};
-  }
 
   template <typename T>
   static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
@@ -71,5 +61,7 @@ struct UpsActive2 {
            spherical(OA, alpha, beta);
   }
 };
+
+using UpsChains = ChainList<UpsActive2>;
 
 }  // namespace symkin

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -47,11 +48,15 @@ Vector closure_variances(const ClosureRows& rows, PoseSpace space, const Measure
 }
 
 Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
-                                     PoseSpace space, const MeasurementNoise& noise, Index pose) {
+                                     Index closures, PoseSpace space, const MeasurementNoise& noise,
+                                     Index pose) {
   constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
   Eigen::MatrixXd covariance =
       by_pose * noise.pose_variances(space).asDiagonal() * by_pose.transpose();
-  covariance.diagonal() += noise.reading * noise.reading * by_reading.cwiseAbs2();
+  for (Index first = 0; first < by_reading.size(); first += closures) {
+    const auto of_leg = noise.reading * by_reading.segment(first, closures);
+    covariance.block(first, first, closures, closures) += of_leg * of_leg.transpose();
+  }
   if (!covariance.allFinite()) {
     return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(),
                                      std::numeric_limits<double>::quiet_NaN());
@@ -79,19 +84,10 @@ Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) co
   }
   Vector deviations(parameters.size());
   for (Index i = 0; i < parameters.size(); ++i) {
-    switch (chain.parameters[static_cast<std::size_t>(i)].role) {
-      case ParameterRole::length:
-        deviations[i] = length;
-        break;
-      case ParameterRole::gain:
-        deviations[i] = gain * std::abs(parameters[i]);
-        break;
-      case ParameterRole::offset:
-        deviations[i] = is_angle(chain.active_joint) ? angle : length;
-        break;
-      default:
-        deviations[i] = angle;
-    }
+    const ParameterInfo& parameter = chain.parameters[static_cast<std::size_t>(i)];
+    deviations[i] = parameter.role.kind == ParameterKind::gain ? gain * std::abs(parameters[i])
+                    : chain.is_angular(parameter)              ? angle
+                                                               : length;
   }
   return deviations;
 }

@@ -247,16 +247,18 @@ void solve_blocks(const Mechanism& mechanism, ConstRows readings, ConstRows star
 // that the mode picks, up to the square root of the rounding at the end of its reach.
 void compare_working_modes(const Mechanism& mechanism, ConstRows readings,
                            ForwardKinematicsResult& result) {
-  constexpr double kTolerance = 1e-6;
-  const bool angular = is_angle(mechanism.model().info().active_joint);
+  constexpr double kTolerance = 1e-6;  // of the active joint, rad or m
   const RowMatrix roots = inverse_kinematics(mechanism, result.poses);
-  for (Index i = 0; i < readings.rows(); ++i) {
-    ForwardStatus& status = result.status[static_cast<std::size_t>(i)];
-    for (Index leg = 0; leg < readings.cols() && status == ForwardStatus::converged; ++leg) {
-      const Vector& parameters = mechanism.leg(leg).parameters;
-      const double travel = parameters[parameters.size() - 2] * (roots(i, leg) - readings(i, leg));
+  const Vector gains = sensor_gains(mechanism);
+  Vector differences(readings.rows());
+  for (Index leg = 0; leg < readings.cols(); ++leg) {
+    mechanism.model().reading_differences(mechanism.leg(leg).parameters, roots.col(leg),
+                                          readings.col(leg), differences);
+    for (Index i = 0; i < readings.rows(); ++i) {
+      ForwardStatus& status = result.status[static_cast<std::size_t>(i)];
       // A root that is not a number, just beyond the reach, fails the comparison too.
-      if (!(std::abs(angular ? wrap_angle(travel) : travel) < kTolerance)) {
+      if (status == ForwardStatus::converged &&
+          !(std::abs(gains[leg] * differences[i]) < kTolerance)) {
         status = ForwardStatus::left_aspect;
       }
     }
@@ -283,6 +285,7 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
                                            ConstRows start,
                                            const ForwardKinematicsOptions& options) {
   options.check();
+  check_one_closure(mechanism.model().info(), "forward kinematics");
   check_poses(mechanism, start);
   check_readings(mechanism, readings.rows(), readings);
   if (start.rows() != 1 && start.rows() != readings.rows()) {

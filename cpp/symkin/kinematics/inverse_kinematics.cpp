@@ -67,6 +67,7 @@ struct PoseDerivatives {
 };
 
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
+  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the pose");
   check_poses(mechanism, poses);
   check_readings(mechanism, poses.rows(), readings);
   const Index dof = mechanism.dof();
@@ -112,7 +113,7 @@ RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
   check_poses(mechanism, poses);
   check_leg_readings(poses.rows(), readings);
-  Vector values(poses.rows());
+  Vector values(poses.rows() * mechanism.model().info().closures);
   mechanism.model().closure(mechanism.leg(leg).parameters, poses, readings, values);
   return values;
 }
@@ -127,6 +128,7 @@ ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
 }
 
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the parameters");
   check_poses(mechanism, poses);
   ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
@@ -144,8 +146,7 @@ RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRow
 Vector sensor_gains(const Mechanism& mechanism) {
   Vector gains(mechanism.leg_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Vector& parameters = mechanism.leg(leg).parameters;
-    gains[leg] = parameters[parameters.size() - 2];
+    gains[leg] = mechanism.model().sensor_gain(mechanism.leg(leg).parameters, 0);
   }
   return gains;
 }

@@ -13,19 +13,20 @@ class CostFunction;
 
 namespace symkin {
 
-// The closure h(parameters, pose, reading) of one leg at N poses, with its derivatives. The
-// reading psi is what the sensor shows: q = gain * psi + offset (Eq. 6 of the paper).
+// The closures h(parameters, pose, reading) of one leg at N poses, with their derivatives; psi is
+// the reading of the leg's sensor. A row each: k a pose, pose by pose, where the chain has k
+// closures.
 struct ClosureRows {
-  Vector closure;           // N, metres
-  RowMatrix by_parameters;  // N x p, dh/dparam
-  RowMatrix by_pose;        // N x dof, dh/dpose on the tangent
-  Vector by_reading;        // N, dh/dpsi
+  Vector closure;           // k N, metres
+  RowMatrix by_parameters;  // k N x p, dh/dparam
+  RowMatrix by_pose;        // k N x dof, dh/dpose on the tangent
+  Vector by_reading;        // k N, dh/dpsi
 
-  void resize(Index poses, Index parameters, Index dof) {
-    closure.resize(poses);
-    by_parameters.resize(poses, parameters);
-    by_pose.resize(poses, dof);
-    by_reading.resize(poses);
+  void resize(Index rows, Index parameters, Index dof) {
+    closure.resize(rows);
+    by_parameters.resize(rows, parameters);
+    by_pose.resize(rows, dof);
+    by_reading.resize(rows);
   }
 };
 
@@ -47,6 +48,14 @@ class LegModel {
   virtual void reach_margin(ConstVector parameters, ConstRows poses,
                             Eigen::Ref<Vector> margins) const = 0;
 
+  // Readings less others: of an angular joint by the shortest turn.
+  virtual void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
+                                   Eigen::Ref<Vector> differences) const = 0;
+
+  // dq/dpsi at a reading: unit of the active joint per unit of the sensor.
+  virtual double sensor_gain(ConstVector parameters, double reading) const = 0;
+
+  // Values and rows as in ClosureRows.
   virtual void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
                        Eigen::Ref<Vector> values) const = 0;
 
@@ -58,7 +67,7 @@ class LegModel {
                               ClosureRows& rows) const = 0;
 
   // One cost function a pose on the leg's p parameters, in the pose rows' order.
-  // Residual h(parameters; pose, reading), in metres; finite beyond the leg's reach.
+  // Residuals h(parameters; pose, reading), k of them, in metres; finite beyond the leg's reach.
   virtual std::vector<std::unique_ptr<ceres::CostFunction>> closure_costs(
       ConstRows poses, ConstVector readings) const = 0;
   // Residual g(parameters; pose) - reading (Eq. 15); fails beyond the leg's reach.

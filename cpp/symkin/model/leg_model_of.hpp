@@ -7,28 +7,40 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "symkin/model/leg_geometry.hpp"
 #include "symkin/model/leg_model.hpp"
+#include "symkin/model/sensor.hpp"
 
 namespace symkin {
 
 // Everything that a leg struct does not say itself: batches, derivatives by autodiff of its
-// closure, the sensor's gain and offset, cost functions. A leg struct (see chains/rrr.hpp) gives
-//   kGeometry, Pose<T>, Geometry<T>       sizes and types; a geometry is a tuple of lengths (T)
-//                                         and angles (Azimuth<T>)
-//   kActiveJoint, info()                  names and roles of the parameters, working mode
-//   closure<T>(geometry, pose, q)         metres
+// closure, the sensor, cost functions. A leg struct (see chains/rrr.hpp) gives
+//   kParameterInfos, Geometry<T>          names and roles of its geometry's parameters, and their
+//                                         tuple of lengths (T) and angles (Azimuth<T>): LegGeometry
+//   kGeometry, kClosures                  how many parameters and closures; see LegGeometry
+//   Pose<T>                               the type of its poses
+//   kName, kActiveJoint                   and what q measures
+//   kModeIsOrientation, kWorkingMode      whether a reflection flips the working mode; its meaning
+//   closure<T>(geometry, pose, q)         metres; of k > 1 closures an std::array<T, k>, the first
+//   of
+//                                         which depends on q
 //   root(geometry, pose, mode)            the closed-form root in q, NaN out of reach
 //   reach_margin(geometry, pose)          metres inside the reach
 //   joint_centres(geometry, pose, q)      for drawings
-template <typename Leg>
+// SensedLeg is one with a sensor.
+template <typename Leg, typename SensorType = LinearSensor>
 struct SensedLeg {
+  using Sensor = SensorType;
   static constexpr int kGeometry = Leg::kGeometry;
-  static constexpr int kParameters = kGeometry + 2;
+  static constexpr int kParameters = kGeometry + Sensor::kParameters;
+  static constexpr int kClosures = Leg::kClosures;
+  static constexpr bool kAngular = is_angle(Leg::kActiveJoint);
   using Pose = typename Leg::template Pose<double>;
   static constexpr int kDof = Pose::kDof;
   using GeometryValues = typename Leg::template Geometry<double>;
@@ -38,22 +50,26 @@ struct SensedLeg {
   using FullJet = ceres::Jet<double, kDirections>;
   using FullGeometry = typename Leg::template Geometry<FullJet>;
 
+  static ChainInfo info() {
+    ChainInfo info{
+        Leg::kName,        Pose::kSpace, {Leg::kParameterInfos.begin(), Leg::kParameterInfos.end()},
+        Leg::kActiveJoint, kClosures,    Leg::kModeIsOrientation,
+        Leg::kWorkingMode};
+    info.parameters.insert(info.parameters.end(), Sensor::kParameterInfos.begin(),
+                           Sensor::kParameterInfos.end());
+    return info;
+  }
+
   static GeometryValues geometry(const double* parameters) {
     return make_geometry<GeometryValues>([=](int i) { return parameters[i]; }, Indices());
   }
 
-  static double active_joint(const double* parameters, double reading) {
-    return parameters[kGeometry] * reading + parameters[kGeometry + 1];
-  }
+  static Sensor sensor(const double* parameters) { return Sensor(parameters + kGeometry); }
 
-  // psi at the pose, NaN out of reach; an angle within half a turn of the sensor's zero.
-  static double reading(const GeometryValues& geometry, const double* parameters, int mode,
+  // psi at the pose, NaN out of reach.
+  static double reading(const GeometryValues& geometry, const Sensor& sensor, int mode,
                         const double* pose) {
-    double travel = Leg::root(geometry, Pose::constant(pose), mode) - parameters[kGeometry + 1];
-    if constexpr (is_angle(Leg::kActiveJoint)) {
-      travel = wrap_angle(travel);
-    }
-    return travel / parameters[kGeometry];
+    return sensor.reading(Leg::root(geometry, Pose::constant(pose), mode), kAngular);
   }
 
   static FullGeometry variable_geometry(const double* parameters) {
@@ -66,16 +82,31 @@ struct SensedLeg {
         [=](int i) { return T(parameters[i]); }, Indices());
   }
 
-  static FullJet full_closure(const FullGeometry& geometry, const double* pose, double q) {
-    return Leg::closure(geometry, Leg::template Pose<FullJet>::variable(pose, kGeometry),
-                        FullJet(q, kDirections - 1));
+  // One or more, an array in any case.
+  template <typename T>
+  static std::array<T, kClosures> closures(const typename Leg::template Geometry<T>& geometry,
+                                           const typename Leg::template Pose<T>& pose, const T& q) {
+    if constexpr (kClosures == 1) {
+      return {{Leg::closure(geometry, pose, q)}};
+    } else {
+      return Leg::closure(geometry, pose, q);
+    }
   }
 
-  // dh/dparam from the autodiff result: q = k psi + gamma brings gain and offset in.
-  static void parameter_derivatives(const FullJet& h, double reading, double* derivatives) {
+  static std::array<FullJet, kClosures> full_closures(const FullGeometry& geometry,
+                                                      const double* pose, double q) {
+    return closures<FullJet>(geometry, Leg::template Pose<FullJet>::variable(pose, kGeometry),
+                             FullJet(q, kDirections - 1));
+  }
+
+  // dh/dparam from the autodiff result: the sensor's parameters act through q.
+  static void parameter_derivatives(const FullJet& h, const Sensor& sensor, double reading,
+                                    double* derivatives) {
     std::copy(h.v.data(), h.v.data() + kGeometry, derivatives);
-    derivatives[kGeometry] = reading * h.v[kDirections - 1];
-    derivatives[kGeometry + 1] = h.v[kDirections - 1];
+    const auto by_sensor = sensor.by_parameters(reading);
+    for (int i = 0; i < Sensor::kParameters; ++i) {
+      derivatives[kGeometry + i] = by_sensor[static_cast<std::size_t>(i)] * h.v[kDirections - 1];
+    }
   }
 
  private:
@@ -89,10 +120,12 @@ struct SensedLeg {
   }
 };
 
-// Residual h(parameters; pose, reading) of one measured pose, metres. Weights and losses wrap it.
-template <typename Leg>
-class ClosureCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kParameters> {
-  using Sensed = SensedLeg<Leg>;
+// Residuals h(parameters; pose, reading) of one measured pose, metres, one a closure. Weights and
+// losses wrap it.
+template <typename Leg, typename Sensor = LinearSensor>
+class ClosureCost final
+    : public ceres::SizedCostFunction<Leg::kClosures, SensedLeg<Leg, Sensor>::kParameters> {
+  using Sensed = SensedLeg<Leg, Sensor>;
 
  public:
   ClosureCost(const double* pose, double reading) : reading_(reading) {
@@ -102,11 +135,15 @@ class ClosureCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kPa
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const double* const values = parameters[0];
-    const auto h = Sensed::full_closure(Sensed::variable_geometry(values), pose_.data(),
-                                        Sensed::active_joint(values, reading_));
-    residuals[0] = h.a;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Sensed::parameter_derivatives(h, reading_, jacobians[0]);
+    const Sensor sensor = Sensed::sensor(values);
+    const auto all = Sensed::full_closures(Sensed::variable_geometry(values), pose_.data(),
+                                           sensor.active_joint(reading_));
+    for (int c = 0; c < Sensed::kClosures; ++c) {
+      const auto& h = all[static_cast<std::size_t>(c)];
+      residuals[c] = h.a;
+      if (jacobians != nullptr && jacobians[0] != nullptr) {
+        Sensed::parameter_derivatives(h, sensor, reading_, jacobians[0] + c * Sensed::kParameters);
+      }
     }
     return true;
   }
@@ -117,10 +154,11 @@ class ClosureCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kPa
 };
 
 // Residual g(parameters; pose) - reading of one measured pose (Eq. 15), sensor units, angles
-// compared by the shortest turn. Derivative by the implicit function theorem.
-template <typename Leg>
-class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kParameters> {
-  using Sensed = SensedLeg<Leg>;
+// compared by the shortest turn. Derivative by the implicit function theorem, of the closure that
+// depends on q.
+template <typename Leg, typename Sensor = LinearSensor>
+class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg, Sensor>::kParameters> {
+  using Sensed = SensedLeg<Leg, Sensor>;
 
  public:
   ReadingCost(int mode, const double* pose, double reading) : mode_(mode), reading_(reading) {
@@ -130,20 +168,17 @@ class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kPa
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const double* const values = parameters[0];
-    const double gain = values[Sensed::kGeometry];
-    const double root = Sensed::reading(Sensed::geometry(values), values, mode_, pose_.data());
-    double travel = gain * (root - reading_);
-    if constexpr (is_angle(Leg::kActiveJoint)) {
-      travel = wrap_angle(travel);
-    }
-    residuals[0] = travel / gain;
+    const Sensor sensor = Sensed::sensor(values);
+    const double root = Sensed::reading(Sensed::geometry(values), sensor, mode_, pose_.data());
+    residuals[0] = sensor.difference(root, reading_, Sensed::kAngular);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       // On the turn on which the sensor stands.
       const double reading = reading_ + residuals[0];
-      const auto h = Sensed::full_closure(Sensed::variable_geometry(values), pose_.data(),
-                                          Sensed::active_joint(values, reading));
-      Sensed::parameter_derivatives(h, reading, jacobians[0]);
-      const double by_reading = gain * h.v[Sensed::kDirections - 1];
+      const auto h = Sensed::full_closures(Sensed::variable_geometry(values), pose_.data(),
+                                           sensor.active_joint(reading))
+                         .front();
+      Sensed::parameter_derivatives(h, sensor, reading, jacobians[0]);
+      const double by_reading = sensor.by_reading(reading) * h.v[Sensed::kDirections - 1];
       for (int i = 0; i < Sensed::kParameters; ++i) {
         jacobians[0][i] /= -by_reading;
       }
@@ -165,22 +200,24 @@ class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg>::kPa
 #else
 #define SYMKIN_FLATTEN [[gnu::flatten]]
 #endif
-template <typename Leg>
+template <typename Leg, typename Sensor = LinearSensor>
 class LegModelOf final : public LegModel {
-  using Sensed = SensedLeg<Leg>;
+  using Sensed = SensedLeg<Leg, Sensor>;
   using Pose = typename Sensed::Pose;
   using Costs = std::vector<std::unique_ptr<ceres::CostFunction>>;
+  static constexpr int kClosures = Sensed::kClosures;
 
  public:
-  LegModelOf() : info_(Leg::info()) {}
+  LegModelOf() : info_(Sensed::info()) {}
 
   const ChainInfo& info() const override { return info_; }
 
   SYMKIN_FLATTEN void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
                                          Eigen::Ref<Vector> readings) const override {
     const auto geometry = Sensed::geometry(parameters.data());
+    const Sensor sensor = Sensed::sensor(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
-      readings[i] = Sensed::reading(geometry, parameters.data(), working_mode, poses.row(i).data());
+      readings[i] = Sensed::reading(geometry, sensor, working_mode, poses.row(i).data());
     }
   }
 
@@ -192,50 +229,78 @@ class LegModelOf final : public LegModel {
     }
   }
 
+  void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
+                           Eigen::Ref<Vector> differences) const override {
+    const Sensor sensor = Sensed::sensor(parameters.data());
+    for (Index i = 0; i < readings.size(); ++i) {
+      differences[i] = sensor.difference(readings[i], others[i], Sensed::kAngular);
+    }
+  }
+
+  double sensor_gain(ConstVector parameters, double reading) const override {
+    return Sensed::sensor(parameters.data()).by_reading(reading);
+  }
+
   SYMKIN_FLATTEN void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
                               Eigen::Ref<Vector> values) const override {
     const auto geometry = Sensed::geometry(parameters.data());
+    const Sensor sensor = Sensed::sensor(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
-      values[i] = Leg::closure(geometry, Pose::constant(poses.row(i).data()),
-                               Sensed::active_joint(parameters.data(), readings[i]));
+      const auto all = Sensed::template closures<double>(
+          geometry, Pose::constant(poses.row(i).data()), sensor.active_joint(readings[i]));
+      for (int c = 0; c < kClosures; ++c) {
+        values[i * kClosures + c] = all[static_cast<std::size_t>(c)];
+      }
     }
   }
 
   SYMKIN_FLATTEN void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                                 ClosureRows& rows) const override {
-    rows.resize(poses.rows(), Sensed::kParameters, Sensed::kDof);
+    rows.resize(poses.rows() * kClosures, Sensed::kParameters, Sensed::kDof);
     const auto geometry = Sensed::variable_geometry(parameters.data());
+    const Sensor sensor = Sensed::sensor(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
-      const auto h = Sensed::full_closure(geometry, poses.row(i).data(),
-                                          Sensed::active_joint(parameters.data(), readings[i]));
-      rows.closure[i] = h.a;
-      Sensed::parameter_derivatives(h, readings[i], rows.by_parameters.row(i).data());
-      rows.by_pose.row(i) = h.v.template segment<Sensed::kDof>(Sensed::kGeometry);
-      rows.by_reading[i] = parameters[Sensed::kGeometry] * h.v[Sensed::kDirections - 1];
+      const double reading = readings[i];
+      const auto all =
+          Sensed::full_closures(geometry, poses.row(i).data(), sensor.active_joint(reading));
+      for (int c = 0; c < kClosures; ++c) {
+        const auto& h = all[static_cast<std::size_t>(c)];
+        const Index row = i * kClosures + c;
+        rows.closure[row] = h.a;
+        Sensed::parameter_derivatives(h, sensor, reading, rows.by_parameters.row(row).data());
+        rows.by_pose.row(row) = h.v.template segment<Sensed::kDof>(Sensed::kGeometry);
+        rows.by_reading[row] = sensor.by_reading(reading) * h.v[Sensed::kDirections - 1];
+      }
     }
   }
 
   SYMKIN_FLATTEN void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                                      ClosureRows& rows) const override {
     using PoseJet = ceres::Jet<double, Sensed::kDof + 1>;
-    rows.closure.resize(poses.rows());
-    rows.by_pose.resize(poses.rows(), Sensed::kDof);
-    rows.by_reading.resize(poses.rows());
+    rows.closure.resize(poses.rows() * kClosures);
+    rows.by_pose.resize(poses.rows() * kClosures, Sensed::kDof);
+    rows.by_reading.resize(poses.rows() * kClosures);
     const auto geometry = Sensed::template constant_geometry<PoseJet>(parameters.data());
+    const Sensor sensor = Sensed::sensor(parameters.data());
     for (Index i = 0; i < poses.rows(); ++i) {
-      const PoseJet h =
-          Leg::closure(geometry, Leg::template Pose<PoseJet>::variable(poses.row(i).data(), 0),
-                       PoseJet(Sensed::active_joint(parameters.data(), readings[i]), Sensed::kDof));
-      rows.closure[i] = h.a;
-      rows.by_pose.row(i) = h.v.template head<Sensed::kDof>();
-      rows.by_reading[i] = parameters[Sensed::kGeometry] * h.v[Sensed::kDof];
+      const double reading = readings[i];
+      const auto all = Sensed::template closures<PoseJet>(
+          geometry, Leg::template Pose<PoseJet>::variable(poses.row(i).data(), 0),
+          PoseJet(sensor.active_joint(reading), Sensed::kDof));
+      for (int c = 0; c < kClosures; ++c) {
+        const PoseJet& h = all[static_cast<std::size_t>(c)];
+        const Index row = i * kClosures + c;
+        rows.closure[row] = h.a;
+        rows.by_pose.row(row) = h.v.template head<Sensed::kDof>();
+        rows.by_reading[row] = sensor.by_reading(reading) * h.v[Sensed::kDof];
+      }
     }
   }
 
   Costs closure_costs(ConstRows poses, ConstVector readings) const override {
     Costs costs;
     for (Index i = 0; i < poses.rows(); ++i) {
-      costs.push_back(std::make_unique<ClosureCost<Leg>>(poses.row(i).data(), readings[i]));
+      costs.push_back(std::make_unique<ClosureCost<Leg, Sensor>>(poses.row(i).data(), readings[i]));
     }
     return costs;
   }
@@ -243,8 +308,8 @@ class LegModelOf final : public LegModel {
   Costs reading_costs(int working_mode, ConstRows poses, ConstVector readings) const override {
     Costs costs;
     for (Index i = 0; i < poses.rows(); ++i) {
-      costs.push_back(
-          std::make_unique<ReadingCost<Leg>>(working_mode, poses.row(i).data(), readings[i]));
+      costs.push_back(std::make_unique<ReadingCost<Leg, Sensor>>(working_mode, poses.row(i).data(),
+                                                                 readings[i]));
     }
     return costs;
   }
@@ -252,7 +317,7 @@ class LegModelOf final : public LegModel {
   RowMatrix joint_centres(ConstVector parameters, ConstVector pose, double reading) const override {
     const auto joints =
         Leg::joint_centres(Sensed::geometry(parameters.data()), Pose::constant(pose.data()),
-                           Sensed::active_joint(parameters.data(), reading));
+                           Sensed::sensor(parameters.data()).active_joint(reading));
     RowMatrix centres(static_cast<Index>(joints.size()), position_size(Pose::kSpace));
     for (std::size_t i = 0; i < joints.size(); ++i) {
       centres.row(static_cast<Index>(i)) = joints[i].transpose();

@@ -1,43 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cmath>
-#include <string_view>
 
 #include "symkin/model/azimuth.hpp"
-#include "symkin/support/types.hpp"
+#include "symkin/model/pose_space.hpp"
 
 namespace symkin {
-
-// What a row of a pose array means. Errors, noise and derivatives live in the tangent: position
-// first, then the orientation (an angle, or a rotation vector in the base frame).
-//   planar   x, y, phi                  3 coordinates, 3 degrees of freedom
-//   point    x, y                       2 coordinates, 2 degrees of freedom
-//   spatial  x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
-enum class PoseSpace { planar, point, spatial };
-
-std::string_view to_string(PoseSpace space);
-Index coordinate_count(PoseSpace space);
-Index degrees_of_freedom(PoseSpace space);
-Index position_size(PoseSpace space);
-
-// The pose at the origin without rotation.
-Vector identity_pose(PoseSpace space);
-
-// pose <- pose moved by the tangent vector `step`.
-void move_pose(PoseSpace space, const double* step, double* pose);
-
-// The tangent vector that moves `from` to `to`; orientations differ by the shortest rotation.
-void pose_difference(PoseSpace space, const double* to, const double* from, double* difference);
-
-// Angle in (-pi, pi].
-inline double wrap_angle(double angle) {
-  constexpr double kTwoPi = 6.283185307179586476925;
-  const double wrapped = angle - kTwoPi * std::floor(angle / kTwoPi + 0.5);
-  return wrapped <= -kTwoPi / 2 ? wrapped + kTwoPi : wrapped;
-}
 
 // The pose as the closures see it. `constant` reads a row as it is; `variable` makes the tangent
 // the derivative directions `first`, `first + 1`, ... of the autodiff scalar T.

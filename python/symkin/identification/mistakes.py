@@ -382,7 +382,7 @@ def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
         halves = round(2 * match.shift / factor / turn)
         near = abs(match.shift / factor - halves * turn / 2) < turn / 20
         return halves * turn / 2 * factor if near else 0.0
-    gain = float(nominal.parameters[leg, -2])
+    gain = float(nominal.sensor_gains[leg])
     far = abs(match.shift / factor * gain) > _ZERO_OFF * nominal.tolerances.length
     return match.shift if far else 0.0
 

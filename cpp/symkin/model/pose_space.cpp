@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/model/pose.hpp"
+#include "symkin/model/pose_space.hpp"
+
+#include <Eigen/Geometry>
 
 namespace symkin {
 namespace {

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "symkin/model/roles.hpp"
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+std::string_view to_string(PoseSpace space);
+Index coordinate_count(PoseSpace space);
+Index degrees_of_freedom(PoseSpace space);
+Index position_size(PoseSpace space);
+
+// The pose at the origin without rotation.
+Vector identity_pose(PoseSpace space);
+
+// pose <- pose moved by the tangent vector `step`.
+void move_pose(PoseSpace space, const double* step, double* pose);
+
+// The tangent vector that moves `from` to `to`; orientations differ by the shortest rotation.
+void pose_difference(PoseSpace space, const double* to, const double* from, double* difference);
+
+// Angle in (-pi, pi].
+inline double wrap_angle(double angle) {
+  constexpr double kTwoPi = 6.283185307179586476925;
+  const double wrapped = angle - kTwoPi * std::floor(angle / kTwoPi + 0.5);
+  return wrapped <= -kTwoPi / 2 ? wrapped + kTwoPi : wrapped;
+}
+
+}  // namespace symkin

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+namespace symkin {
+
+// What a row of a pose array means. Errors, noise and derivatives live in the tangent: position
+// first, then the orientation (an angle, or a rotation vector in the base frame).
+//   planar   x, y, phi                  3 coordinates, 3 degrees of freedom
+//   point    x, y                       2 coordinates, 2 degrees of freedom
+//   spatial  x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
+enum class PoseSpace { planar, point, spatial };
+
+// The platform that the legs carry: one that turns, or a point that only moves (five-bar).
+enum class Platform { rigid, point };
+
+// The end of a leg that a parameter belongs to, whose frame it is given in and with which it turns.
+enum class End {
+  none,  // the links and the sensor
+  base,
+  platform,
+};
+
+// What a parameter is. An end may have a point, a direction, or both: a guide is a line by its
+// direction and its distance from the origin, or by its direction and a point of it; by its
+// direction alone its distance is part of the sensor's offset.
+enum class ParameterKind {
+  length,              // m, of a link: positive
+  eccentricity,        // m, of a guide from the joint that it turns about; of either sign
+  radius,              // m, of a point from the origin
+  azimuth,             // rad, of a point about Z
+  polar_angle,         // rad, of a point from Z
+  direction_azimuth,   // rad, about Z, of the normal of a guide in the plane
+  direction_distance,  // m, of a guide from the origin along its normal; of either sign
+  gain,                // active joint variable per sensor reading
+  offset,              // active joint variable at zero reading; see ActiveJoint
+};
+
+struct ParameterRole {
+  End end;
+  ParameterKind kind;
+
+  friend constexpr bool operator==(ParameterRole a, ParameterRole b) {
+    return a.end == b.end && a.kind == b.kind;
+  }
+};
+
+// A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.
+constexpr bool turns(ParameterKind kind) {
+  return kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth;
+}
+
+// An angle of the geometry. Whether an offset is one, the active joint says.
+constexpr bool is_angle(ParameterKind kind) {
+  return turns(kind) || kind == ParameterKind::polar_angle;
+}
+
+constexpr bool is_sensor(ParameterKind kind) {
+  return kind == ParameterKind::gain || kind == ParameterKind::offset;
+}
+
+struct ParameterInfo {
+  std::string_view name;
+  ParameterRole role;
+};
+
+// What the active joint variable q measures, hence its unit and how a symmetry acts on it.
+enum class ActiveJoint {
+  angle_in_base,       // rad, direction of a link in the base frame
+  angle_in_platform,   // rad, direction of a link in the platform frame
+  elbow_angle,         // rad, between two links
+  travel_on_base,      // m, signed, along a guide on the base, from its foot
+  travel_on_platform,  // m, signed, along a guide on the platform, from its foot
+  distance,            // m, to a point or a line
+};
+
+constexpr bool is_angle(ActiveJoint joint) {
+  return joint == ActiveJoint::angle_in_base || joint == ActiveJoint::angle_in_platform ||
+         joint == ActiveJoint::elbow_angle;
+}
+
+// The end whose guide q is the travel on.
+constexpr End travelled_end(ActiveJoint joint) {
+  return joint == ActiveJoint::travel_on_base       ? End::base
+         : joint == ActiveJoint::travel_on_platform ? End::platform
+                                                    : End::none;
+}
+
+// The end in whose frame q is the direction of a link.
+constexpr End turned_end(ActiveJoint joint) {
+  return joint == ActiveJoint::angle_in_base       ? End::base
+         : joint == ActiveJoint::angle_in_platform ? End::platform
+                                                   : End::none;
+}
+
+}  // namespace symkin
