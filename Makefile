@@ -7,8 +7,8 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .PHONY: run test sanitize lint format bench docs clean help system-packages system-lint-packages
 
 # Set one to nothing to keep make away from the system's packages.
-SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libgtest-dev libbenchmark-dev \
-  python3-venv python3-dev
+SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libxsimd-dev libgtest-dev \
+  libbenchmark-dev python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
 
 # A contributor's tree (warnings are errors) serves the Python package too: one compilation of the

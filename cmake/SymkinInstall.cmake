@@ -17,6 +17,8 @@ install(
   COMPONENT development
   FILES_MATCHING
   PATTERN "*.hpp"
+  PATTERN "batch_lanes.hpp" EXCLUDE
+  PATTERN "family.hpp" EXCLUDE
 )
 install(
   EXPORT symkin-targets

@@ -11,13 +11,6 @@ namespace symkin::chains {
 
 using Models = std::vector<const LegModel*>;
 
-// One model of each leg struct, alive until the program ends.
-template <typename LegModelType>
-const LegModel* model() {
-  static const LegModelType instance;
-  return &instance;
-}
-
 Models ppr();
 Models prp();
 Models prr();

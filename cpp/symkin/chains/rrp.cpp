@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/chains/rrp.hpp"
 
-#include "symkin/chains/families.hpp"
-#include "symkin/model/leg_model_of.hpp"
+#include "symkin/chains/family.hpp"
 
 namespace symkin::chains {
 
-Models rrp() {
-  return {model<LegModelOf<RrpActive1>>(), model<LegModelOf<RrpActive2>>(),
-          model<LegModelOf<RrpActive3>>()};
-}
+SYMKIN_FAMILY(rrp, RrpActive1, RrpActive2, RrpActive3)
 
 }  // namespace symkin::chains

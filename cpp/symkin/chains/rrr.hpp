@@ -24,19 +24,21 @@ struct RrrActive1 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   static constexpr std::string_view kWorkingMode =
       "sign of (proximal link) x (distal link), the turn of the elbow";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b) - polar(l, q)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
     return angle(d) - mode * triangle_angle(l, norm(d), L);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return dyad_margin(l, L, norm(leg_vector(pose, OA, beta, ob, beta_b)));
   }
@@ -61,22 +63,24 @@ struct RrrActive2 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   static constexpr std::string_view kWorkingMode =
       "sign of (proximal link) x (distal link), the turn of the elbow";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
-    using std::cos;
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     using std::sqrt;
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b)) -
-           sqrt(l * l + L * L + T(2.0) * l * L * cos(q));
+           sqrt(l * l + L * L + 2.0 * l * L * q.cosine);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+    using std::acos;
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return mode * std::acos((dot(d, d) - l * l - L * L) / (2 * l * L));
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return mode * acos((dot(d, d) - l * l - L * L) / (2.0 * l * L));
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrrActive1::reach_margin(geometry, pose);
   }
 
@@ -107,19 +111,21 @@ struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
       "sign of (distal link, on the base side) x (proximal link, on the platform side), the "
       "turn of the elbow";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    return norm(leg_vector(pose, OA, beta, ob, beta_b) + polar(l, pose.phi.angle + q)) - L;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b) + polar(l, pose.phi + q)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> to_base = -1.0 * leg_vector(pose, OA, beta, ob, beta_b);
+    const Vec2<T> to_base = -leg_vector(pose, OA, beta, ob, beta_b);
     return angle(to_base) + mode * triangle_angle(l, norm(to_base), L) - pose.phi.angle;
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrrActive1::reach_margin(geometry, pose);
   }
 

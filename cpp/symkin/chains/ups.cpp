@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/chains/ups.hpp"
 
-#include "symkin/chains/families.hpp"
-#include "symkin/model/leg_model_of.hpp"
+#include "symkin/chains/family.hpp"
 
 namespace symkin::chains {
 
-Models ups() { return {model<LegModelOf<UpsActive2>>()}; }
+SYMKIN_FAMILY(ups, UpsActive2)
 
 }  // namespace symkin::chains

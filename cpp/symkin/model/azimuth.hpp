@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cmath>
+#include "symkin/model/lanes.hpp"
 
 namespace symkin {
 
@@ -10,25 +10,20 @@ namespace symkin {
 template <typename T>
 struct Azimuth {
   Azimuth() = default;
-  explicit Azimuth(const T& value) : angle(value) {
-    using std::cos;
-    using std::sin;
-    cosine = cos(value);
-    sine = sin(value);
-  }
+  explicit Azimuth(const T& value) : angle(value) { Lanes<T>::cosine_sine(value, cosine, sine); }
+  Azimuth(const T& value, const T& cosine_of_it, const T& sine_of_it)
+      : angle(value), cosine(cosine_of_it), sine(sine_of_it) {}
 
   static Azimuth zero() { return {T(0.0), T(1.0), T(0.0)}; }
 
-  friend Azimuth operator+(const Azimuth& a, const Azimuth& b) {
-    return {a.angle + b.angle, a.cosine * b.cosine - a.sine * b.sine,
-            a.sine * b.cosine + a.cosine * b.sine};
-  }
-
   T angle, cosine, sine;
-
- private:
-  Azimuth(const T& value, const T& cosine_of_it, const T& sine_of_it)
-      : angle(value), cosine(cosine_of_it), sine(sine_of_it) {}
 };
+
+template <typename A, typename B>
+auto operator+(const Azimuth<A>& a, const Azimuth<B>& b) {
+  return Azimuth<decltype(a.angle + b.angle)>(a.angle + b.angle,
+                                              a.cosine * b.cosine - a.sine * b.sine,
+                                              a.sine * b.cosine + a.cosine * b.sine);
+}
 
 }  // namespace symkin
