@@ -17,8 +17,7 @@ install(
   COMPONENT development
   FILES_MATCHING
   PATTERN "*.hpp"
-  PATTERN "batch_lanes.hpp" EXCLUDE
-  PATTERN "family.hpp" EXCLUDE
+  PATTERN "chains/detail" EXCLUDE
 )
 install(
   EXPORT symkin-targets

@@ -10,8 +10,8 @@
 #include "symkin/model/parameters.hpp"
 #include "symkin/model/pose.hpp"
 
-// Plane geometry that the planar leg structs share, for any scalars: numbers, batches of numbers and
-// duals, also mixed, since a product with a constant costs much less than one of two duals.
+// Plane geometry that the planar leg structs share, for any scalars: numbers, batches of numbers
+// and duals, also mixed, since a product with a constant costs much less than one of two duals.
 namespace symkin {
 
 template <typename T>
@@ -68,14 +68,10 @@ auto polar(const R& radius, const Azimuth<T>& azimuth) {
   return radius * direction(azimuth);
 }
 
-// The same for an angle that is met once, in a drawing.
-inline Vec2<double> direction(double angle) { return direction(Azimuth<double>(angle)); }
-inline Vec2<double> polar(double radius, double angle) { return radius * direction(angle); }
-
 template <typename T>
-T angle(const Vec2<T>& a) {
-  using std::atan2;
-  return atan2(a.y, a.x);
+Azimuth<T> azimuth(const Vec2<T>& a) {
+  const T inverse = 1.0 / norm(a);
+  return {inverse * a.x, inverse * a.y};
 }
 
 template <typename T>
@@ -111,11 +107,17 @@ auto beyond_platform_guide(const Vec2<P>& point, const PlanarPose<T>& pose,
   return dot(direction(pose.phi + platform_angle), point - position(pose)) - platform_radius;
 }
 
-// Angle between the sides `a` and `b` of a triangle whose third side is `c`; NaN if there is none.
+// Cosine of the angle between the sides `a` and `b` of a triangle whose third side is `c`.
 template <typename T>
-T triangle_angle(const T& a, const T& b, const T& c) {
-  using std::acos;
-  return acos((a * a + b * b - c * c) / (2.0 * a * b));
+T triangle_cosine(const T& a, const T& b, const T& c) {
+  return (a * a + b * b - c * c) / (2.0 * a * b);
+}
+
+// The angle between 0 and pi of that cosine, times the sign; NaN if there is none.
+template <typename T>
+Azimuth<T> arc_cosine(const T& cosine, const T& sign) {
+  using std::sqrt;
+  return {cosine, sign * sqrt((1.0 - cosine) * (1.0 + cosine))};
 }
 
 // Side of a right-angled triangle beside the side `across`; NaN if that is longer than the

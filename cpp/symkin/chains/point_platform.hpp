@@ -68,7 +68,7 @@ struct PointPlatform {
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+  static auto root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     return Leg::root(with_platform<T>(geometry), unturned(pose), mode);
   }
 
@@ -77,7 +77,9 @@ struct PointPlatform {
     return Leg::reach_margin(with_platform<T>(geometry), unturned(pose));
   }
 
-  static auto joint_centres(const Geometry<double>& geometry, const Pose<double>& pose, double q) {
+  template <typename Q>
+  static auto joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                            const Q& q) {
     return Leg::joint_centres(with_platform<double>(geometry), unturned(pose), q);
   }
 

@@ -49,4 +49,6 @@ struct PprActive2 : PprActive1 {
   static constexpr std::string_view kName = "P[P]R";
 };
 
+using PprChains = ChainList<PprActive1, PprActive2>;
+
 }  // namespace symkin

@@ -90,4 +90,6 @@ struct PrpActive3
   }
 };
 
+using PrpChains = ChainList<PrpActive1, PrpActive3>;
+
 }  // namespace symkin

@@ -72,11 +72,10 @@ struct PrrActive2 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    using std::acos;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const T beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
-    return beta.angle + mode * acos(beyond / L);
+    return beta + arc_cosine(beyond / L, mode);
   }
 
   template <typename T>
@@ -85,7 +84,7 @@ struct PrrActive2 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
     return centres(polar(OA, beta), b - polar(L, q), b);
@@ -108,16 +107,14 @@ struct PrrActive3 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   template <typename G, typename T, typename Q>
   static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    return beyond_base_guide(platform_point(pose, ob, beta_b) + polar(L, pose.phi + q), OA,
-                             beta);
+    return beyond_base_guide(platform_point(pose, ob, beta_b) + polar(L, pose.phi + q), OA, beta);
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    using std::acos;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const T beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
-    return beta.angle - mode * acos(-beyond / L) - pose.phi.angle;
+    return beta + arc_cosine(-beyond / L, -mode) - pose.phi;
   }
 
   template <typename T>
@@ -126,11 +123,13 @@ struct PrrActive3 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(L, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(L, pose.phi + q), b);
   }
 };
+
+using PrrChains = ChainList<PrrActive1, PrrActive2, PrrActive3>;
 
 }  // namespace symkin

@@ -5,17 +5,31 @@
 #include <array>
 #include <numeric>
 
-#include "symkin/chains/families.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
+
+namespace chains {
+
+using Models = std::vector<const LegModel*>;
+
+// One function a family, each compiled in a unit of its own: the models are the slowest templates.
+#define SYMKIN_FAMILY(Family) Models models_##Family();
+#include "symkin_families.inc"
+#undef SYMKIN_FAMILY
+
+}  // namespace chains
+
 namespace {
 
 const chains::Models& all_models() {
   static const chains::Models models = [] {
     chains::Models all;
-    for (const auto& family : {chains::rrr(), chains::rpr(), chains::prr(), chains::rrp(),
-                               chains::prp(), chains::ppr(), chains::rpp(), chains::ups()}) {
+    for (const auto& family : {
+#define SYMKIN_FAMILY(Family) chains::models_##Family(),
+#include "symkin_families.inc"
+#undef SYMKIN_FAMILY
+         }) {
       all.insert(all.end(), family.begin(), family.end());
     }
     return all;

@@ -9,9 +9,6 @@
 
 namespace symkin {
 
-// The platform that the legs carry: one that turns, or a point that only moves (five-bar).
-enum class Platform { rigid, point };
-
 // The model of a chain, written from base to platform with the actuated joint in brackets, as in
 // "[R]RR". Throws InvalidInput that names the nearest chain, or why the chain cannot be used.
 const LegModel& leg_model(std::string_view chain, Platform platform = Platform::rigid);

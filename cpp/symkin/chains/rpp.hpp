@@ -53,4 +53,6 @@ struct RppActive2 : RppActive3 {
   static constexpr std::string_view kName = "R[P]P";
 };
 
+using RppChains = ChainList<RppActive2, RppActive3>;
+
 }  // namespace symkin

@@ -29,11 +29,10 @@ struct RprActive1
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    using std::acos;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(d) - mode * acos(e / norm(d));
+    return azimuth(d) + arc_cosine(e / norm(d), -mode);
   }
 
   template <typename T>
@@ -44,7 +43,7 @@ struct RprActive1
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(e, q), platform_point(pose, ob, beta_b));
@@ -108,11 +107,10 @@ struct RprActive3
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    using std::acos;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<T> to_base = -leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(to_base) - mode * acos(e / norm(to_base)) - pose.phi.angle;
+    return azimuth(to_base) + arc_cosine(e / norm(to_base), -mode) - pose.phi;
   }
 
   template <typename T>
@@ -121,11 +119,13 @@ struct RprActive3
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(e, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(e, pose.phi + q), b);
   }
 };
+
+using RprChains = ChainList<RprActive1, RprActive2, RprActive3>;
 
 }  // namespace symkin

@@ -32,11 +32,10 @@ struct RrpActive1 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    using std::acos;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, OA, beta, ob, beta_b] = geometry;
     const T beyond = beyond_platform_guide(polar(OA, beta), pose, ob, beta_b);
-    return pose.phi.angle + beta_b.angle + mode * acos(-beyond / l);
+    return pose.phi + beta_b + arc_cosine(-beyond / l, mode);
   }
 
   template <typename T>
@@ -48,7 +47,7 @@ struct RrpActive1 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
 
   // The last point is the guide's foot.
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(l, q), platform_point(pose, ob, beta_b));
@@ -74,8 +73,8 @@ struct RrpActive2 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
-    return RrpActive1::root(geometry, pose, mode) - pose.phi.angle;
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+    return RrpActive1::root(geometry, pose, mode) - pose.phi;
   }
 
   template <typename T>
@@ -84,8 +83,8 @@ struct RrpActive2 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
-    return RrpActive1::joint_centres(geometry, pose, pose.phi.angle + q);
+                                    const Azimuth<double>& q) {
+    return RrpActive1::joint_centres(geometry, pose, pose.phi + q);
   }
 };
 
@@ -129,5 +128,7 @@ struct RrpActive3 : PlanarLeg<kDistalLength, kBaseRadius, kBaseAngle, kPlatformG
     return centres(polar(OA, beta), foot + q * normal(pose.phi + beta_b), foot);
   }
 };
+
+using RrpChains = ChainList<RrpActive1, RrpActive2, RrpActive3>;
 
 }  // namespace symkin

@@ -31,10 +31,10 @@ struct RrrActive1 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(d) - mode * triangle_angle(l, norm(d), L);
+    return azimuth(d) + arc_cosine(triangle_cosine(l, norm(d), L), -mode);
   }
 
   template <typename T>
@@ -44,7 +44,7 @@ struct RrrActive1 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(l, q), platform_point(pose, ob, beta_b));
@@ -72,11 +72,11 @@ struct RrrActive2 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     using std::acos;
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return mode * acos((dot(d, d) - l * l - L * L) / (2.0 * l * L));
+    return arc_cosine((dot(d, d) - l * l - L * L) / (2.0 * l * L), mode);
   }
 
   template <typename T>
@@ -87,12 +87,12 @@ struct RrrActive2 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   // The links turn by q at the elbow; they meet the base point exactly, and the platform point
   // when q closes the leg.
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    const double span = angle(polar(l, 0.0) + polar(L, q));
+    const Azimuth<double> span = azimuth(Vec2<double>{l, 0} + polar(L, q));
     const Vec2<double> base = polar(OA, beta);
-    return centres(base, base + polar(l, angle(d) - span), base + d);
+    return centres(base, base + polar(l, azimuth(d) - span), base + d);
   }
 };
 
@@ -118,10 +118,10 @@ struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 
   template <typename T>
-  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<T> to_base = -leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(to_base) + mode * triangle_angle(l, norm(to_base), L) - pose.phi.angle;
+    return azimuth(to_base) + arc_cosine(triangle_cosine(l, norm(to_base), L), mode) - pose.phi;
   }
 
   template <typename T>
@@ -130,11 +130,13 @@ struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(l, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(l, pose.phi + q), b);
   }
 };
+
+using RrrChains = ChainList<RrrActive1, RrrActive2, RrrActive3>;
 
 }  // namespace symkin

@@ -81,4 +81,6 @@ struct UpsActive2 : LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPla
   }
 };
 
+using UpsChains = ChainList<UpsActive2>;
+
 }  // namespace symkin

@@ -21,15 +21,11 @@ struct ReadingErrors {
 };
 
 ReadingErrors reading_errors(const LegData& data, const Vector& parameters) {
-  const double gain = parameters[parameters.size() - 2];
   Vector roots(data.readings.size());
   data.model.inverse_kinematics(parameters, data.working_mode, data.poses, roots);
   ReadingErrors result;
-  result.errors = roots - data.readings;
-  if (is_angle(data.model.info().active_joint)) {
-    result.errors =
-        result.errors.unaryExpr([gain](double error) { return wrap_angle(gain * error) / gain; });
-  }
+  result.errors.resize(roots.size());
+  data.model.reading_differences(parameters, roots, data.readings, result.errors);
   ClosureRows rows;
   data.model.linearise(parameters, data.poses, data.readings + result.errors, rows);
   result.by_parameters = -(rows.by_parameters.array().colwise() / rows.by_reading.array());

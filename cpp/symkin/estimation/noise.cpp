@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -79,19 +80,10 @@ Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) co
   }
   Vector deviations(parameters.size());
   for (Index i = 0; i < parameters.size(); ++i) {
-    switch (chain.parameters[static_cast<std::size_t>(i)].role) {
-      case ParameterRole::length:
-        deviations[i] = length;
-        break;
-      case ParameterRole::gain:
-        deviations[i] = gain * std::abs(parameters[i]);
-        break;
-      case ParameterRole::offset:
-        deviations[i] = is_angle(chain.active_joint) ? angle : length;
-        break;
-      default:
-        deviations[i] = angle;
-    }
+    const ParameterInfo& parameter = chain.parameters[static_cast<std::size_t>(i)];
+    deviations[i] = parameter.role.kind == ParameterKind::gain ? gain * std::abs(parameters[i])
+                    : chain.is_angular(parameter)              ? angle
+                                                               : length;
   }
   return deviations;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "symkin/model/pose_space.hpp"
+
 namespace symkin {
 namespace {
 

@@ -3,12 +3,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "symkin/support/error.hpp"
-#include "symkin/support/interrupt.hpp"
 
 namespace symkin {
 namespace {
@@ -60,59 +61,41 @@ double determinant(const double* jacobian, Index legs) {
   return std::sqrt(std::max(0.0, gram.determinant()));
 }
 
-// dg/dpose of all legs, leg by leg, and dh/dpsi, at given readings.
-struct PoseDerivatives {
-  RowMatrix jacobian;    // N x (legs * dof)
-  RowMatrix by_reading;  // N x legs
-};
-
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
+  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the pose");
   check_poses(mechanism, poses);
   check_readings(mechanism, poses.rows(), readings);
-  const Index dof = mechanism.dof();
-  PoseDerivatives all;
-  all.jacobian.resize(poses.rows(), mechanism.leg_count() * dof);
-  all.by_reading.resize(poses.rows(), mechanism.leg_count());
-  ClosureRows rows;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    check_interrupt();
-    mechanism.model().linearise_pose(mechanism.leg(leg).parameters, poses,
-                                     Vector(readings.col(leg)), rows);
-    // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
-    all.jacobian.middleCols(leg * dof, dof) =
-        -(rows.by_pose.array().colwise() / rows.by_reading.array());
-    all.by_reading.col(leg) = rows.by_reading;
+  return mechanism.model().linearise_pose(mechanism.leg_values(), poses, readings);
+}
+
+// Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
+RowMatrix by_readings(PoseDerivatives all) {
+  const Index legs = all.by_reading.cols();
+  const Index dof = all.by_pose.cols() / std::max<Index>(legs, 1);
+  for (Index i = 0; i < all.by_pose.rows(); ++i) {
+    for (Index leg = 0; leg < legs; ++leg) {
+      all.by_pose.row(i).segment(leg * dof, dof) /= -all.by_reading(i, leg);
+    }
   }
-  return all;
+  return std::move(all.by_pose);
 }
 
 }  // namespace
 
 RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  RowMatrix readings(poses.rows(), mechanism.leg_count());
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    check_interrupt();
-    readings.col(leg) = leg_readings(mechanism, leg, poses);
-  }
-  return readings;
+  return mechanism.model().inverse_kinematics(mechanism.leg_values(), poses);
 }
 
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  RowMatrix margins(poses.rows(), mechanism.leg_count());
-  Vector column(poses.rows());
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    mechanism.model().reach_margin(mechanism.leg(leg).parameters, poses, column);
-    margins.col(leg) = column;
-  }
-  return margins;
+  return mechanism.model().reach_margin(mechanism.leg_values(), poses);
 }
 
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
   check_poses(mechanism, poses);
   check_leg_readings(poses.rows(), readings);
-  Vector values(poses.rows());
+  Vector values(poses.rows() * mechanism.model().info().closures);
   mechanism.model().closure(mechanism.leg(leg).parameters, poses, readings, values);
   return values;
 }
@@ -127,6 +110,7 @@ ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
 }
 
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the parameters");
   check_poses(mechanism, poses);
   ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
@@ -138,14 +122,13 @@ RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
 }
 
 RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  return linearise_all(mechanism, poses, readings).jacobian;
+  return by_readings(linearise_all(mechanism, poses, readings));
 }
 
 Vector sensor_gains(const Mechanism& mechanism) {
   Vector gains(mechanism.leg_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Vector& parameters = mechanism.leg(leg).parameters;
-    gains[leg] = parameters[parameters.size() - 2];
+    gains[leg] = mechanism.model().sensor_gain(mechanism.leg(leg).parameters, 0);
   }
   return gains;
 }
@@ -157,15 +140,16 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
                        " m; expected a positive length");
   }
   const Index legs = mechanism.leg_count();
-  const PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
+  PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
   measures.serial = all.by_reading;
+  const RowMatrix jacobian = by_readings(std::move(all));
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());
   const Vector gains = sensor_gains(mechanism);
   measures.serial.array().rowwise() /= gains.transpose().array();
   for (Index i = 0; i < poses.rows(); ++i) {
-    const double* row = all.jacobian.row(i).data();
+    const double* row = jacobian.row(i).data();
     measures.parallel[i] = pose_determinant(row, legs, mechanism.dof());
     measures.condition[i] =
         pose_condition(row, gains, mechanism.pose_space(), characteristic_length);

@@ -74,15 +74,12 @@ class Filter {
  private:
   void keep_reachable(Block& block, WorkspaceRejections& rejections) const {
     const Index before = block.size();
-    for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
-      Vector margins(block.size());
-      mechanism_.model().reach_margin(mechanism_.leg(leg).parameters, block.poses, margins);
-      Mask mask(static_cast<std::size_t>(block.size()));
-      for (Index i = 0; i < block.size(); ++i) {
-        mask[static_cast<std::size_t>(i)] = margins[i] >= options_.reach_margin;
-      }
-      block.keep(mask);
+    const RowMatrix margins = reach_margin(mechanism_, block.poses);
+    Mask mask(static_cast<std::size_t>(block.size()));
+    for (Index i = 0; i < block.size(); ++i) {
+      mask[static_cast<std::size_t>(i)] = (margins.row(i).array() >= options_.reach_margin).all();
     }
+    block.keep(mask);
     rejections.reach += before - block.size();
   }
 

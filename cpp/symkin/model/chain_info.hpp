@@ -18,6 +18,12 @@ struct ChainInfo {
   bool mode_is_orientation;       // a reflection flips the working mode
   std::string_view working_mode;  // what the sign of the working mode means
 
+  // Radians; an offset has the unit of the active joint.
+  bool is_angular(const ParameterInfo& parameter) const {
+    return is_angle(parameter.role.kind) ||
+           (parameter.role.kind == ParameterKind::offset && is_angle(active_joint));
+  }
+
   // Place of the first parameter of that role; the number of parameters if there is none.
   std::size_t find(ParameterRole role) const {
     std::size_t i = 0;

@@ -9,6 +9,8 @@
 namespace symkin {
 namespace {
 
+LegSpan span(const LegModel::Legs& legs) { return {legs.data(), static_cast<Index>(legs.size())}; }
+
 PoseSpan span(ConstRows poses) { return {poses.data(), poses.outerStride(), poses.rows()}; }
 
 // The mode matters to the inverse kinematics alone.
@@ -18,9 +20,9 @@ LegValues one_leg(ConstVector parameters, int working_mode = 1) {
 
 }  // namespace
 
-RowMatrix LegModel::inverse_kinematics(LegSpan legs, ConstRows poses) const {
-  RowMatrix readings(poses.rows(), legs.count);
-  kernels_.inverse(legs, span(poses), readings.data());
+RowMatrix LegModel::inverse_kinematics(const Legs& legs, ConstRows poses) const {
+  RowMatrix readings(poses.rows(), span(legs).count);
+  kernels_.inverse(span(legs), span(poses), readings.data());
   return readings;
 }
 
@@ -30,9 +32,9 @@ void LegModel::inverse_kinematics(ConstVector parameters, int working_mode, Cons
   kernels_.inverse({&leg, 1}, span(poses), readings.data());
 }
 
-RowMatrix LegModel::reach_margin(LegSpan legs, ConstRows poses) const {
-  RowMatrix margins(poses.rows(), legs.count);
-  kernels_.reach(legs, span(poses), margins.data());
+RowMatrix LegModel::reach_margin(const Legs& legs, ConstRows poses) const {
+  RowMatrix margins(poses.rows(), span(legs).count);
+  kernels_.reach(span(legs), span(poses), margins.data());
   return margins;
 }
 
@@ -67,19 +69,19 @@ void LegModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVect
                    rows.by_pose.data(), rows.by_reading.data());
 }
 
-PoseDerivatives LegModel::linearise_pose(LegSpan legs, ConstRows poses,
+PoseDerivatives LegModel::linearise_pose(const Legs& legs, ConstRows poses,
                                          const RowMatrix& readings) const {
-  const Index columns = legs.count * info_.closures;
+  const Index columns = span(legs).count * info_.closures;
   PoseDerivatives all;
   all.closure.resize(poses.rows(), columns);
   all.by_pose.resize(poses.rows(), columns * degrees_of_freedom(info_.pose_space));
   all.by_reading.resize(poses.rows(), columns);
-  kernels_.by_pose(legs, span(poses), readings.data(), all.closure.data(), all.by_pose.data(),
+  kernels_.by_pose(span(legs), span(poses), readings.data(), all.closure.data(), all.by_pose.data(),
                    all.by_reading.data());
   return all;
 }
 
-void LegModel::forward_kinematics(LegSpan legs, const RowMatrix& readings, ConstRows start,
+void LegModel::forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
                                   const ForwardKinematicsOptions& options, RowMatrix& poses,
                                   std::vector<ForwardStatus>& status) const {
   constexpr Index kBlock = 4096;  // between two looks for an interrupt
@@ -89,7 +91,7 @@ void LegModel::forward_kinematics(LegSpan legs, const RowMatrix& readings, Const
   for (Index first = 0; first < readings.rows(); first += kBlock) {
     check_interrupt();
     const Index count = std::min(kBlock, readings.rows() - first);
-    kernels_.forward(legs, {start.data() + first * stride, stride, count},
+    kernels_.forward(span(legs), {start.data() + first * stride, stride, count},
                      readings.row(first).data(), options, poses.row(first).data(),
                      &status[static_cast<std::size_t>(first)]);
   }

@@ -42,6 +42,8 @@ struct PoseDerivatives {
 // depend on nothing but that pose: not on its neighbours, nor on the processor.
 class LegModel {
  public:
+  using Legs = std::vector<LegValues>;
+
   virtual ~LegModel() = default;
 
   const ChainInfo& info() const { return info_; }
@@ -49,13 +51,13 @@ class LegModel {
 
   // Sensor readings psi at the poses, N x legs; NaN where the leg cannot reach. An angular joint is
   // read within half a turn of the sensor's zero.
-  RowMatrix inverse_kinematics(LegSpan legs, ConstRows poses) const;
+  RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const;
   void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
                           Eigen::Ref<Vector> readings) const;
 
   // How far the pose is inside the leg's reach, metres, N x legs; negative outside, infinite if
   // unlimited.
-  RowMatrix reach_margin(LegSpan legs, ConstRows poses) const;
+  RowMatrix reach_margin(const Legs& legs, ConstRows poses) const;
   void reach_margin(ConstVector parameters, ConstRows poses, Eigen::Ref<Vector> margins) const;
 
   // Values and rows as in ClosureRows.
@@ -68,11 +70,12 @@ class LegModel {
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                       ClosureRows& rows) const;
   // Readings N x legs.
-  PoseDerivatives linearise_pose(LegSpan legs, ConstRows poses, const RowMatrix& readings) const;
+  PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
+                                 const RowMatrix& readings) const;
 
   // See forward_kinematics(): the poses and how they ended, for a row of readings each; `start` is
   // as many poses, or one. Only where legs have one closure.
-  void forward_kinematics(LegSpan legs, const RowMatrix& readings, ConstRows start,
+  void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
                           const ForwardKinematicsOptions& options, RowMatrix& poses,
                           std::vector<ForwardStatus>& status) const;
 

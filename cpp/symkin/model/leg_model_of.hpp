@@ -32,9 +32,8 @@ class ClosureCost final
                 double** jacobians) const override {
     const double* const values = parameters[0];
     const Sensor sensor = Sensed::sensor(values);
-    const auto all =
-        Sensed::full_closures(Sensed::template variable_geometry<double>(values), pose_.data(),
-                              sensor.active_joint(reading_));
+    const auto all = Sensed::full_closures(Sensed::template variable_geometry<double>(values),
+                                           pose_.data(), sensor.active_joint(reading_));
     for (int c = 0; c < Sensed::kClosures; ++c) {
       const auto& h = all[static_cast<std::size_t>(c)];
       residuals[c] = h.a;
@@ -67,9 +66,11 @@ class ReadingCost final : public ceres::SizedCostFunction<1, SensedLeg<Leg, Sens
                 double** jacobians) const override {
     const double* const values = parameters[0];
     const Sensor sensor = Sensed::sensor(values);
-    const double q = Leg::root(Sensed::template geometry<double>(values),
-                               Sensed::Pose::constant(pose_.data()), static_cast<double>(mode_));
-    residuals[0] = sensor.difference(sensor.reading(q, Sensed::kAngular), reading_, Sensed::kAngular);
+    const double q = Sensed::variable(Leg::root(Sensed::template geometry<double>(values),
+                                                Sensed::Pose::constant(pose_.data()),
+                                                static_cast<double>(mode_)));
+    residuals[0] =
+        sensor.difference(sensor.reading(q, Sensed::kAngular), reading_, Sensed::kAngular);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       // On the turn on which the sensor stands.
       const double reading = reading_ + residuals[0];
@@ -132,10 +133,9 @@ class LegModelOf final : public LegModel {
   }
 
   RowMatrix joint_centres(ConstVector parameters, ConstVector pose, double reading) const override {
-    const auto joints =
-        Leg::joint_centres(Sensed::template geometry<double>(parameters.data()),
-                           Sensed::Pose::constant(pose.data()),
-                           Sensed::sensor(parameters.data()).active_joint(reading));
+    const auto joints = Leg::joint_centres(
+        Sensed::template geometry<double>(parameters.data()), Sensed::Pose::constant(pose.data()),
+        Sensed::joint(Sensed::sensor(parameters.data()).active_joint(reading)));
     RowMatrix centres(static_cast<Index>(joints.size()), position_size(Sensed::Pose::kSpace));
     for (std::size_t i = 0; i < joints.size(); ++i) {
       centres.row(static_cast<Index>(i)) = joints[i].transpose();

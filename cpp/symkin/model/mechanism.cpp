@@ -9,11 +9,6 @@
 namespace symkin {
 namespace {
 
-// Radii are left free: the Hesse distance of a guide line may have either sign.
-bool must_be_positive(const ParameterInfo& info) {
-  return info.name == parameter::kProximalLength.name || info.name == parameter::kDistalLength.name;
-}
-
 void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
   const std::string where = "leg " + std::to_string(number) + " of chain " + std::string(info.name);
   const auto count = static_cast<Index>(info.parameters.size());
@@ -22,17 +17,16 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
                        " parameters; expected " + std::to_string(count));
   }
   for (Index i = 0; i < count; ++i) {
-    const ParameterInfo& parameter = info.parameters[static_cast<std::size_t>(i)];
+    const auto& [name, role] = info.parameters[static_cast<std::size_t>(i)];
     const double value = leg.parameters[i];
-    const std::string what =
-        where + ": " + std::string(parameter.name) + " = " + std::to_string(value);
+    const std::string what = where + ": " + std::string(name) + " = " + std::to_string(value);
     if (!std::isfinite(value)) {
       throw ImpossibleLeg(what + "; expected a finite number");
     }
-    if (must_be_positive(parameter) && value <= 0) {
+    if (role.kind == ParameterKind::length && value <= 0) {
       throw ImpossibleLeg(what + "; expected a positive length");
     }
-    if (parameter.role == ParameterRole::gain && value == 0) {
+    if (role.kind == ParameterKind::gain && value == 0) {
       throw ImpossibleLeg(what + "; a sensor with zero gain shows nothing");
     }
   }
@@ -49,7 +43,7 @@ Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> l
   for (std::size_t i = 0; i < legs_.size(); ++i) {
     check_leg(model.info(), legs_[i], i + 1);
   }
-  if (leg_count() < dof()) {
+  if (leg_count() * model.info().closures < dof()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs; a " + std::string(to_string(pose_space())) + " platform has " +
                        std::to_string(dof()) + " degrees of freedom and needs as many");
@@ -62,6 +56,14 @@ const Leg& Mechanism::leg(Index index) const {
                        std::to_string(leg_count() - 1));
   }
   return legs_[static_cast<std::size_t>(index)];
+}
+
+std::vector<LegValues> Mechanism::leg_values() const {
+  std::vector<LegValues> values;
+  for (const Leg& leg : legs_) {
+    values.push_back({leg.parameters.data(), leg.working_mode});
+  }
+  return values;
 }
 
 Mechanism Mechanism::with_parameters(ConstRows parameters) const {
@@ -107,6 +109,13 @@ void check_leg_readings(Index poses, ConstVector readings) {
   if (readings.size() != poses) {
     throw InvalidInput("readings are " + std::to_string(readings.size()) + "; expected " +
                        std::to_string(poses) + ", one a pose");
+  }
+}
+
+void check_one_closure(const ChainInfo& chain, std::string_view what) {
+  if (chain.closures != 1) {
+    throw InvalidInput(std::string(what) + " knows legs of one closure; those of chain " +
+                       std::string(chain.name) + " have " + std::to_string(chain.closures));
   }
 }
 

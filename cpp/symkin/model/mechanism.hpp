@@ -2,10 +2,11 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "symkin/chains/registry.hpp"
 #include "symkin/model/leg_model.hpp"
+#include "symkin/model/pose_space.hpp"
 
 namespace symkin {
 
@@ -18,8 +19,8 @@ struct Leg {
 // A parallel mechanism: legs of one chain on a base, carrying one platform.
 class Mechanism {
  public:
-  // Throws InvalidInput that names the leg and the parameter: at least as many legs as degrees of
-  // freedom, finite parameters, positive lengths (a radius or a guide offset may be zero or
+  // Throws InvalidInput that names the leg and the parameter: at least as many closures as degrees
+  // of freedom, finite parameters, positive lengths (a radius or a guide offset may be zero or
   // negative), gains other than zero, modes +1 or -1.
   Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs);
 
@@ -27,6 +28,8 @@ class Mechanism {
   const LegModel& model() const { return *model_; }
   const std::vector<Leg>& legs() const { return legs_; }
   const Leg& leg(Index index) const;
+  // For the model's loops over all legs; no longer valid than the mechanism.
+  std::vector<LegValues> leg_values() const;
 
   PoseSpace pose_space() const { return model_->info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }
@@ -49,5 +52,8 @@ void check_poses(const Mechanism& mechanism, ConstRows poses);
 void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings);
 // The same for the readings of one leg.
 void check_leg_readings(Index poses, ConstVector readings);
+
+// Throws InvalidInput, naming what knows one closure a leg only, for a chain with more of them.
+void check_one_closure(const ChainInfo& chain, std::string_view what);
 
 }  // namespace symkin

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What a mechanism is: pose spaces, the parameters of a leg with their roles, and the one place
-// where a chain's compile-time closure meets run time (LegModel). Public: all but leg_model_of.hpp,
-// which only somebody who adds a chain includes.
+// What a mechanism is: pose spaces, the parameters of a leg with their roles, its sensor, and the
+// one place where a chain's compile-time closure meets run time (LegModel). Public: all of it; what
+// is not named here only somebody who adds a chain includes, by way of leg_model_of.hpp.
 #include "symkin/model/chain_info.hpp"
 #include "symkin/model/leg_model.hpp"
 #include "symkin/model/mechanism.hpp"
-#include "symkin/model/pose.hpp"
+#include "symkin/model/pose_space.hpp"
+#include "symkin/model/roles.hpp"

@@ -10,7 +10,8 @@ namespace symkin {
 inline constexpr ParameterInfo kProximalLength{"proximal_length",
                                                {End::none, ParameterKind::length}};
 inline constexpr ParameterInfo kDistalLength{"distal_length", {End::none, ParameterKind::length}};
-inline constexpr ParameterInfo kGuideOffset{"guide_offset", {End::none, ParameterKind::length}};
+inline constexpr ParameterInfo kGuideOffset{"guide_offset",
+                                            {End::none, ParameterKind::eccentricity}};
 
 inline constexpr ParameterInfo kBaseRadius{"base_radius", {End::base, ParameterKind::radius}};
 inline constexpr ParameterInfo kBaseAngle{"base_angle", {End::base, ParameterKind::azimuth}};

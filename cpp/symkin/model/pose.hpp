@@ -58,14 +58,12 @@ struct SpatialPose {
   static constexpr PoseSpace kSpace = PoseSpace::spatial;
   static constexpr int kCoordinates = 7;
   static constexpr int kDof = 6;
-  static SpatialPose constant(const T* row) {
-    return {{row[0], row[1], row[2]}, rotation_matrix(row)};
-  }
+  static SpatialPose constant(const T* row) { return {{row[0], row[1], row[2]}, turned_by(row)}; }
 
   // To first order exp([w]) R = R + [w] R, which is all that a derivative at w = 0 needs.
   template <typename S>
   static SpatialPose variable(const S* row, int first) {
-    const auto turn = SpatialPose<S>::rotation_matrix(row);
+    const auto turn = SpatialPose<S>::turned_by(row);
     SpatialPose pose;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;
@@ -110,13 +108,17 @@ struct SpatialPose {
   std::array<T, 3> position;
   std::array<std::array<T, 3>, 3> rotation;
 
-  // Of the quaternion, whatever its length.
-  static std::array<std::array<T, 3>, 3> rotation_matrix(const T* row) {
+  // The rotation matrix of the quaternion, whatever its length.
+  static std::array<std::array<T, 3>, 3> turned_by(const T* row) {
     const T &x = row[3], &y = row[4], &z = row[5], &w = row[6];
     const T two = 2.0 / (x * x + y * y + z * z + w * w);
     return {{{{1.0 - two * (y * y + z * z), two * (x * y - w * z), two * (x * z + w * y)}},
              {{two * (x * y + w * z), 1.0 - two * (x * x + z * z), two * (y * z - w * x)}},
              {{two * (x * z - w * y), two * (y * z + w * x), 1.0 - two * (x * x + y * y)}}}};
+  }
+  static Eigen::Matrix3d rotation_matrix(const double* row) {
+    const auto rows = SpatialPose<double>::turned_by(row);
+    return Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(rows[0].data());
   }
 };
 

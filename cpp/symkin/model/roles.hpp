@@ -26,7 +26,8 @@ enum class End {
 // direction and its distance from the origin, or by its direction and a point of it; by its
 // direction alone its distance is part of the sensor's offset.
 enum class ParameterKind {
-  length,              // m, of a link
+  length,              // m, of a link: positive
+  eccentricity,        // m, of a guide from the joint that it turns about; of either sign
   radius,              // m, of a point from the origin
   azimuth,             // rad, of a point about Z
   polar_angle,         // rad, of a point from Z

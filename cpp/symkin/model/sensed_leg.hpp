@@ -25,7 +25,7 @@ namespace symkin {
 //   kModeIsOrientation, kWorkingMode      whether a reflection flips the working mode; its meaning
 //   closure<G>(geometry, pose, q)         metres; of k > 1 closures an std::array of k, the first
 //                                         of which depends on q
-//   root(geometry, pose, mode)            the closed-form root in q, NaN out of reach
+//   root(geometry, pose, mode)            the q that closes the leg, NaN out of reach
 //   reach_margin(geometry, pose)          metres inside the reach
 //   joint_centres(geometry, pose, q)      for drawings
 // The scalars are doubles, batches of them, or duals; q is an Azimuth where the joint is angular.
@@ -66,17 +66,26 @@ struct SensedLeg {
 
   template <typename T>
   static Geometry<Full<T>> variable_geometry(const double* parameters) {
-    return make_geometry<Geometry<Full<T>>>(
-        [=](int i) { return Full<T>(T(parameters[i]), i); }, Indices());
+    return make_geometry<Geometry<Full<T>>>([=](int i) { return Full<T>(T(parameters[i]), i); },
+                                            Indices());
   }
 
-  // q as a closure takes it.
+  // q as a closure takes it, and back.
   template <typename T>
   static auto joint(const T& q) {
     if constexpr (kAngular) {
       return Azimuth<T>(q);
     } else {
       return q;
+    }
+  }
+
+  template <typename Joint>
+  static auto variable(const Joint& joint) {
+    if constexpr (kAngular) {
+      return angle(joint);
+    } else {
+      return joint;
     }
   }
 

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include "symkin/model/pose.hpp"
 #include "symkin/support/error.hpp"
-#include "symkin/symmetry/leg_ends.hpp"
+#include "symkin/symmetry/detail/leg_ends.hpp"
 
 namespace symkin {
 namespace {
@@ -28,6 +29,11 @@ struct Isometries {
   bool reflection;
   Eigen::Matrix2d base, platform;
   Eigen::Vector2d base_shift, platform_shift;
+
+  double turned(double azimuth, End end) const {
+    const double angle = end == End::platform ? platform_angle : base_angle;
+    return reflection ? 2 * angle - azimuth : azimuth + angle;
+  }
 };
 
 Isometries isometries(const SymmetryGroup& group, SymmetryElement element) {
@@ -42,10 +48,6 @@ Isometries isometries(const SymmetryGroup& group, SymmetryElement element) {
   image.base_shift = frame.base_centre - image.base * frame.base_centre;
   image.platform_shift = frame.platform_centre - image.platform * frame.platform_centre;
   return image;
-}
-
-double turned(double azimuth, double angle, bool reflection) {
-  return reflection ? 2 * angle - azimuth : azimuth + angle;
 }
 
 Eigen::Matrix3d spatial(const Eigen::Matrix2d& planar) {
@@ -92,44 +94,32 @@ void shift_point(const LegEnd<double>& end, const Eigen::Vector2d& shift) {
   }
 }
 
-// One end under its isometry. Returns what the sensor offset gains by the shift: a guide without
-// a distance of its own (Anchor::direction) is read from the frame's origin, and a travel along
-// this end's guide from its foot, the point nearest to the origin.
-double transform_end(const LegEnd<double>& end, Anchor anchor, bool travel_is_here, double angle,
-                     bool reflection, const Eigen::Vector2d& shift) {
-  if (end.azimuth == nullptr) {
-    return 0;
-  }
-  *end.azimuth = turned(*end.azimuth, angle, reflection);
+// An end, turned already, under the shift of its frame's isometry. Returns what the sensor offset
+// gains by it: from a guide that is read from the frame's origin, or from a travel along this end's
+// guide, which begins at the point of the guide nearest to the origin.
+double shift_end(const LegEnd<double>& end, bool is_travelled, const Eigen::Vector2d& shift) {
   if (shift.isZero(0)) {
     return 0;
   }
-  if (anchor == Anchor::point) {
+  if (end.has_point()) {
     shift_point(end, shift);
+  }
+  if (end.direction == nullptr) {
     return 0;
   }
-  const Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
-  if (anchor == Anchor::line) {
-    *end.radius += shift.dot(direction);
-    return travel_is_here ? direction.x() * shift.y() - direction.y() * shift.x() : 0;
+  const Eigen::Vector2d normal(std::cos(*end.direction), std::sin(*end.direction));
+  if (end.distance != nullptr) {
+    *end.distance += shift.dot(normal);
+    return is_travelled ? normal.x() * shift.y() - normal.y() * shift.x() : 0;
   }
-  return shift.dot(direction);
+  return end.distance_is_in_offset() ? shift.dot(normal) : 0;
 }
 
 double transform_offset(const Isometries& image, ActiveJoint joint, double offset) {
-  switch (joint) {
-    case ActiveJoint::angle_in_base:
-      return turned(offset, image.base_angle, image.reflection);
-    case ActiveJoint::angle_in_platform:
-      return turned(offset, image.platform_angle, image.reflection);
-    case ActiveJoint::elbow_angle:
-    case ActiveJoint::travel_on_base:
-    case ActiveJoint::travel_on_platform:
-      return image.reflection ? -offset : offset;
-    case ActiveJoint::distance:
-      break;
+  if (turned_end(joint) != End::none) {
+    return image.turned(offset, turned_end(joint));
   }
-  return offset;
+  return image.reflection && joint != ActiveJoint::distance ? -offset : offset;
 }
 
 }  // namespace
@@ -162,15 +152,19 @@ Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const Cha
   }
   const Isometries image = isometries(group, element);
   Leg result = leg;
-  double& offset = result.parameters[result.parameters.size() - 1];
+  double* const parameters = result.parameters.data();
+  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+    const auto [end, kind] = chain.parameters[i].role;
+    if (turns(kind)) {
+      parameters[i] = image.turned(parameters[i], end);
+    }
+  }
+  double& offset = *find_parameter(chain, {End::none, ParameterKind::offset}, parameters);
   offset = transform_offset(image, chain.active_joint, offset);
-  offset += transform_end(base_end(chain, result.parameters.data()), chain.base_anchor,
-                          chain.active_joint == ActiveJoint::travel_on_base, image.base_angle,
-                          image.reflection, image.base_shift);
-  // A platform that is a point has no azimuth, and its frame no shift of its own.
-  offset += transform_end(platform_end(chain, result.parameters.data()), chain.platform_anchor,
-                          chain.active_joint == ActiveJoint::travel_on_platform,
-                          image.platform_angle, image.reflection, image.platform_shift);
+  for (const End end : kEnds) {
+    offset += shift_end(leg_end(chain, end, parameters), travelled_end(chain.active_joint) == end,
+                        end == End::base ? image.base_shift : image.platform_shift);
+  }
   if (element.reflection && chain.mode_is_orientation) {
     result.working_mode = -leg.working_mode;
   }

@@ -8,19 +8,24 @@
 #include <optional>
 
 #include "symkin/symmetry/action.hpp"
-#include "symkin/symmetry/leg_ends.hpp"
+#include "symkin/symmetry/detail/leg_comparison.hpp"
+#include "symkin/symmetry/detail/leg_ends.hpp"
 
 namespace symkin {
 namespace {
 
 constexpr double kPi = 3.141592653589793238463;
 
-using End = LegEnd<const double>;
+LegEnd<const double> end_of(const Mechanism& mechanism, Index leg, End end) {
+  return leg_end(mechanism.model().info(), end, mechanism.leg(leg).parameters.data());
+}
 
-End end_of(const Mechanism& mechanism, Index leg, bool platform) {
-  const double* parameters = mechanism.leg(leg).parameters.data();
-  const ChainInfo& chain = mechanism.model().info();
-  return platform ? platform_end(chain, parameters) : base_end(chain, parameters);
+Eigen::Vector2d along(double azimuth) { return {std::cos(azimuth), std::sin(azimuth)}; }
+
+// Where an end's point is, seen along Z.
+Eigen::Vector2d place_of(const LegEnd<const double>& end) {
+  const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
+  return *end.radius * sine * along(*end.azimuth);
 }
 
 // The common centre of guides: each has the same distance rho from it, so
@@ -42,51 +47,47 @@ Eigen::Vector2d centre_of_guides(const Vector& distances, const Vector& azimuths
 
 // Where base or platform have their centre, if the legs are symmetric at all: the centroid of
 // points is fixed by every symmetry of the set.
-Eigen::Vector2d centre(const Mechanism& mechanism, bool platform) {
+Eigen::Vector2d centre(const Mechanism& mechanism, End which) {
   const ChainInfo& chain = mechanism.model().info();
-  const Anchor anchor = platform ? chain.platform_anchor : chain.base_anchor;
   const Index legs = mechanism.leg_count();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Vector distances(legs);
   Vector azimuths(legs);
   for (Index leg = 0; leg < legs; ++leg) {
-    const End end = end_of(mechanism, leg, platform);
-    if (end.azimuth == nullptr) {
-      return Eigen::Vector2d::Zero();
+    const LegEnd<const double> end = end_of(mechanism, leg, which);
+    if (end.has_point()) {
+      sum += place_of(end);
+    } else if (end.direction != nullptr) {
+      azimuths[leg] = *end.direction;
+      // A guide without a distance of its own has it in the sensor's offset.
+      distances[leg] = end.distance != nullptr
+                           ? *end.distance
+                           : *find_parameter(chain, {End::none, ParameterKind::offset},
+                                             mechanism.leg(leg).parameters.data());
     }
-    const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
-    azimuths[leg] = *end.azimuth;
-    // A guide without a distance of its own has it in the sensor's offset.
-    distances[leg] = end.radius != nullptr ? *end.radius : mechanism.leg(leg).parameters.tail(1)[0];
-    sum +=
-        distances[leg] * sine * Eigen::Vector2d(std::cos(azimuths[leg]), std::sin(azimuths[leg]));
   }
-  return anchor == Anchor::point ? Eigen::Vector2d(sum / static_cast<double>(legs))
-                                 : centre_of_guides(distances, azimuths);
+  const LegEnd<const double> end = end_of(mechanism, 0, which);
+  return end.direction != nullptr && !end.has_point()
+             ? centre_of_guides(distances, azimuths)
+             : Eigen::Vector2d(sum / static_cast<double>(legs));
 }
 
 // A leg's end as seen from the centre, in the plane: a point's place, a guide's direction.
-Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, bool platform,
+Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, End which,
                          const Eigen::Vector2d& from) {
-  const ChainInfo& chain = mechanism.model().info();
-  const End end = end_of(mechanism, leg, platform);
-  if (end.azimuth == nullptr) {
-    return Eigen::Vector2d::Zero();
+  const LegEnd<const double> end = end_of(mechanism, leg, which);
+  if (end.has_point()) {
+    return place_of(end) - from;
   }
-  Eigen::Vector2d direction(std::cos(*end.azimuth), std::sin(*end.azimuth));
-  if ((platform ? chain.platform_anchor : chain.base_anchor) != Anchor::point) {
-    return direction;
-  }
-  const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
-  return *end.radius * sine * direction - from;
+  return end.direction != nullptr ? along(*end.direction) : Eigen::Vector2d::Zero();
 }
 
 // The leg whose end is farthest from the centre: of one at the centre the azimuth means nothing.
-Index farthest_leg(const Mechanism& mechanism, bool platform, const Eigen::Vector2d& from) {
+Index farthest_leg(const Mechanism& mechanism, End end, const Eigen::Vector2d& from) {
   Index farthest = 0;
   double distance = 0;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const double candidate = end_from(mechanism, leg, platform, from).norm();
+    const double candidate = end_from(mechanism, leg, end, from).norm();
     if (candidate > distance * (1 + 1e-6)) {
       farthest = leg;
       distance = candidate;
@@ -96,13 +97,13 @@ Index farthest_leg(const Mechanism& mechanism, bool platform, const Eigen::Vecto
 }
 
 // Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi.
-double mirror_axis(const Mechanism& mechanism, const std::vector<Index>& partner, bool platform,
+double mirror_axis(const Mechanism& mechanism, const std::vector<Index>& partner, End end,
                    const Eigen::Vector2d& from) {
   // Mirrored about the axis a, an end e becomes the conjugate of e turned by 2 a.
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t leg = 0; leg < partner.size(); ++leg) {
-    const Eigen::Vector2d a = end_from(mechanism, static_cast<Index>(leg), platform, from);
-    const Eigen::Vector2d b = end_from(mechanism, partner[leg], platform, from);
+    const Eigen::Vector2d a = end_from(mechanism, static_cast<Index>(leg), end, from);
+    const Eigen::Vector2d b = end_from(mechanism, partner[leg], end, from);
     sum += Eigen::Vector2d(a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x());
   }
   const double axis = std::atan2(sum.y(), sum.x()) / 2;
@@ -125,10 +126,10 @@ int largest_rotation(const Mechanism& mechanism, const SymmetryFrame& frame,
 }
 
 // The axis halfway between two legs' ends.
-double halfway(const Mechanism& mechanism, Index leg, Index partner, bool platform,
+double halfway(const Mechanism& mechanism, Index leg, Index partner, End end,
                const Eigen::Vector2d& from) {
-  const Eigen::Vector2d a = end_from(mechanism, leg, platform, from);
-  const Eigen::Vector2d b = end_from(mechanism, partner, platform, from);
+  const Eigen::Vector2d a = end_from(mechanism, leg, end, from);
+  const Eigen::Vector2d b = end_from(mechanism, partner, end, from);
   return (std::atan2(a.y(), a.x()) + std::atan2(b.y(), b.x())) / 2;
 }
 
@@ -138,19 +139,21 @@ SymmetryFrame mirror_frame(const Mechanism& mechanism, const SymmetryFrame& cent
                            const std::array<Index, 2>& legs, const std::array<Index, 2>& partners,
                            const SymmetryTolerance& tolerance) {
   SymmetryFrame frame = centred;
-  frame.base_axis = halfway(mechanism, legs[0], partners[0], false, frame.base_centre);
-  frame.platform_axis = halfway(mechanism, legs[1], partners[1], true, frame.platform_centre);
+  frame.base_axis = halfway(mechanism, legs[0], partners[0], End::base, frame.base_centre);
+  frame.platform_axis =
+      halfway(mechanism, legs[1], partners[1], End::platform, frame.platform_centre);
   const ElementImage rough =
       image_of_legs(mechanism, SymmetryGroup(1, true, frame), {0, true}, tolerance);
-  frame.base_axis = mirror_axis(mechanism, rough.permutation, false, frame.base_centre);
-  frame.platform_axis = mirror_axis(mechanism, rough.permutation, true, frame.platform_centre);
-  const auto at_centre = [&](bool platform, Index leg, const Eigen::Vector2d& from) {
-    return end_from(mechanism, leg, platform, from).norm() <= tolerance.length;
+  frame.base_axis = mirror_axis(mechanism, rough.permutation, End::base, frame.base_centre);
+  frame.platform_axis =
+      mirror_axis(mechanism, rough.permutation, End::platform, frame.platform_centre);
+  const auto at_centre = [&](End end, Index leg, const Eigen::Vector2d& from) {
+    return end_from(mechanism, leg, end, from).norm() <= tolerance.length;
   };
   if (mechanism.pose_space() == PoseSpace::point ||
-      at_centre(true, legs[1], frame.platform_centre)) {
+      at_centre(End::platform, legs[1], frame.platform_centre)) {
     frame.platform_axis = frame.base_axis;
-  } else if (at_centre(false, legs[0], frame.base_centre)) {
+  } else if (at_centre(End::base, legs[0], frame.base_centre)) {
     frame.base_axis = frame.platform_axis;
   }
   return frame;
@@ -161,8 +164,8 @@ std::optional<SymmetryFrame> find_reflection(const Mechanism& mechanism,
                                              const SymmetryFrame& centred,
                                              const SymmetryTolerance& tolerance) {
   std::optional<SymmetryFrame> best;
-  const std::array<Index, 2> legs{farthest_leg(mechanism, false, centred.base_centre),
-                                  farthest_leg(mechanism, true, centred.platform_centre)};
+  const std::array<Index, 2> legs{farthest_leg(mechanism, End::base, centred.base_centre),
+                                  farthest_leg(mechanism, End::platform, centred.platform_centre)};
   for (Index partner = 0; partner < mechanism.leg_count(); ++partner) {
     for (Index other = 0; other < mechanism.leg_count(); ++other) {
       if (legs[0] == legs[1] && other != partner) {
@@ -202,15 +205,9 @@ SymmetryGroup mode_subgroup(const SymmetryGroup& group, const std::vector<Elemen
 
 // Whether a reflection changes the sign of a parameter's error.
 bool is_mirrored(const ParameterInfo& parameter, SymmetryElement element, ActiveJoint joint) {
-  switch (parameter.role) {
-    case ParameterRole::base_azimuth:
-    case ParameterRole::platform_azimuth:
-      return element.reflection;
-    case ParameterRole::offset:
-      return reading_sign(element, joint) < 0;
-    default:
-      return false;
-  }
+  const ParameterKind kind = parameter.role.kind;
+  return turns(kind) ? element.reflection
+                     : kind == ParameterKind::offset && reading_sign(element, joint) < 0;
 }
 
 double median(std::vector<double> values) {
@@ -224,8 +221,8 @@ double median(std::vector<double> values) {
 
 SymmetryGroup largest_group(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
   SymmetryFrame frame;
-  frame.base_centre = centre(mechanism, false);
-  frame.platform_centre = centre(mechanism, true);
+  frame.base_centre = centre(mechanism, End::base);
+  frame.platform_centre = centre(mechanism, End::platform);
   const int rotations = largest_rotation(mechanism, frame, tolerance);
   const auto reflection = find_reflection(mechanism, frame, tolerance);
   return {rotations, reflection.has_value(), reflection.value_or(frame)};

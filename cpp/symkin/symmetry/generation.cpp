@@ -32,12 +32,9 @@ std::vector<Leg> generate_legs(const SymmetryGroup& group, const LegModel& model
   for (const SymmetryElement element : elements) {
     Leg leg = transform_leg(group, element, chain, reference);
     for (Index i = 0; i < leg.parameters.size(); ++i) {
-      const ParameterRole role = chain.parameters[static_cast<std::size_t>(i)].role;
-      const bool turns = role == ParameterRole::base_azimuth ||
-                         role == ParameterRole::platform_azimuth ||
-                         (role == ParameterRole::offset && is_angle(chain.active_joint));
+      const bool angular = chain.is_angular(chain.parameters[static_cast<std::size_t>(i)]);
       // The reference leg stays as it was written.
-      if (turns && !(element == SymmetryElement{})) {
+      if (angular && !(element == SymmetryElement{})) {
         leg.parameters[i] = wrap_angle(leg.parameters[i]);
       }
     }

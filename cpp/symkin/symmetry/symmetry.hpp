@@ -7,6 +7,5 @@
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"
 #include "symkin/symmetry/group.hpp"
-#include "symkin/symmetry/leg_comparison.hpp"
 #include "symkin/symmetry/verification.hpp"
 #include "symkin/symmetry/workspace_symmetry.hpp"

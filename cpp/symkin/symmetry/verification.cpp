@@ -8,6 +8,7 @@
 
 #include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
+#include "symkin/symmetry/detail/leg_comparison.hpp"
 
 namespace symkin {
 namespace {
@@ -40,6 +41,14 @@ std::string describe(const SymmetryElement& element, const LegDeviation& deviati
 }
 
 }  // namespace
+
+void SymmetryTolerance::check() const {
+  for (const double value : {length, angle, gain}) {
+    if (!(value >= 0)) {
+      throw InvalidInput("symmetry tolerance " + std::to_string(value) + "; expected zero or more");
+    }
+  }
+}
 
 ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& group,
                            SymmetryElement element, const SymmetryTolerance& tolerance) {

@@ -1,13 +1,38 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "symkin/model/mechanism.hpp"
 #include "symkin/symmetry/group.hpp"
-#include "symkin/symmetry/leg_comparison.hpp"
 
 namespace symkin {
+
+// By how much every parameter may differ from that of a symmetric mechanism.
+struct SymmetryTolerance {
+  double length = 1e-6;  // m
+  double angle = 1e-6;   // rad
+  double gain = 1e-6;
+
+  void check() const;  // throws InvalidInput
+};
+
+// The image of a leg differs from a leg by the errors of both and by what all legs' errors do to
+// the centre and the axis that are found from them: by up to so many tolerances.
+constexpr double kImageTolerances = 4;
+
+// How one leg's image differs from a leg of the mechanism, in units of the tolerance. Joints are
+// compared by where they are, not by their polar coordinates: an angle means nothing at radius
+// zero, and (r, a) is (-r, a + pi).
+struct LegDeviation {
+  Index leg = 0;             // whose image is compared
+  Index nearest = 0;         // the leg that the image is nearest to
+  std::string parameter;     // that deviates most; empty if nothing does
+  double deviation = 0;      // of that parameter: m, rad or gain
+  double in_tolerances = 0;  // <= kImageTolerances means the leg maps
+  bool same_mode = true;     // the image has the nearest leg's working mode
+};
 
 // What an element does to the legs.
 struct ElementImage {

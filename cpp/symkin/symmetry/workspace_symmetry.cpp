@@ -41,17 +41,20 @@ WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGrou
   return result;
 }
 
-// Deviation of the image leg's reading at the image pose from the leg's own; an angle by the
-// shortest turn.
-double deviation(const Mechanism& mechanism, Index leg, double image_reading, double reading,
-                 double sign) {
-  const Vector& parameters = mechanism.leg(leg).parameters;
-  const double gain = parameters[parameters.size() - 2];
-  double travel = gain * (image_reading - sign * reading);
-  if (is_angle(mechanism.model().info().active_joint)) {
-    travel = wrap_angle(travel);
+// Each image reading, at the leg that the image is, less the leg's own with that sign; angles by
+// the shortest turn.
+RowMatrix deviations(const Mechanism& mechanism, const ElementImage& image,
+                     ConstRows image_readings, ConstRows readings, double sign) {
+  RowMatrix result(readings.rows(), readings.cols());
+  Vector column(readings.rows());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    mechanism.model().reading_differences(
+        mechanism.leg(leg).parameters,
+        image_readings.col(image.permutation[static_cast<std::size_t>(leg)]),
+        sign * readings.col(leg), column);
+    result.col(leg) = column;
   }
-  return std::abs(travel / gain);
+  return result;
 }
 
 }  // namespace
@@ -82,7 +85,8 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
       inside_workspace(image_mechanism, image_options, image_poses);
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const RowMatrix image_readings = inverse_kinematics(image_mechanism, image_poses);
-  const double sign = reading_sign(element, mechanism.model().info().active_joint);
+  const RowMatrix apart = deviations(mechanism, image, image_readings, readings,
+                                     reading_sign(element, mechanism.model().info().active_joint));
   for (Index i = 0; i < count; ++i) {
     const auto row = static_cast<std::size_t>(i);
     result.inside += inside[row] ? 1 : 0;
@@ -94,8 +98,7 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
       mismatch = mismatch || std::isfinite(reading) != std::isfinite(image_reading);
       // At the end of a leg's reach the readings carry the square root of the rounding.
       if (inside[row] && std::isfinite(image_reading)) {
-        result.reading_deviation = std::max(
-            result.reading_deviation, deviation(mechanism, leg, image_reading, reading, sign));
+        result.reading_deviation = std::max(result.reading_deviation, std::abs(apart(i, leg)));
       }
     }
     result.unreachable += readings.row(i).allFinite() ? 0 : 1;

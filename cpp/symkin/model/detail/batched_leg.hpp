@@ -80,8 +80,8 @@ class BatchedLeg {
     all.reserve(static_cast<std::size_t>(legs.count));
     for (Index i = 0; i < legs.count; ++i) {
       const LegValues& leg = legs.legs[i];
-      all.push_back({Sensed::template geometry<T>(leg.parameters),
-                     Sensed::sensor(leg.parameters), T(static_cast<double>(leg.working_mode))});
+      all.push_back({Sensed::template geometry<T>(leg.parameters), Sensed::sensor(leg.parameters),
+                     T(static_cast<double>(leg.working_mode))});
     }
     return all;
   }
@@ -101,7 +101,7 @@ class BatchedLeg {
       const Pose pose = Pose::constant(coordinates(poses, rows).data());
       double* column = readings;
       for (const Values& leg : all) {
-        const T q = Leg::root(leg.geometry, pose, leg.mode);
+        const T q = Sensed::variable(Leg::root(leg.geometry, pose, leg.mode));
         rows.write(leg.sensor.reading(q, Sensed::kAngular), column++, legs.count);
       }
     }
@@ -163,16 +163,15 @@ class BatchedLeg {
 
   SYMKIN_FLATTEN static void linearise(const double* parameters, PoseSpan poses,
                                        const double* readings, double* closures,
-                                       double* by_parameters, double* by_pose,
-                                       double* by_reading) {
+                                       double* by_parameters, double* by_pose, double* by_reading) {
     constexpr Index kParameters = Sensed::kParameters;
     const auto geometry = Sensed::template variable_geometry<T>(parameters);
     const Sensor sensor = Sensed::sensor(parameters);
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);
       const T reading = rows.read(readings, 1);
-      const auto all = Sensed::template full_closures<T>(
-          geometry, coordinates(poses, rows).data(), sensor.active_joint(reading));
+      const auto all = Sensed::template full_closures<T>(geometry, coordinates(poses, rows).data(),
+                                                         sensor.active_joint(reading));
       for (Index c = 0; c < kClosures; ++c) {
         const auto& h = all[static_cast<std::size_t>(c)];
         rows.write(h.a, closures + c, kClosures);

@@ -12,8 +12,27 @@
 
 namespace symkin::detail {
 
-// A x = b by elimination, each lane with the largest pivot of its column; b becomes x. Returns
-// det A.
+// A x = b by the cross products of the rows; b becomes x. Returns det A.
+template <typename T>
+T solve(std::array<std::array<T, 3>, 3>& a, std::array<T, 3>& b) {
+  const auto cross = [](const std::array<T, 3>& u, const std::array<T, 3>& v) {
+    return std::array<T, 3>{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                            u[0] * v[1] - u[1] * v[0]};
+  };
+  const auto c0 = cross(a[1], a[2]);
+  const auto c1 = cross(a[2], a[0]);
+  const auto c2 = cross(a[0], a[1]);
+  const T determinant = a[0][0] * c0[0] + a[0][1] * c0[1] + a[0][2] * c0[2];
+  const T inverse = 1.0 / determinant;
+  const std::array<T, 3> right = b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    b[k] = inverse * (c0[k] * right[0] + c1[k] * right[1] + c2[k] * right[2]);
+  }
+  return determinant;
+}
+
+// The same of any size by elimination, each lane with the largest pivot of its
+// column.
 template <std::size_t N, typename T>
 T solve(std::array<std::array<T, N>, N>& a, std::array<T, N>& b) {
   using std::abs;
@@ -67,12 +86,12 @@ class Newton {
   using Pose = typename Leg::template Pose<T>;
   static constexpr std::size_t kDof = Pose::kDof;
   using Tangent = std::array<T, kDof>;
+  using Joint = decltype(Sensed::joint(std::declval<T>()));
 
   // A leg, its active joint as read, and as it would stand at the start pose.
   struct LegState {
     typename Batched::Values values;
-    T q;
-    decltype(Sensed::joint(std::declval<T>())) joint, joint_at_start;
+    Joint joint, joint_at_start;
     Mask side;  // of its singularities (type 1) at the start: dh/dq > 0
   };
 
@@ -98,7 +117,7 @@ class Newton {
  private:
   Newton(LegSpan legs, const ForwardKinematicsOptions& options) : options_(options) {
     for (const auto& values : Batched::values(legs)) {
-      legs_.push_back({values, {}, {}, {}, {}});
+      legs_.push_back({values, {}, {}, {}});
     }
   }
 
@@ -131,8 +150,7 @@ class Newton {
           active && (at.cost <= cost - 1e-4 * scale * predicted || scale * tried < smallest);
       const Mask settled = accept && at.largest < T(options_.step_tolerance);
       if (L::any(settled)) {
-        const Mask same =
-            redundant() ? same_sides(trial) : at.orientation == start_orientation;
+        const Mask same = redundant() ? same_sides(trial) : at.orientation == start_orientation;
         in_aspect = in_aspect || (settled && same);
         solved = solved || settled;
         Coordinates end = trial;
@@ -146,7 +164,8 @@ class Newton {
       tried = L::select(accept, at.largest, tried);
       scale = L::select(accept, T(1.0), 0.5 * scale);
       // Given up where the step is not finite or too short.
-      active = active && !settled && ((accept && at.largest < infinity) || (!accept && scale > T(1e-6)));
+      active =
+          active && !settled && ((accept && at.largest < infinity) || (!accept && scale > T(1e-6)));
       trial = accepted;
       Tangent scaled;
       for (std::size_t k = 0; k < kDof; ++k) {
@@ -181,10 +200,9 @@ class Newton {
     const Pose pose = Pose::constant(start.data());
     const auto count = static_cast<Index>(legs_.size());
     for (LegState& leg : legs_) {
-      leg.q = leg.values.sensor.active_joint(rows.read(readings++, count));
-      leg.joint = Sensed::joint(leg.q);
-      const T own = Leg::root(leg.values.geometry, pose, leg.values.mode);
-      leg.joint_at_start = Sensed::joint(L::select(own == own, own, leg.q));
+      leg.joint = Sensed::joint(leg.values.sensor.active_joint(rows.read(readings++, count)));
+      leg.joint_at_start =
+          or_else(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint);
       if (redundant()) {
         leg.side = slope(leg, pose, leg.joint_at_start) > T(0.0);
       }
@@ -192,17 +210,28 @@ class Newton {
     return linearise(start, true).orientation;
   }
 
+  // The joint, where it is not a number the other.
+  static Joint or_else(const Joint& joint, const Joint& other) {
+    if constexpr (Sensed::kAngular) {
+      const Mask good = joint.sine == joint.sine;
+      return {L::select(good, joint.cosine, other.cosine), L::select(good, joint.sine, other.sine)};
+    } else {
+      return L::select(joint == joint, joint, other);
+    }
+  }
+
   // dh/dq
-  template <typename Joint>
   static T slope(const LegState& leg, const Pose& pose, const Joint& joint) {
     using D = Dual<T, 1>;
-    T q;
+    const auto closure = [&](const auto& q) {
+      return Leg::template closure<T>(leg.values.geometry, pose, q).v[0];
+    };
     if constexpr (Sensed::kAngular) {
-      q = joint.angle;
+      return closure(Azimuth<D>(D::of(joint.cosine, [&](std::size_t) { return -joint.sine; }),
+                                D::of(joint.sine, [&](std::size_t) { return joint.cosine; })));
     } else {
-      q = joint;
+      return closure(D(joint, 0));
     }
-    return Leg::template closure<T>(leg.values.geometry, pose, Sensed::joint(D(q, 0))).v[0];
   }
 
   Mask same_sides(const Coordinates& coordinates) const {
@@ -217,16 +246,25 @@ class Newton {
   // A solution counts only if every leg stands in its working mode there: its joint is the root
   // that the mode picks, up to the square root of the rounding at the end of its reach.
   Mask in_working_modes(const Coordinates& coordinates) const {
-    using std::abs;
     const T tolerance(1e-6);
     const Pose pose = Pose::constant(coordinates.data());
     Mask all = coordinates[0] == coordinates[0];
     for (const LegState& leg : legs_) {
-      const T travel = Leg::root(leg.values.geometry, pose, leg.values.mode) - leg.q;
       // A root that is not a number, just beyond the reach, fails the comparison too.
-      all = all && abs(Sensed::kAngular ? wrap_angle(travel) : travel) < tolerance;
+      all = all &&
+            distance(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint) < tolerance;
     }
     return all;
+  }
+
+  // Of joints that are close to each other.
+  static T distance(const Joint& joint, const Joint& other) {
+    using std::abs;
+    if constexpr (Sensed::kAngular) {
+      return abs(joint.cosine - other.cosine) + abs(joint.sine - other.sine);
+    } else {
+      return abs(joint - other);
+    }
   }
 
   // Not inlined: it is called twice, and is most of the code.

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/symmetry/leg_comparison.hpp"
+#include "symkin/symmetry/detail/leg_comparison.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
-#include "symkin/support/error.hpp"
-#include "symkin/symmetry/leg_ends.hpp"
+#include "symkin/model/pose_space.hpp"
+#include "symkin/symmetry/detail/leg_ends.hpp"
 
 namespace symkin {
 namespace {
@@ -16,23 +15,6 @@ namespace {
 // At the centre of its frame, where angles mean nothing.
 constexpr double kCentral = 1e-9;  // m
 constexpr double kPi = 3.141592653589793238463;
-
-bool is_turning(const ParameterInfo& parameter, const ChainInfo& chain) {
-  switch (parameter.role) {
-    case ParameterRole::base_azimuth:
-    case ParameterRole::platform_azimuth:
-    case ParameterRole::polar_angle:
-      return true;
-    case ParameterRole::offset:
-      return is_angle(chain.active_joint);
-    default:
-      return false;
-  }
-}
-
-bool is_sensor(const ParameterInfo& parameter) {
-  return parameter.role == ParameterRole::gain || parameter.role == ParameterRole::offset;
-}
 
 // Keeps the parameter by which two legs differ most, in tolerances.
 void note(LegDeviation& worst, std::string_view parameter, double deviation, double in_tolerances) {
@@ -43,46 +25,48 @@ void note(LegDeviation& worst, std::string_view parameter, double deviation, dou
   }
 }
 
-LegEnd<double> end_of(const ChainInfo& chain, Leg& leg, bool platform) {
-  double* const parameters = leg.parameters.data();
-  return platform ? platform_end(chain, parameters) : base_end(chain, parameters);
+LegEnd<double> end_of(const ChainInfo& chain, Leg& leg, End end) {
+  return leg_end(chain, end, leg.parameters.data());
 }
 
-LegEnd<const double> end_of(const ChainInfo& chain, const Leg& leg, bool platform) {
-  const double* const parameters = leg.parameters.data();
-  return platform ? platform_end(chain, parameters) : base_end(chain, parameters);
+LegEnd<const double> end_of(const ChainInfo& chain, const Leg& leg, End end) {
+  return leg_end(chain, end, leg.parameters.data());
 }
 
-// The same end in other coordinates: a point on the other side of the origin; a guide with its
-// normal turned round, and with it its travel and what it calls ahead.
-void turn_round(const ChainInfo& chain, Leg& leg, bool platform) {
-  const LegEnd<double> end = end_of(chain, leg, platform);
-  const Anchor anchor = platform ? chain.platform_anchor : chain.base_anchor;
+// The same end in other coordinates: a point on the other side of the origin.
+void turn_point_round(const ChainInfo& chain, Leg& leg, End which) {
+  const LegEnd<double> end = end_of(chain, leg, which);
   *end.azimuth += kPi;
-  if (end.radius != nullptr) {
-    *end.radius = -*end.radius;
-  }
+  *end.radius = -*end.radius;
   if (end.polar_angle != nullptr) {
     *end.polar_angle = kPi - *end.polar_angle;
-  }
-  if (anchor == Anchor::point) {
-    return;
-  }
-  const ActiveJoint travel =
-      platform ? ActiveJoint::travel_on_platform : ActiveJoint::travel_on_base;
-  if (anchor == Anchor::direction || chain.active_joint == travel) {
-    leg.parameters.tail<2>() *= -1;
-  }
-  if (chain.mode_is_orientation) {
-    leg.working_mode = -leg.working_mode;
   }
 }
 
 // The same point with its polar angle counted the other way from Z.
-void tilt_over(const ChainInfo& chain, Leg& leg, bool platform) {
-  const LegEnd<double> end = end_of(chain, leg, platform);
+void tilt_point_over(const ChainInfo& chain, Leg& leg, End which) {
+  const LegEnd<double> end = end_of(chain, leg, which);
   *end.polar_angle = -*end.polar_angle;
   *end.azimuth += kPi;
+}
+
+// A guide with its normal turned round, and with it its travel and what it calls ahead.
+void turn_guide_round(const ChainInfo& chain, Leg& leg, End which) {
+  const LegEnd<double> end = end_of(chain, leg, which);
+  *end.direction += kPi;
+  if (end.distance != nullptr) {
+    *end.distance = -*end.distance;
+  }
+  if (end.distance_is_in_offset() || travelled_end(chain.active_joint) == which) {
+    for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+      if (is_sensor(chain.parameters[i].role.kind)) {
+        leg.parameters[static_cast<Index>(i)] *= -1;
+      }
+    }
+  }
+  if (chain.mode_is_orientation) {
+    leg.working_mode = -leg.working_mode;
+  }
 }
 
 struct Point {
@@ -101,12 +85,13 @@ Point point_of(const LegEnd<const double>& end) {
 
 // How far apart two representations of one end are, to choose the nearest: m and rad alike.
 double apart(const LegEnd<const double>& a, const LegEnd<const double>& b) {
-  double sum = std::abs(wrap_angle(*a.azimuth - *b.azimuth));
-  if (a.radius != nullptr) {
-    sum += std::abs(*a.radius - *b.radius);
+  double sum = 0;
+  for (const auto& [x, y] : {std::pair(a.azimuth, b.azimuth), std::pair(a.direction, b.direction),
+                             std::pair(a.polar_angle, b.polar_angle)}) {
+    sum += x != nullptr ? std::abs(wrap_angle(*x - *y)) : 0;
   }
-  if (a.polar_angle != nullptr) {
-    sum += std::abs(wrap_angle(*a.polar_angle - *b.polar_angle));
+  for (const auto& [x, y] : {std::pair(a.radius, b.radius), std::pair(a.distance, b.distance)}) {
+    sum += x != nullptr ? std::abs(*x - *y) : 0;
   }
   return sum;
 }
@@ -114,33 +99,37 @@ double apart(const LegEnd<const double>& a, const LegEnd<const double>& b) {
 // The leg in the coordinates that are nearest to those of the other.
 Leg written_like(const Leg& leg, const Leg& other, const ChainInfo& chain) {
   Leg nearest = leg;
-  for (const bool platform : {false, true}) {
-    const LegEnd<const double> wanted = end_of(chain, other, platform);
-    if (wanted.azimuth == nullptr) {
-      continue;
-    }
+  for (const End which : kEnds) {
+    const LegEnd<const double> wanted = end_of(chain, other, which);
     Leg candidate = nearest;
     // Every way to write it, one after the other.
-    for (int way = 1; way < (wanted.polar_angle != nullptr ? 4 : 2); ++way) {
-      if (way == 2) {
-        tilt_over(chain, candidate, platform);
-      } else {
-        turn_round(chain, candidate, platform);
-      }
-      if (apart(end_of(chain, std::as_const(candidate), platform), wanted) <
-          apart(end_of(chain, std::as_const(nearest), platform), wanted)) {
+    const auto consider = [&](auto rewrite) {
+      rewrite(chain, candidate, which);
+      if (apart(end_of(chain, std::as_const(candidate), which), wanted) <
+          apart(end_of(chain, std::as_const(nearest), which), wanted)) {
         nearest = candidate;
       }
+    };
+    if (wanted.has_point()) {
+      consider(turn_point_round);
+      if (wanted.polar_angle != nullptr) {
+        consider(tilt_point_over);
+        consider(turn_point_round);
+      }
+    }
+    candidate = nearest;
+    if (wanted.direction != nullptr) {
+      consider(turn_guide_round);
     }
   }
   return nearest;
 }
 
 // Where two points differ, named by the coordinate that moves them apart most.
-void compare_points(const ChainInfo& chain, const Leg& image, const Leg& leg, bool platform,
+void compare_points(const ChainInfo& chain, const Leg& image, const Leg& leg, End which,
                     const Vector& differences, double unit, LegDeviation& worst) {
-  const auto a = end_of(chain, image, platform);
-  const auto b = end_of(chain, leg, platform);
+  const auto a = end_of(chain, image, which);
+  const auto b = end_of(chain, leg, which);
   const Point there = point_of(a);
   const Point here = point_of(b);
   const double in_tolerances = (there.position - here.position).norm() / unit;
@@ -161,10 +150,10 @@ void compare_points(const ChainInfo& chain, const Leg& image, const Leg& leg, bo
 
 double unit_of(const ParameterInfo& parameter, const ChainInfo& chain,
                const ComparisonUnits& units) {
-  if (parameter.role == ParameterRole::gain) {
+  if (parameter.role.kind == ParameterKind::gain) {
     return units.gain;
   }
-  return is_turning(parameter, chain) ? units.angle : units.length;
+  return chain.is_angular(parameter) ? units.angle : units.length;
 }
 
 double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& chain,
@@ -173,7 +162,7 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
   double largest = 0;
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
     const ParameterInfo& parameter = chain.parameters[i];
-    if (is_sensor(parameter) == sensors) {
+    if (is_sensor(parameter.role.kind) == sensors) {
       largest = std::max(
           largest, std::abs(differences[static_cast<Index>(i)]) / unit_of(parameter, chain, units));
     }
@@ -183,26 +172,18 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
 
 }  // namespace
 
-void SymmetryTolerance::check() const {
-  for (const double value : {length, angle, gain}) {
-    if (!(value >= 0)) {
-      throw InvalidInput("symmetry tolerance " + std::to_string(value) + "; expected zero or more");
-    }
-  }
-}
-
 ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
   const ChainInfo& chain = mechanism.model().info();
   double base = 0;
   double platform = 0;
   for (const Leg& leg : mechanism.legs()) {
-    const auto ends = {std::pair(base_end(chain, leg.parameters.data()), &base),
-                       std::pair(platform_end(chain, leg.parameters.data()), &platform)};
-    for (const auto& [end, farthest] : ends) {
-      if (end.radius != nullptr) {
-        // Two angles of a point in space.
-        const double turns = end.polar_angle != nullptr ? std::sqrt(2) : 1;
-        *farthest = std::max(*farthest, turns * std::abs(*end.radius));
+    for (const End which : kEnds) {
+      const LegEnd<const double> end = end_of(chain, leg, which);
+      double& farthest = which == End::base ? base : platform;
+      // Two angles of a point in space.
+      const double turns = end.polar_angle != nullptr ? std::sqrt(2) : 1;
+      for (const double* const distance : {end.radius, end.distance}) {
+        farthest = std::max(farthest, distance != nullptr ? turns * std::abs(*distance) : 0);
       }
     }
   }
@@ -215,16 +196,15 @@ Vector parameter_differences(const Leg& written, const Leg& other, const ChainIn
   const Leg leg = written_like(written, other, chain);
   Vector differences = leg.parameters - other.parameters;
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    if (is_turning(chain.parameters[i], chain)) {
+    if (chain.is_angular(chain.parameters[i])) {
       double& difference = differences[static_cast<Index>(i)];
       difference = wrap_angle(difference);
     }
   }
-  for (const bool platform : {false, true}) {
-    const Anchor anchor = platform ? chain.platform_anchor : chain.base_anchor;
-    const auto a = end_of(chain, leg, platform);
-    const auto b = end_of(chain, other, platform);
-    if (anchor != Anchor::point || a.azimuth == nullptr || a.radius == nullptr) {
+  for (const End which : kEnds) {
+    const auto a = end_of(chain, leg, which);
+    const auto b = end_of(chain, other, which);
+    if (!a.has_point()) {
       continue;
     }
     if (std::max(point_of(a).horizontal_radius, point_of(b).horizontal_radius) < kCentral) {
@@ -239,11 +219,10 @@ Vector parameter_differences(const Leg& written, const Leg& other, const ChainIn
 
 Leg with_guides_outward(const Leg& leg, const ChainInfo& chain) {
   Leg result = leg;
-  for (const bool platform : {false, true}) {
-    const Anchor anchor = platform ? chain.platform_anchor : chain.base_anchor;
-    const LegEnd<const double> end = end_of(chain, leg, platform);
-    if (anchor == Anchor::line && end.radius != nullptr && *end.radius < 0) {
-      turn_round(chain, result, platform);
+  for (const End which : kEnds) {
+    const LegEnd<const double> end = end_of(chain, leg, which);
+    if (end.distance != nullptr && *end.distance < 0) {
+      turn_guide_round(chain, result, which);
     }
   }
   return result;
@@ -256,22 +235,19 @@ LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo
   const Vector differences = parameter_differences(leg, rewritten, chain);
   const double* const first = leg.parameters.data();
   std::vector<bool> done(chain.parameters.size(), false);
-  for (const bool platform : {false, true}) {
-    const auto end = end_of(chain, leg, platform);
-    const Anchor anchor = platform ? chain.platform_anchor : chain.base_anchor;
-    const double unit = platform ? units.platform : units.base;
-    if (end.azimuth == nullptr || end.radius == nullptr) {
-      continue;
-    }
-    if (anchor == Anchor::point) {
-      compare_points(chain, rewritten, leg, platform, differences, unit, worst);
+  for (const End which : kEnds) {
+    const auto end = end_of(chain, leg, which);
+    const double unit = which == End::base ? units.base : units.platform;
+    if (end.has_point()) {
+      compare_points(chain, rewritten, leg, which, differences, unit, worst);
       for (const double* const coordinate : {end.radius, end.azimuth, end.polar_angle}) {
         if (coordinate != nullptr) {
           done[static_cast<std::size_t>(coordinate - first)] = true;
         }
       }
-    } else {
-      const auto i = end.radius - first;
+    }
+    if (end.distance != nullptr) {
+      const auto i = end.distance - first;
       note(worst, chain.parameters[static_cast<std::size_t>(i)].name, differences[i],
            std::abs(differences[i]) / unit);
       done[static_cast<std::size_t>(i)] = true;
@@ -279,7 +255,7 @@ LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo
   }
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
     const ParameterInfo& parameter = chain.parameters[i];
-    if (!done[i] && !is_sensor(parameter)) {
+    if (!done[i] && !is_sensor(parameter.role.kind)) {
       const double deviation = differences[static_cast<Index>(i)];
       note(worst, parameter.name, deviation,
            std::abs(deviation) / unit_of(parameter, chain, units));

@@ -70,7 +70,7 @@ struct Lanes<xsimd::batch<double, Arch>> {
     const Mask odd = (as_sign(quadrant << 63) | Batch(1.0)) < Batch(0.0);
     sine = xsimd::select(odd, c, s) ^ as_sign(quadrant << 62);
     cosine = xsimd::select(odd, s, c) ^ as_sign((quadrant + Bits(1)) << 62);
-    const Mask far = !(xsimd::abs(angle) < Batch(1e5));  // or not a number
+    const Mask far = xsimd::abs(angle) > Batch(1e5);
     if (xsimd::any(far)) {
       alignas(Batch) double a[kCount], cosines[kCount], sines[kCount];
       angle.store_aligned(a);
