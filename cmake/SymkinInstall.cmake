@@ -17,7 +17,7 @@ install(
   COMPONENT development
   FILES_MATCHING
   PATTERN "*.hpp"
-  PATTERN "chains/detail" EXCLUDE
+  PATTERN "detail" EXCLUDE
 )
 install(
   EXPORT symkin-targets

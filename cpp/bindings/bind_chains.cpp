@@ -1,20 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
+#include "symkin/model/pose_space.hpp"
 
 void bind_chains(py::module_& module) {
   using symkin::ActiveJoint;
   using symkin::ChainInfo;
+  using symkin::End;
   using symkin::ParameterInfo;
-  using symkin::ParameterRole;
+  using symkin::ParameterKind;
 
-  py::enum_<ParameterRole>(module, "ParameterRole")
-      .value("length", ParameterRole::length)
-      .value("base_azimuth", ParameterRole::base_azimuth)
-      .value("platform_azimuth", ParameterRole::platform_azimuth)
-      .value("polar_angle", ParameterRole::polar_angle)
-      .value("gain", ParameterRole::gain)
-      .value("offset", ParameterRole::offset);
+  py::enum_<End>(module, "End")
+      .value("none", End::none)
+      .value("base", End::base)
+      .value("platform", End::platform);
+
+  py::enum_<ParameterKind>(module, "ParameterKind")
+      .value("length", ParameterKind::length)
+      .value("eccentricity", ParameterKind::eccentricity)
+      .value("radius", ParameterKind::radius)
+      .value("azimuth", ParameterKind::azimuth)
+      .value("polar_angle", ParameterKind::polar_angle)
+      .value("direction_azimuth", ParameterKind::direction_azimuth)
+      .value("direction_distance", ParameterKind::direction_distance)
+      .value("gain", ParameterKind::gain)
+      .value("offset", ParameterKind::offset);
 
   py::enum_<ActiveJoint>(module, "ActiveJoint")
       .value("angle_in_base", ActiveJoint::angle_in_base)
@@ -26,7 +36,8 @@ void bind_chains(py::module_& module) {
 
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })
-      .def_readonly("role", &ParameterInfo::role);
+      .def_property_readonly("end", [](const ParameterInfo& self) { return self.role.end; })
+      .def_property_readonly("kind", [](const ParameterInfo& self) { return self.role.kind; });
 
   py::class_<ChainInfo>(module, "ChainInfo")
       .def_property_readonly("name", [](const ChainInfo& self) { return self.name; })
@@ -36,6 +47,8 @@ void bind_chains(py::module_& module) {
       .def_readonly("active_joint", &ChainInfo::active_joint)
       .def_property_readonly("reads_angle",
                              [](const ChainInfo& self) { return is_angle(self.active_joint); })
+      .def("is_angular", &ChainInfo::is_angular, py::arg("parameter"))
+      .def_readonly("closures", &ChainInfo::closures)
       .def_readonly("mode_is_orientation", &ChainInfo::mode_is_orientation)
       .def_property_readonly("working_mode",
                              [](const ChainInfo& self) { return self.working_mode; });

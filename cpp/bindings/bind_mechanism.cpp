@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/chains/registry.hpp"
 #include "symkin/model/mechanism.hpp"
 #include "symkin/support/error.hpp"
 

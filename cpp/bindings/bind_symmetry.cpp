@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/chains/registry.hpp"
 #include "symkin/symmetry/action.hpp"
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'Error', 'Estimator', 'ForwardKinematicsResult', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterRole', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'ForwardKinematicsResult', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'verify_symmetry', 'verify_workspace_symmetry']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -110,8 +110,13 @@ class Certificate:
     def proven_optimal(self) -> bool:
         ...
 class ChainInfo:
+    def is_angular(self, parameter: ParameterInfo) -> bool:
+        ...
     @property
     def active_joint(self) -> ActiveJoint:
+        ...
+    @property
+    def closures(self) -> int:
         ...
     @property
     def mode_is_orientation(self) -> bool:
@@ -245,6 +250,54 @@ class ElementImage:
         ...
     @property
     def permutation(self) -> list[int]:
+        ...
+class End:
+    """
+    Members:
+    
+      none
+    
+      base
+    
+      platform
+    """
+    __members__: typing.ClassVar[dict[str, End]]  # value = {'none': <End.none: 0>, 'base': <End.base: 1>, 'platform': <End.platform: 2>}
+    base: typing.ClassVar[End]  # value = <End.base: 1>
+    none: typing.ClassVar[End]  # value = <End.none: 0>
+    platform: typing.ClassVar[End]  # value = <End.platform: 2>
+    @typing.overload
+    def __eq__(self, other: End) -> bool:
+        ...
+    @typing.overload
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> int:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __index__(self) -> int:
+        ...
+    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __int__(self) -> int:
+        ...
+    @typing.overload
+    def __ne__(self, other: End) -> bool:
+        ...
+    @typing.overload
+    def __ne__(self, other: typing.Any) -> bool:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __str__(self) -> str:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def value(self) -> int:
         ...
 class Error(symkin.errors.SymkinError):
     pass
@@ -516,36 +569,48 @@ class Observability:
         ...
 class ParameterInfo:
     @property
-    def name(self) -> str:
+    def end(self) -> End:
         ...
     @property
-    def role(self) -> ParameterRole:
+    def kind(self) -> ParameterKind:
         ...
-class ParameterRole:
+    @property
+    def name(self) -> str:
+        ...
+class ParameterKind:
     """
     Members:
     
       length
     
-      base_azimuth
+      eccentricity
     
-      platform_azimuth
+      radius
+    
+      azimuth
     
       polar_angle
+    
+      direction_azimuth
+    
+      direction_distance
     
       gain
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterRole]]  # value = {'length': <ParameterRole.length: 0>, 'base_azimuth': <ParameterRole.base_azimuth: 1>, 'platform_azimuth': <ParameterRole.platform_azimuth: 2>, 'polar_angle': <ParameterRole.polar_angle: 3>, 'gain': <ParameterRole.gain: 4>, 'offset': <ParameterRole.offset: 5>}
-    base_azimuth: typing.ClassVar[ParameterRole]  # value = <ParameterRole.base_azimuth: 1>
-    gain: typing.ClassVar[ParameterRole]  # value = <ParameterRole.gain: 4>
-    length: typing.ClassVar[ParameterRole]  # value = <ParameterRole.length: 0>
-    offset: typing.ClassVar[ParameterRole]  # value = <ParameterRole.offset: 5>
-    platform_azimuth: typing.ClassVar[ParameterRole]  # value = <ParameterRole.platform_azimuth: 2>
-    polar_angle: typing.ClassVar[ParameterRole]  # value = <ParameterRole.polar_angle: 3>
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'eccentricity': <ParameterKind.eccentricity: 1>, 'radius': <ParameterKind.radius: 2>, 'azimuth': <ParameterKind.azimuth: 3>, 'polar_angle': <ParameterKind.polar_angle: 4>, 'direction_azimuth': <ParameterKind.direction_azimuth: 5>, 'direction_distance': <ParameterKind.direction_distance: 6>, 'gain': <ParameterKind.gain: 7>, 'offset': <ParameterKind.offset: 8>}
+    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 3>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 5>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 6>
+    eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 1>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 7>
+    length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 8>
+    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 4>
+    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 2>
     @typing.overload
-    def __eq__(self, other: ParameterRole) -> bool:
+    def __eq__(self, other: ParameterKind) -> bool:
         ...
     @typing.overload
     def __eq__(self, other: typing.Any) -> bool:
@@ -561,7 +626,7 @@ class ParameterRole:
     def __int__(self) -> int:
         ...
     @typing.overload
-    def __ne__(self, other: ParameterRole) -> bool:
+    def __ne__(self, other: ParameterKind) -> bool:
         ...
     @typing.overload
     def __ne__(self, other: typing.Any) -> bool:

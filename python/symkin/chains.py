@@ -5,16 +5,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from symkin import _core
 
-__all__ = ["ChainInfo", "chain_info", "chains"]
+__all__ = ["ChainInfo", "ParameterRole", "chain_info", "chains"]
 
-_ANGLES = (
-    _core.ParameterRole.base_azimuth,
-    _core.ParameterRole.platform_azimuth,
-    _core.ParameterRole.polar_angle,
-)
+
+class ParameterRole(NamedTuple):
+    """What a parameter is, by which symmetry acts on it.
+
+    Attributes
+    ----------
+    end : {"base", "platform", "none"}
+        The end of the leg in whose frame it is given; none for links and sensor.
+    kind : str
+        "length" or "eccentricity" of a link; "radius", "azimuth" or "polar_angle" of a point;
+        "direction_azimuth" or "direction_distance" of a guide; "gain" or "offset" of the sensor.
+    """
+
+    end: str
+    kind: str
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether the sensor has it, and not the leg's geometry."""
+        return self.kind in ("gain", "offset")
 
 
 @dataclass(frozen=True)
@@ -28,9 +44,11 @@ class ChainInfo:
     pose_space : {"planar", "point", "spatial"}
         Kind of the poses, see `Mechanism`.
     parameter_names : tuple of str
-        The sensor's gain and offset are the last two.
+        Of the leg's geometry, then of its sensor.
     parameter_units : mapping of str to str
         "m", "rad" or "1" of each parameter, for a sensor that reads in the joint's own unit.
+    parameter_roles : mapping of str to ParameterRole
+        What each of them is, whatever its name.
     reading_unit : {"rad", "m"}
         Unit of the active joint.
     description : str
@@ -41,6 +59,7 @@ class ChainInfo:
     pose_space: str
     parameter_names: tuple[str, ...]
     parameter_units: Mapping[str, str]
+    parameter_roles: Mapping[str, ParameterRole]
     reading_unit: str
     description: str
 
@@ -75,19 +94,15 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     """
     info = _core.chain_info(chain, platform)
     joint_unit = "rad" if info.reads_angle else "m"
-    units = {}
-    for parameter in info.parameters:
-        if parameter.role == _core.ParameterRole.gain:
-            units[parameter.name] = "1"
-        elif parameter.role == _core.ParameterRole.offset:
-            units[parameter.name] = joint_unit
-        else:
-            units[parameter.name] = "rad" if parameter.role in _ANGLES else "m"
+    roles = {each.name: ParameterRole(each.end.name, each.kind.name) for each in info.parameters}
+    units = {each.name: "rad" if info.is_angular(each) else "m" for each in info.parameters}
+    units |= {name: "1" for name, role in roles.items() if role.kind == "gain"}
     return ChainInfo(
         name=info.name,
         pose_space=info.pose_space,
         parameter_names=tuple(units),
         parameter_units=units,
+        parameter_roles=roles,
         reading_unit=joint_unit,
         description=info.working_mode,
     )

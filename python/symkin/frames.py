@@ -24,13 +24,12 @@ _COMPONENTS = {"planar": [0, 1, 5], "point": [0, 1], "spatial": [0, 1, 2, 3, 4, 
 
 def anchor(mechanism: Mechanism, end: str) -> str:
     """Whether an end of the legs is a "point", a guide's "line" or its "direction" alone."""
-    joints = mechanism.chain.replace("[", "").replace("]", "")
-    names = mechanism.parameter_names
-    if not any(name.startswith(end) for name in names):
-        return "none"
-    if joints[0 if end == "base" else -1] != "P":
+    kinds = {role.kind for role in mechanism.parameter_roles if role.end == end}
+    if "radius" in kinds:
         return "point"
-    return "line" if f"{end}_radius" in names else "direction"
+    if "direction_distance" in kinds:
+        return "line"
+    return "direction" if kinds else "none"
 
 
 _STAYS = Transform(np.eye(3), np.zeros(3))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import chain_info
+from symkin.chains import ParameterRole, chain_info
 from symkin.errors import MechanismError, did_you_mean, printable
 from symkin.settings import (
     JointLimits,
@@ -185,6 +185,17 @@ class Mechanism:
         info = chain_info(self.chain, self.platform)
         units = info.units_of_sensor(self.reading_unit).values()
         return tuple("" if unit == "1" else unit for unit in units)
+
+    @property
+    def parameter_roles(self) -> tuple[ParameterRole, ...]:
+        """What each parameter is: the end of the leg that it belongs to, and its kind."""
+        return tuple(chain_info(self.chain, self.platform).parameter_roles.values())
+
+    @property
+    def sensor_gains(self) -> Array:
+        """Change of the active joint by a sensor's reading, shape (legs,)."""
+        gain = self.parameter_roles.index(ParameterRole("none", "gain"))
+        return np.asarray(self.core.parameters[:, gain])
 
     @property
     def parameters(self) -> Array:

@@ -25,7 +25,7 @@ class ScaledCost final : public ceres::CostFunction {
 };
 
 // The closures of all legs that were read at one pose, whitened by their common covariance: with
-// the closures h (one a leg, each on its own parameter block) and whitening W, residual = W h.
+// the closures h (those of a leg on its own parameter block) and whitening W, residual = W h.
 class JointCost final : public ceres::CostFunction {
  public:
   JointCost(std::vector<std::unique_ptr<ceres::CostFunction>> closures, Eigen::MatrixXd whitening);
@@ -35,7 +35,7 @@ class JointCost final : public ceres::CostFunction {
 
  private:
   std::vector<std::unique_ptr<ceres::CostFunction>> closures_;
-  Eigen::MatrixXd whitening_;  // legs x legs
+  Eigen::MatrixXd whitening_;  // closures x closures
 };
 
 }  // namespace symkin

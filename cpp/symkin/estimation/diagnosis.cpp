@@ -373,6 +373,7 @@ std::vector<WhitenedClosures> systems_of(const Mechanism& mechanism,
 Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements,
                    const MeasurementNoise& noise, const std::vector<Index>& rejected,
                    bool turning_sensor, double alarm) {
+  check_one_closure(estimate.model().info(), "the diagnosis");
   check_poses(estimate, measurements.poses);
   check_readings(estimate, measurements.poses.rows(), measurements.readings);
   Diagnosis diagnosis;

@@ -209,6 +209,7 @@ void IdentificationOptions::check() const {
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options) {
   options.check();
+  check_one_closure(mechanism.model().info(), "identification");
   check_measurements(mechanism, measurements);
   const auto leg_system = [&](ConstRows parameters, Index leg) {
     return whiten_closures(mechanism.model(), parameters, measurements, {leg}, options.use,

@@ -48,11 +48,15 @@ Vector closure_variances(const ClosureRows& rows, PoseSpace space, const Measure
 }
 
 Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
-                                     PoseSpace space, const MeasurementNoise& noise, Index pose) {
+                                     Index closures, PoseSpace space, const MeasurementNoise& noise,
+                                     Index pose) {
   constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
   Eigen::MatrixXd covariance =
       by_pose * noise.pose_variances(space).asDiagonal() * by_pose.transpose();
-  covariance.diagonal() += noise.reading * noise.reading * by_reading.cwiseAbs2();
+  for (Index first = 0; first < by_reading.size(); first += closures) {
+    const auto of_leg = noise.reading * by_reading.segment(first, closures);
+    covariance.block(first, first, closures, closures) += of_leg * of_leg.transpose();
+  }
   if (!covariance.allFinite()) {
     return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(),
                                      std::numeric_limits<double>::quiet_NaN());

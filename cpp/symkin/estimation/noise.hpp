@@ -17,16 +17,18 @@ struct MeasurementNoise {
   Vector pose_variances(PoseSpace space) const;
 };
 
-// Variance of the closure at each pose, m^2, to first order:
+// Variance of each row's closure, m^2, to first order:
 //   v = (dh/dpose) Sigma (dh/dpose)' + (dh/dpsi)^2 sigma_q^2.
 Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise);
 
 // Cholesky factor L of the covariance of several legs' closures at one pose, which share its error:
-//   L L' = H Sigma H' + diag((dh/dpsi)^2 sigma_q^2), m^2, H the legs' stacked dh/dpose.
+//   L L' = H Sigma H' + B B' sigma_q^2, m^2, H the legs' stacked dh/dpose, B their dh/dpsi, each
+// leg's, of so many closures, in a column of its own.
 // NaN for derivatives that are not finite. Throws InvalidInput, naming the pose, if the covariance
 // is singular: more legs than degrees of freedom need a noise of the readings.
 Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
-                                     PoseSpace space, const MeasurementNoise& noise, Index pose);
+                                     Index closures, PoseSpace space, const MeasurementNoise& noise,
+                                     Index pose);
 
 // Standard deviations of what a workshop makes: normal errors of the parameters.
 struct Tolerances {

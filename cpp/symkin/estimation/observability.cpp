@@ -27,6 +27,7 @@ std::array<double, 5> indices_of(const Vector& s) {
 }
 
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  check_one_closure(mechanism.model().info(), "an observability row");
   const Leg& which = mechanism.leg(leg);
   Vector readings(poses.rows());
   mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
@@ -60,7 +61,7 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
     by_reading[leg] = rows.by_reading[i];
     block.block(leg, leg * p, 1, p) = rows.by_parameters.row(i);
   }
-  joint_closure_factor(by_pose, by_reading, space, noise, i)
+  joint_closure_factor(by_pose, by_reading, 1, space, noise, i)
       .triangularView<Eigen::Lower>()
       .solveInPlace(block);
 }

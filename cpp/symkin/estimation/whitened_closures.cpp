@@ -10,7 +10,8 @@ namespace symkin {
 namespace {
 
 std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
-                                          const std::vector<Index>& legs, PoseUse use) {
+                                          const std::vector<Index>& legs, PoseUse use,
+                                          Index closures) {
   std::vector<std::vector<Index>> read(static_cast<std::size_t>(measurements.poses.rows()));
   for (const Index leg : legs) {
     for (const Index row : rows_of_leg(measurements, leg, use)) {
@@ -21,7 +22,7 @@ std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
   Index first = 0;
   for (std::size_t row = 0; row < read.size(); ++row) {
     if (!read[row].empty()) {
-      poses.push_back({static_cast<Index>(row), std::move(read[row]), first, {}});
+      poses.push_back({static_cast<Index>(row), std::move(read[row]), closures, first, {}});
       first += poses.back().count();
     }
   }
@@ -39,7 +40,8 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
                                  PoseUse use, const MeasurementNoise& noise) {
   const PoseSpace space = model.info().pose_space;
   const Index p = model.parameter_count();
-  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use), {}, {}, {}};
+  const Index closures = model.info().closures;
+  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {}};
   for (const Index leg : legs) {
     model.linearise(parameters.row(leg).transpose(), measurements.poses,
                     measurements.readings.col(leg), system.rows.emplace_back());
@@ -52,15 +54,17 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
     const Index count = pose.count();
     Eigen::MatrixXd by_pose(count, degrees_of_freedom(space));
     Vector by_reading(count);
-    for (Index k = 0; k < count; ++k) {
-      const Index position = system.position(pose.legs[static_cast<std::size_t>(k)]);
+    for (Index k = 0; k < count; k += closures) {
+      const Index position = system.position(pose.legs[static_cast<std::size_t>(k / closures)]);
       const ClosureRows& leg = system.rows[static_cast<std::size_t>(position)];
-      by_pose.row(k) = leg.by_pose.row(pose.row);
-      by_reading[k] = leg.by_reading[pose.row];
-      system.residual[pose.first + k] = leg.closure[pose.row];
-      system.jacobian.block(pose.first + k, position * p, 1, p) = leg.by_parameters.row(pose.row);
+      const Index row = pose.row * closures;
+      by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);
+      by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
+      system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
+      system.jacobian.block(pose.first + k, position * p, closures, p) =
+          leg.by_parameters.middleRows(row, closures);
     }
-    pose.factor = joint_closure_factor(by_pose, by_reading, space, noise, pose.row);
+    pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
     const auto factor = pose.factor.triangularView<Eigen::Lower>();
     factor.solveInPlace(system.residual.segment(pose.first, count));
     system.jacobian.middleRows(pose.first, count) =

@@ -14,10 +14,11 @@ namespace symkin {
 struct WhitenedPose {
   Index row;                // of the measurements
   std::vector<Index> legs;  // that were read, ascending
+  Index closures;           // of each leg
   Index first;              // row of its first closure in the system
   Eigen::MatrixXd factor;   // L
 
-  Index count() const { return static_cast<Index>(legs.size()); }
+  Index count() const { return static_cast<Index>(legs.size()) * closures; }
 };
 
 // Closures of some legs, linearised and whitened pose by pose: one least-squares problem in those

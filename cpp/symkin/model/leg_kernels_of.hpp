@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/model/detail/batched_leg.hpp"
-#include "symkin/model/detail/newton.hpp"
+#include "symkin/model/batched_leg.hpp"
+#include "symkin/model/newton.hpp"
 
 namespace symkin {
 

@@ -112,17 +112,15 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     signs : ndarray, shape (legs p,)
         Derivative of each value by its parameter: -1 where a sign changed.
     """
-    names = list(mechanism.parameter_names)
+    names, roles = list(mechanism.parameter_names), mechanism.parameter_roles
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
     near = mechanism.parameters
     for end in ("base", "platform"):
         if anchor(mechanism, end) != "point":
             continue
-        radius = names.index(f"{end}_radius")
-        azimuth = names.index(
-            f"{end}_azimuth" if mechanism.pose_space == "spatial" else f"{end}_angle"
-        )
+        radius = roles.index((end, "radius"))
+        azimuth = roles.index((end, "azimuth"))
         for leg in np.flatnonzero(values[:, radius] < 0):
             values[leg, [radius, azimuth]] = -values[leg, radius], values[leg, azimuth] + np.pi
             signs[leg, radius] = -1
@@ -130,7 +128,11 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
                 polar = names.index(f"{end}_polar_angle")
                 values[leg, polar] = np.pi - values[leg, polar]
                 signs[leg, polar] = -1
-    angles = [index for index, name in enumerate(names) if name.endswith(("_angle", "_azimuth"))]
+    angles = [
+        index
+        for index, role in enumerate(roles)
+        if role.kind in ("azimuth", "polar_angle", "direction_azimuth")
+    ]
     values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
     if mechanism.pose_space == "spatial":
         for end in ("base", "platform"):

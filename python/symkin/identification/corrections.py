@@ -208,7 +208,7 @@ def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
         halves = round(2 * match.shift / factor / turn)
         near = abs(match.shift / factor - halves * turn / 2) < turn / 20
         return halves * turn / 2 * factor if near else 0.0
-    gain = float(nominal.parameters[leg, -2])
+    gain = float(nominal.sensor_gains[leg])
     far = abs(match.shift / factor * gain) > _ZERO_OFF * nominal.tolerances.length
     return match.shift if far else 0.0
 
@@ -309,7 +309,7 @@ def turn_of(mechanism: Mechanism, leg: int) -> float | None:
     """One turn of an angular joint in the sensor's unit; None for a length."""
     if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
         return None
-    return abs(2 * math.pi / float(mechanism.parameters[leg, -2]))
+    return abs(2 * math.pi / float(mechanism.sensor_gains[leg]))
 
 
 def wrapped(differences: Array, turn: float | None) -> Array:

@@ -242,7 +242,7 @@ def _deviations(
             in_tolerances=float(abs(values[leg, index]) / scale[index]),
             standard_deviation=float("nan" if known is None else known[leg, index]),
         )
-        (structure if index < values.shape[1] - 2 else sensors).append(found)
+        (sensors if mechanism.parameter_roles[index].of_sensor else structure).append(found)
     return _largest_first(structure), _largest_first(sensors)
 
 

@@ -105,7 +105,7 @@ def condition_figures(
         mechanism.closure(leg, sample.poses, sample.readings[:, leg])
         for leg in range(len(mechanism.legs))
     ]
-    gains = mechanism.parameters[:, -2]
+    gains = mechanism.sensor_gains
     return ConditionFigures(
         comparison=comparison,
         group=group.paper_name,
@@ -146,6 +146,6 @@ def _turned(
     """Differences of readings, of an angle by the shortest turn of the joint."""
     if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
         return differences
-    gain = mechanism.parameters[leg, -2]
+    gain = mechanism.sensor_gains[leg]
     shortest: NDArray[np.float64] = np.angle(np.exp(1j * gain * differences)) / gain
     return shortest

@@ -182,6 +182,7 @@ def _section_4(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
 
 def _section_5(mechanism: Mechanism, measured: ConditionFigures) -> list[Condition]:
     names, unit = mechanism.parameter_names, mechanism.reading_unit
+    gain = names[mechanism.parameter_roles.index(("none", "gain"))]
     symmetric = measured.symmetric and measured.exact
     nothing = "no element but the identity to test"
     return [
@@ -213,7 +214,7 @@ def _section_5(mechanism: Mechanism, measured: ConditionFigures) -> list[Conditi
             6,
             "equal nominal gains",
             measured.gains <= _ROUNDING,
-            f"{names[-2]} differs by {measured.gains:.1e} of its size",
+            f"{gain} differs by {measured.gains:.1e} of its size",
             f"{_ROUNDING:.0e}",
         ),
         Condition(

@@ -88,7 +88,7 @@ def tolerances_needed(
 
 
 def _manufacturing(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
-    tolerances, gains = mechanism.tolerances, mechanism.parameters[:, -2]
+    tolerances, gains = mechanism.tolerances, mechanism.sensor_gains
     return _core.SymmetryTolerance(
         multiple * tolerances.length,
         multiple * tolerances.angle,
@@ -126,10 +126,14 @@ def _about_the_origins(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGr
 def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
     """The axis that was found, and those near it on which pairs of legs mirror each other."""
     axis = found.frame.base_axis
-    names = [name for name in ("base_angle", "base_azimuth") if name in mechanism.parameter_names]
-    if not found.dihedral or not names:
+    turning = [
+        index
+        for index, (end, kind) in enumerate(mechanism.parameter_roles)
+        if end == "base" and kind in ("azimuth", "direction_azimuth")
+    ]
+    if not found.dihedral or not turning:
         return [axis]
-    azimuths = mechanism.parameters[:, mechanism.parameter_names.index(names[0])]
+    azimuths = mechanism.parameters[:, turning[0]]
     between = (azimuths[:, np.newaxis] + azimuths).ravel() / 2 - axis
     offsets = np.remainder(between + math.pi / (2 * found.rotations), math.pi / found.rotations)
     offsets -= math.pi / (2 * found.rotations)
@@ -141,7 +145,7 @@ def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> floa
     tolerance = scaled_tolerance(mechanism, multiple)
     deviations = _core.symmetry_deviations(mechanism.core, group, tolerance)
     units = _manufacturing(mechanism, 1)
-    scale = [
-        units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units[:-2]
-    ]
-    return float(np.sqrt(np.abs(deviations[:, :-2] / scale)).round(9).sum())
+    structure = [not role.of_sensor for role in mechanism.parameter_roles]
+    scale = [units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units]
+    shares = np.abs(deviations / scale)[:, structure]
+    return float(np.sqrt(shares).round(9).sum())

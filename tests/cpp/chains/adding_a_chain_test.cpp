@@ -2,23 +2,18 @@
 // The example of docs/adding-a-chain.md, taken from the page.
 #include <gtest/gtest.h>
 
-#include "symkin/chains/families.hpp"
+#include "symkin/chains/detail/models.hpp"
 #include "symkin/chains/planar.hpp"
-#include "symkin/chains/point_platform.hpp"
 #include "symkin/chains/registry.hpp"
-#include "symkin/model/leg_model_of.hpp"
 
 namespace symkin::page {
-
-using chains::model;
-using chains::Models;
 
 #include "adding_a_chain.hpp"
 
 namespace {
 
 TEST(AddingAChain, TheExampleOfThePageIsTheChainThatItSays) {
-  const Models models = rpr();
+  const chains::Models models = chains::family_models<RprChains>(nullptr);
   ASSERT_EQ(models.size(), 2U);
   const Platform platforms[] = {Platform::rigid, Platform::point};
   for (std::size_t i = 0; i < 2; ++i) {

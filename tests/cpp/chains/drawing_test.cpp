@@ -34,10 +34,10 @@ TEST_P(Drawing, LeadsFromTheBasePointOrGuideToThePlatformPointOrGuide) {
     const RowMatrix joints = joint_centres(state);
     ASSERT_EQ(joints.rows(), 3);
     ASSERT_EQ(joints.cols(), 2);
-    if (info().base_anchor != Anchor::direction) {
+    if (find_parameter("base_radius")) {
       EXPECT_TRUE(joints.row(0).isApprox(base_point(state), 1e-12));
     }
-    if (info().platform_anchor != Anchor::direction) {
+    if (GetParam().platform == Platform::point || find_parameter("platform_radius")) {
       EXPECT_TRUE(joints.row(2).isApprox(platform_point(state), 1e-12));
     }
   }

@@ -13,6 +13,7 @@
 
 #include "symkin/chains/registry.hpp"
 #include "symkin/model/leg_model.hpp"
+#include "symkin/model/pose_space.hpp"
 #include "symkin/support/random.hpp"
 
 // What the suites over all planar chains share: the chains, random legs and their states.
@@ -133,9 +134,12 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
     const auto index = find_parameter(name);
     return index ? state.parameters[*index] : 0;
   }
-  double gain(const State& state) const { return state.parameters[state.parameters.size() - 2]; }
+  double gain(const State& state) const { return parameter(state, "sensor_gain"); }
   double active_joint(const State& state) const {
-    return gain(state) * state.reading + state.parameters[state.parameters.size() - 1];
+    return gain(state) * state.reading + parameter(state, "sensor_offset");
+  }
+  bool has(End end, ParameterKind kind) const {
+    return info().find({end, kind}) < info().parameters.size();
   }
 
   // Links of 1 to 2.6 m that are never equal, guides off their joints: no special geometry.
@@ -151,9 +155,10 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
         parameters[i] = between(1.8, 2.6);
       } else if (name == "guide_offset") {
         parameters[i] = either_sign(between(0.2, 0.6));
-      } else if (role == ParameterRole::length) {
+      } else if (role.kind == ParameterKind::radius ||
+                 role.kind == ParameterKind::direction_distance) {
         parameters[i] = between(0.3, 1.5);
-      } else if (role == ParameterRole::gain) {
+      } else if (role.kind == ParameterKind::gain) {
         parameters[i] = either_sign(between(0.6, 1.6));
       } else {
         parameters[i] = between(-3, 3);

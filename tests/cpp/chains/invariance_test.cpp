@@ -45,10 +45,10 @@ class Invariance : public EveryChain {
   State image(const Element& element, const State& state) const {
     State result = state;
     for (Index i = 0; i < state.parameters.size(); ++i) {
-      const ParameterRole role = info().parameters[static_cast<std::size_t>(i)].role;
-      if (role == ParameterRole::base_azimuth || role == ParameterRole::platform_azimuth) {
+      const ParameterKind kind = info().parameters[static_cast<std::size_t>(i)].role.kind;
+      if (kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth) {
         result.parameters[i] = element.turn(state.parameters[i]);
-      } else if (role == ParameterRole::offset) {
+      } else if (kind == ParameterKind::offset) {
         result.parameters[i] = image_of_offset(element, state.parameters[i]);
       }
     }

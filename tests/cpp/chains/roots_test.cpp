@@ -56,10 +56,10 @@ class TwoRoots : public EveryChain {
     if (chain == "RP[R]") {
       return -cross(along(active_joint(state) + phi), first);
     }
-    if (info().base_anchor == Anchor::line) {
+    if (has(End::base, ParameterKind::direction_distance)) {
       return cross(along(parameter(state, "base_angle")), second);
     }
-    if (info().platform_anchor == Anchor::line) {
+    if (has(End::platform, ParameterKind::direction_distance)) {
       return cross(along(parameter(state, "platform_angle") + phi), first);
     }
     return cross(first, second);

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "symkin/model/detail/batched_leg.hpp"
+#include "symkin/model/batched_leg.hpp"
 
 namespace symkin::detail {
 
