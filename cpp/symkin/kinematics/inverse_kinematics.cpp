@@ -36,10 +36,13 @@ Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, 
 
 template <int Dof>
 double condition(const double* jacobian, ConstVector gains, Index position, double length) {
-  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
-  const Eigen::Map<const Jacobian> of_readings(jacobian, gains.size(), Dof);
-  const Jacobian rows = (gains / gains[0]).asDiagonal() * of_readings;
-  Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
+  Eigen::Matrix<double, Dof, Dof> gram = Eigen::Matrix<double, Dof, Dof>::Zero();
+  for (Index leg = 0; leg < gains.size(); ++leg) {
+    const Eigen::Matrix<double, Dof, 1> row =
+        (gains[leg] / gains[0]) *
+        Eigen::Map<const Eigen::Matrix<double, Dof, 1>>(jacobian + leg * Dof);
+    gram += row * row.transpose();
+  }
   gram.rightCols(Dof - position) /= length;
   gram.bottomRows(Dof - position) /= length;
   if (!gram.allFinite()) {

@@ -42,28 +42,28 @@ struct Lanes<xsimd::batch<double, Arch>> {
     constexpr double kMagic = 0x1.8p52;  // a sum with it ends with the integer's bits
     const Batch shifted = angle * 0.63661977236758134308 + kMagic;
     const Batch turns = shifted - kMagic;
-    const Batch x = ((angle - turns * 1.57079632673412561417e+00) -
-                     turns * 6.07710050630396597660e-11) -
-                    turns * 2.02226624879595063154e-21;
+    const Batch x =
+        ((angle - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
+        turns * 2.02226624879595063154e-21;
     const Batch z = x * x;
     const Batch s =
-        x + x * z *
-                (-1.66666666666666324348e-01 +
-                 z * (8.33333333332248946124e-03 +
-                      z * (-1.98412698298579493134e-04 +
-                           z * (2.75573137070700676789e-06 +
-                                z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
+        x +
+        x * z *
+            (-1.66666666666666324348e-01 +
+             z * (8.33333333332248946124e-03 +
+                  z * (-1.98412698298579493134e-04 +
+                       z * (2.75573137070700676789e-06 +
+                            z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
     const Batch half = 0.5 * z;
     const Batch rest = 1.0 - half;
-    const Batch c =
-        rest + (((1.0 - rest) - half) +
-                z * z *
-                    (4.16666666666666019037e-02 +
-                     z * (-1.38888888888741095749e-03 +
-                          z * (2.48015872894767294178e-05 +
-                               z * (-2.75573143513906633035e-07 +
-                                    z * (2.08757232129817482790e-09 +
-                                         z * -1.13596475577881948265e-11))))));
+    const Batch c = rest + (((1.0 - rest) - half) +
+                            z * z *
+                                (4.16666666666666019037e-02 +
+                                 z * (-1.38888888888741095749e-03 +
+                                      z * (2.48015872894767294178e-05 +
+                                           z * (-2.75573143513906633035e-07 +
+                                                z * (2.08757232129817482790e-09 +
+                                                     z * -1.13596475577881948265e-11))))));
     const Bits quadrant = xsimd::bitwise_cast<Bits>(shifted);
     const Bits sign(INT64_MIN);
     const auto as_sign = [&](const Bits& bits) { return xsimd::bitwise_cast<Batch>(bits & sign); };
