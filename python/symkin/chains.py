@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 from symkin import _core
@@ -73,6 +74,7 @@ class ChainInfo:
         return {**self.parameter_units, "sensor_gain": gain}
 
 
+@cache
 def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     """Describe a chain.
 

@@ -101,7 +101,7 @@ class Evaluation:
     @classmethod
     def of(cls, differences: Array, poses: Array, characteristic_length: float) -> Evaluation:
         """Return the figures of single differences."""
-        failed = int(np.isnan(differences).any(axis=1).sum())
+        failed = len(differences) - int(np.count_nonzero(_complete(differences)))
         return cls(
             *_figures(differences),
             evaluated=len(differences) - failed,
@@ -132,7 +132,7 @@ class Evaluation:
 
         The frames are those of at most some 2000 poses, evenly taken, and the errors of all.
         """
-        rows = np.flatnonzero(np.isfinite(self.differences).all(axis=1))
+        rows = np.flatnonzero(_complete(self.differences))
         components = _COMPONENTS[self.differences.shape[1]]
         wanted = _transforms(self.poses[rows])
         steps = np.zeros((len(rows), 6))
@@ -156,13 +156,18 @@ class Evaluation:
         return AlignedErrors(*_figures(differences), base, tool, differences)
 
 
+def _complete(rows: Array) -> NDArray[np.bool_]:
+    """Which rows have finite numbers alone; a reduction of short rows takes ten times as long."""
+    return np.isfinite(rows @ np.ones(rows.shape[1]))
+
+
 def _figures(differences: Array) -> tuple[float, float, float, float]:
     """Root mean square and maximum of the distance (m), and of the angle (rad)."""
-    good = differences[np.isfinite(differences).all(axis=1)]
+    good = differences[_complete(differences)]
     size = 3 if differences.shape[1] == 6 else 2
     figures: list[float] = []
     for part in (good[:, :size], good[:, size:]):
-        squares = np.sum(part**2, axis=1)
+        squares = np.einsum("ij,ij->i", part, part)
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
     return figures[0], figures[1], figures[2], figures[3]
 
