@@ -128,7 +128,8 @@ class Newton {
     const T infinity(std::numeric_limits<double>::infinity());
     const T smallest(std::sqrt(options_.step_tolerance) * 1e-2);
     Coordinates accepted = Batched::coordinates(start, rows);
-    const Mask start_orientation = set_out(rows, readings, accepted);
+    set_out(rows, readings, accepted);
+    Mask start_orientation{};
     Coordinates trial = accepted;
     Coordinates solution;
     solution.fill(T(std::numeric_limits<double>::quiet_NaN()));
@@ -141,8 +142,13 @@ class Newton {
     Mask active = cost == infinity;
     Mask solved = cost < infinity;
     Mask in_aspect = solved;
-    for (int i = 0; i < options_.max_iterations && L::any(active); ++i) {
-      const System at = linearise(trial, false);
+    // Before the first iteration stands a look at the start, for its side of the singularities.
+    for (int i = redundant() ? 0 : -1; i < options_.max_iterations && L::any(active); ++i) {
+      const System at = linearise(trial, i < 0);
+      if (i < 0) {
+        start_orientation = at.orientation;
+        continue;
+      }
       // Against the predicted decrease, since the readings of a redundantly actuated mechanism with
       // errors leave a cost that no step takes away. Below sqrt(tolerance) rounding decides whether
       // the cost still falls.
@@ -193,10 +199,9 @@ class Newton {
     }
   }
 
-  // Reads the joints, and notes the side of the singularities on which the start pose lies: at the
-  // mechanism's own joints there; where a leg cannot reach it, at those to be solved, which are
-  // close to them.
-  Mask set_out(const Rows& rows, const double* readings, const Coordinates& start) {
+  // Reads the joints. On which side of the singularities the start pose lies, the mechanism's own
+  // joints there say; where a leg cannot reach it, those to be solved, which are close to them.
+  void set_out(const Rows& rows, const double* readings, const Coordinates& start) {
     const Pose pose = Pose::constant(start.data());
     const auto count = static_cast<Index>(legs_.size());
     for (LegState& leg : legs_) {
@@ -207,7 +212,6 @@ class Newton {
         leg.side = slope(leg, pose, leg.joint_at_start) > T(0.0);
       }
     }
-    return linearise(start, true).orientation;
   }
 
   // The joint, where it is not a number the other.
@@ -267,9 +271,7 @@ class Newton {
     }
   }
 
-  // Not inlined: it is called twice, and is most of the code.
-  [[gnu::noinline]] SYMKIN_FLATTEN System linearise(const Coordinates& coordinates,
-                                                    bool at_start) const {
+  System linearise(const Coordinates& coordinates, bool at_start) const {
     using std::abs;
     const auto pose = Leg::template Pose<Dual<T, kDof>>::variable(coordinates.data(), 0);
     const auto closure = [&](std::size_t i) {
