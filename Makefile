@@ -8,8 +8,8 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
-SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libgtest-dev libbenchmark-dev \
-  python3-venv python3-dev
+SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libxsimd-dev libgtest-dev \
+  libbenchmark-dev python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
 # Large, so for CI alone: without a browser the tests of pages are skipped, and say so.
 SYSTEM_TEST_PACKAGES = $(if $(CI),chromium)

@@ -62,20 +62,24 @@ struct PointPlatform {
   using Geometry = decltype(detail::first_elements<typename Leg::template Geometry<T>>(
       std::make_index_sequence<kGeometry>()));
 
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    return Leg::template closure<G>(with_platform<G>(geometry), unturned(pose), q);
+  }
+
   template <typename T>
-  static auto closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
-    return Leg::closure(with_platform<T>(geometry), unturned(pose), q);
+  static auto root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+    return Leg::root(with_platform<T>(geometry), unturned(pose), mode);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
-    return Leg::root(with_platform<double>(geometry), unturned(pose), mode);
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
+    return Leg::reach_margin(with_platform<T>(geometry), unturned(pose));
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
-    return Leg::reach_margin(with_platform<double>(geometry), unturned(pose));
-  }
-
-  static auto joint_centres(const Geometry<double>& geometry, const Pose<double>& pose, double q) {
+  template <typename Q>
+  static auto joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
+                            const Q& q) {
     return Leg::joint_centres(with_platform<double>(geometry), unturned(pose), q);
   }
 

@@ -19,19 +19,21 @@ struct PprActive1 : PlanarLeg<kBaseGuideAngle, kPlatformRadius, kPlatformAngle> 
   static constexpr bool kModeIsOrientation = false;
   static constexpr std::string_view kWorkingMode = "without meaning: the distance is the only root";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [beta, ob, beta_b] = geometry;
     return beyond_base_guide(platform_point(pose, ob, beta_b), q, beta);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
     const auto& [beta, ob, beta_b] = geometry;
     return dot(direction(beta), platform_point(pose, ob, beta_b));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   // Drawn with guides at right angles: the origin, the foot of the passive guide, the pivot.

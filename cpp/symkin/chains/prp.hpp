@@ -24,20 +24,22 @@ struct PrpActive1
   static constexpr std::string_view kWorkingMode =
       "without meaning: the crossing of the guides is the only root";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return beyond_platform_guide(polar(OA, beta) + q * normal(beta), pose, ob, beta_b);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return -beyond_platform_guide(polar(OA, beta), pose, ob, beta_b) /
            dot(direction(pose.phi + beta_b), normal(beta));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   // The feet of the two guides, and the pivot between them.
@@ -61,21 +63,23 @@ struct PrpActive3
   static constexpr std::string_view kWorkingMode =
       "without meaning: the crossing of the guides is the only root";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return beyond_base_guide(platform_point(pose, ob, beta_b) + q * normal(pose.phi + beta_b), OA,
                              beta);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return -beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta) /
            dot(direction(beta), normal(pose.phi + beta_b));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,

@@ -24,21 +24,24 @@ struct PrrActive1 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   static constexpr std::string_view kWorkingMode =
       "sign of n(beta) . (distal link), its lean along the guide's travel";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b) - q * normal(beta)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
     return dot(normal(beta), d) - mode * triangle_leg(L, dot(direction(beta), d));
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
+    using std::abs;
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    return L - std::abs(beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta));
+    return L - abs(beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta));
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
@@ -62,24 +65,26 @@ struct PrrActive2 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   static constexpr std::string_view kWorkingMode =
       "sign of n(beta) . (distal link), its lean along the guide's travel";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     return beyond_base_guide(platform_point(pose, ob, beta_b) - polar(L, q), OA, beta);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    const double beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
-    return beta.angle + mode * std::acos(beyond / L);
+    const T beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
+    return beta + arc_cosine(beyond / L, mode);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return PrrActive1::reach_margin(geometry, pose);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
     return centres(polar(OA, beta), b - polar(L, q), b);
@@ -99,28 +104,29 @@ struct PrrActive3 : PlanarLeg<kDistalLength, kBaseGuideDistance, kBaseGuideAngle
   static constexpr std::string_view kWorkingMode =
       "sign of n(beta) . (distal link), its lean along the guide's travel";
 
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    const auto& [L, OA, beta, ob, beta_b] = geometry;
+    return beyond_base_guide(platform_point(pose, ob, beta_b) + polar(L, pose.phi + q), OA, beta);
+  }
+
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    return beyond_base_guide(platform_point(pose, ob, beta_b) + polar(L, pose.phi.angle + q), OA,
-                             beta);
+    const T beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
+    return beta + arc_cosine(-beyond / L, -mode) - pose.phi;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
-    const auto& [L, OA, beta, ob, beta_b] = geometry;
-    const double beyond = beyond_base_guide(platform_point(pose, ob, beta_b), OA, beta);
-    return beta.angle - mode * std::acos(-beyond / L) - pose.phi.angle;
-  }
-
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return PrrActive1::reach_margin(geometry, pose);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(L, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(L, pose.phi + q), b);
   }
 };
 

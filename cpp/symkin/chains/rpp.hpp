@@ -20,19 +20,21 @@ struct RppActive3 : PlanarLeg<kBaseRadius, kBaseAngle, kPlatformGuideAngle> {
   static constexpr bool kModeIsOrientation = false;
   static constexpr std::string_view kWorkingMode = "without meaning: the distance is the only root";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [OA, beta, beta_b] = geometry;
     return beyond_platform_guide(polar(OA, beta), pose, q, beta_b);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
     const auto& [OA, beta, beta_b] = geometry;
     return dot(direction(pose.phi + beta_b), polar(OA, beta) - position(pose));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   // Drawn with guides at right angles: the pivot, the foot of the passive guide, the platform's

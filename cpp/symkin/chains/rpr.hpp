@@ -22,25 +22,28 @@ struct RprActive1
   static constexpr std::string_view kWorkingMode =
       "sign of n(q) . d, the slider's travel from the guide's foot";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     return dot(direction(q), leg_vector(pose, OA, beta, ob, beta_b)) - e;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(d) - mode * std::acos(e / norm(d));
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return azimuth(d) + arc_cosine(e / norm(d), -mode);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
+    using std::abs;
     const auto& [e, OA, beta, ob, beta_b] = geometry;
-    return norm(leg_vector(pose, OA, beta, ob, beta_b)) - std::abs(e);
+    return norm(leg_vector(pose, OA, beta, ob, beta_b)) - abs(e);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(e, q), platform_point(pose, ob, beta_b));
@@ -56,19 +59,21 @@ struct RprActive2 : PlanarLeg<kBaseRadius, kBaseAngle, kPlatformRadius, kPlatfor
   static constexpr bool kModeIsOrientation = false;
   static constexpr std::string_view kWorkingMode = "without meaning: the length is the only root";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b)) - q;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
     const auto& [OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   // The slider is drawn in the middle of the leg.
@@ -95,27 +100,29 @@ struct RprActive3
   static constexpr std::string_view kWorkingMode =
       "sign of -n(phi + q) . d, the slider's travel from the guide's foot";
 
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    const auto& [e, OA, beta, ob, beta_b] = geometry;
+    return -dot(direction(pose.phi + q), leg_vector(pose, OA, beta, ob, beta_b)) - e;
+  }
+
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
-    return -dot(direction(pose.phi.angle + q), leg_vector(pose, OA, beta, ob, beta_b)) - e;
+    const Vec2<T> to_base = -leg_vector(pose, OA, beta, ob, beta_b);
+    return azimuth(to_base) + arc_cosine(e / norm(to_base), -mode) - pose.phi;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
-    const auto& [e, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> to_base = -1.0 * leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(to_base) - mode * std::acos(e / norm(to_base)) - pose.phi.angle;
-  }
-
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RprActive1::reach_margin(geometry, pose);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [e, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(e, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(e, pose.phi + q), b);
   }
 };
 

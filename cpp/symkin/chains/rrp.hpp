@@ -25,26 +25,29 @@ struct RrpActive1 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
   static constexpr std::string_view kWorkingMode =
       "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [l, OA, beta, ob, beta_b] = geometry;
     return beyond_platform_guide(polar(OA, beta) + polar(l, q), pose, ob, beta_b);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, OA, beta, ob, beta_b] = geometry;
-    const double beyond = beyond_platform_guide(polar(OA, beta), pose, ob, beta_b);
-    return pose.phi.angle + beta_b.angle + mode * std::acos(-beyond / l);
+    const T beyond = beyond_platform_guide(polar(OA, beta), pose, ob, beta_b);
+    return pose.phi + beta_b + arc_cosine(-beyond / l, mode);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
+    using std::abs;
     const auto& [l, OA, beta, ob, beta_b] = geometry;
-    return l - std::abs(beyond_platform_guide(polar(OA, beta), pose, ob, beta_b));
+    return l - abs(beyond_platform_guide(polar(OA, beta), pose, ob, beta_b));
   }
 
   // The last point is the guide's foot.
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(l, q), platform_point(pose, ob, beta_b));
@@ -64,22 +67,24 @@ struct RrpActive2 : PlanarLeg<kProximalLength, kBaseRadius, kBaseAngle, kPlatfor
   static constexpr std::string_view kWorkingMode =
       "sign of n(phi + beta_b) . (proximal link), its lean along the guide's travel";
 
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    return RrpActive1::closure<G>(geometry, pose, pose.phi + q);
+  }
+
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
-    return RrpActive1::closure(geometry, pose, pose.phi.angle + q);
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+    return RrpActive1::root(geometry, pose, mode) - pose.phi;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
-    return RrpActive1::root(geometry, pose, mode) - pose.phi.angle;
-  }
-
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrpActive1::reach_margin(geometry, pose);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
-    return RrpActive1::joint_centres(geometry, pose, pose.phi.angle + q);
+                                    const Azimuth<double>& q) {
+    return RrpActive1::joint_centres(geometry, pose, pose.phi + q);
   }
 };
 
@@ -96,20 +101,22 @@ struct RrpActive3 : PlanarLeg<kDistalLength, kBaseRadius, kBaseAngle, kPlatformG
   static constexpr std::string_view kWorkingMode =
       "sign of n(phi + beta_b) . (distal link), its lean along the guide's travel";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b) + q * normal(pose.phi + beta_b)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    const double across = dot(direction(pose.phi + beta_b), d);
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
+    const T across = dot(direction(pose.phi + beta_b), d);
     return mode * triangle_leg(L, across) - dot(normal(pose.phi + beta_b), d);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrpActive1::reach_margin(geometry, pose);
   }
 

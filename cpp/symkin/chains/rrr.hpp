@@ -24,25 +24,27 @@ struct RrrActive1 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   static constexpr std::string_view kWorkingMode =
       "sign of (proximal link) x (distal link), the turn of the elbow";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b) - polar(l, q)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(d) - mode * triangle_angle(l, norm(d), L);
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return azimuth(d) + arc_cosine(triangle_cosine(l, norm(d), L), -mode);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return dyad_margin(l, L, norm(leg_vector(pose, OA, beta, ob, beta_b)));
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> base = polar(OA, beta);
     return centres(base, base + polar(l, q), platform_point(pose, ob, beta_b));
@@ -61,34 +63,36 @@ struct RrrActive2 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
   static constexpr std::string_view kWorkingMode =
       "sign of (proximal link) x (distal link), the turn of the elbow";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
-    using std::cos;
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     using std::sqrt;
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, beta, ob, beta_b)) -
-           sqrt(l * l + L * L + T(2.0) * l * L * cos(q));
+           sqrt(l * l + L * L + 2.0 * l * L * q.cosine);
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
+    using std::acos;
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    return mode * std::acos((dot(d, d) - l * l - L * L) / (2 * l * L));
+    const Vec2<T> d = leg_vector(pose, OA, beta, ob, beta_b);
+    return arc_cosine((dot(d, d) - l * l - L * L) / (2.0 * l * L), mode);
   }
 
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrrActive1::reach_margin(geometry, pose);
   }
 
   // The links turn by q at the elbow; they meet the base point exactly, and the platform point
   // when q closes the leg.
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> d = leg_vector(pose, OA, beta, ob, beta_b);
-    const double span = angle(polar(l, 0.0) + polar(L, q));
+    const Azimuth<double> span = azimuth(Vec2<double>{l, 0} + polar(L, q));
     const Vec2<double> base = polar(OA, beta);
-    return centres(base, base + polar(l, angle(d) - span), base + d);
+    return centres(base, base + polar(l, azimuth(d) - span), base + d);
   }
 };
 
@@ -107,27 +111,29 @@ struct RrrActive3 : PlanarLeg<kProximalLength, kDistalLength, kBaseRadius, kBase
       "sign of (distal link, on the base side) x (proximal link, on the platform side), the "
       "turn of the elbow";
 
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    const auto& [l, L, OA, beta, ob, beta_b] = geometry;
+    return norm(leg_vector(pose, OA, beta, ob, beta_b) + polar(l, pose.phi + q)) - L;
+  }
+
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  static Azimuth<T> root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    return norm(leg_vector(pose, OA, beta, ob, beta_b) + polar(l, pose.phi.angle + q)) - L;
+    const Vec2<T> to_base = -leg_vector(pose, OA, beta, ob, beta_b);
+    return azimuth(to_base) + arc_cosine(triangle_cosine(l, norm(to_base), L), mode) - pose.phi;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
-    const auto& [l, L, OA, beta, ob, beta_b] = geometry;
-    const Vec2<double> to_base = -1.0 * leg_vector(pose, OA, beta, ob, beta_b);
-    return angle(to_base) + mode * triangle_angle(l, norm(to_base), L) - pose.phi.angle;
-  }
-
-  static double reach_margin(const Geometry<double>& geometry, const Pose<double>& pose) {
+  template <typename T>
+  static T reach_margin(const Geometry<T>& geometry, const Pose<T>& pose) {
     return RrrActive1::reach_margin(geometry, pose);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,
-                                    double q) {
+                                    const Azimuth<double>& q) {
     const auto& [l, L, OA, beta, ob, beta_b] = geometry;
     const Vec2<double> b = platform_point(pose, ob, beta_b);
-    return centres(polar(OA, beta), b + polar(l, pose.phi.angle + q), b);
+    return centres(polar(OA, beta), b + polar(l, pose.phi + q), b);
   }
 };
 

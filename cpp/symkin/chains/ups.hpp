@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string_view>
 
@@ -23,30 +25,41 @@ struct UpsActive2 : LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPla
   static constexpr std::string_view kWorkingMode = "without meaning: the length is the only root";
   template <typename T>
   using Pose = SpatialPose<T>;
+
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    return length(leg_vector<G>(geometry, pose)) - q;
+  }
+
   template <typename T>
-  using Vec3 = Eigen::Matrix<T, 3, 1>;
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
+    return length(leg_vector<T>(geometry, pose));
+  }
 
   template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
-    return leg_vector(geometry, pose).norm() - q;
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(std::numeric_limits<double>::infinity());
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
-    return leg_vector(geometry, pose).norm();
-  }
-
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return std::numeric_limits<double>::infinity();
-  }
-
-  static std::array<Vec3<double>, 2> joint_centres(const Geometry<double>& geometry,
-                                                   const Pose<double>& pose, double /*q*/) {
+  static std::array<Eigen::Vector3d, 2> joint_centres(const Geometry<double>& geometry,
+                                                      const Pose<double>& pose, double /*q*/) {
     const auto& [OA, alpha, beta, ob, alpha_b, beta_b] = geometry;
     const Vec3<double> base = spherical(OA, alpha, beta);
-    return {base, base + leg_vector(geometry, pose)};
+    const Vec3<double> leg = leg_vector<double>(geometry, pose);
+    const Eigen::Vector3d foot(base[0], base[1], base[2]);
+    return {foot, foot + Eigen::Vector3d(leg[0], leg[1], leg[2])};
   }
 
  private:
+  template <typename T>
+  using Vec3 = std::array<T, 3>;
+
+  template <typename T>
+  static T length(const Vec3<T>& a) {
+    using std::sqrt;
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+  }
+
   template <typename T>
   static Vec3<T> spherical(const T& radius, const Azimuth<T>& polar_angle,
                            const Azimuth<T>& azimuth) {
@@ -54,11 +67,17 @@ struct UpsActive2 : LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPla
             radius * polar_angle.cosine};
   }
 
-  template <typename T>
-  static Vec3<T> leg_vector(const Geometry<T>& geometry, const Pose<T>& pose) {
+  template <typename G, typename T>
+  static Vec3<T> leg_vector(const Geometry<G>& geometry, const Pose<T>& pose) {
     const auto& [OA, alpha, beta, ob, alpha_b, beta_b] = geometry;
-    return pose.position + pose.rotation * spherical(ob, alpha_b, beta_b) -
-           spherical(OA, alpha, beta);
+    const Vec3<G> a = spherical(OA, alpha, beta);
+    const Vec3<G> b = spherical(ob, alpha_b, beta_b);
+    Vec3<T> d;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& row = pose.rotation[i];
+      d[i] = pose.position[i] + row[0] * b[0] + row[1] * b[1] + row[2] * b[2] - a[i];
+    }
+    return d;
   }
 };
 

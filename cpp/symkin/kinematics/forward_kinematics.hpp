@@ -1,24 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "symkin/model/mechanism.hpp"
 
 namespace symkin {
-
-struct ForwardKinematicsOptions {
-  int max_iterations = 50;
-  double step_tolerance = 1e-10;  // m, rad: the last Newton step, which is still applied
-  void check() const;
-};
-
-enum class ForwardStatus : std::uint8_t {
-  converged,
-  diverged,     // the closures have no solution that Newton's method reaches
-  left_aspect,  // solved, but beyond a singularity: another assembly or working mode
-};
 
 struct ForwardKinematicsResult {
   RowMatrix poses;                    // N x coordinates; NaN where diverged

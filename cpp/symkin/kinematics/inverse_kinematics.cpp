@@ -3,12 +3,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "symkin/support/error.hpp"
-#include "symkin/support/interrupt.hpp"
 
 namespace symkin {
 namespace {
@@ -35,10 +36,13 @@ Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, 
 
 template <int Dof>
 double condition(const double* jacobian, ConstVector gains, Index position, double length) {
-  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
-  const Eigen::Map<const Jacobian> of_readings(jacobian, gains.size(), Dof);
-  const Jacobian rows = (gains / gains[0]).asDiagonal() * of_readings;
-  Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
+  Eigen::Matrix<double, Dof, Dof> gram = Eigen::Matrix<double, Dof, Dof>::Zero();
+  for (Index leg = 0; leg < gains.size(); ++leg) {
+    const Eigen::Matrix<double, Dof, 1> row =
+        (gains[leg] / gains[0]) *
+        Eigen::Map<const Eigen::Matrix<double, Dof, 1>>(jacobian + leg * Dof);
+    gram += row * row.transpose();
+  }
   gram.rightCols(Dof - position) /= length;
   gram.bottomRows(Dof - position) /= length;
   if (!gram.allFinite()) {
@@ -60,54 +64,35 @@ double determinant(const double* jacobian, Index legs) {
   return std::sqrt(std::max(0.0, gram.determinant()));
 }
 
-// dg/dpose of all legs, leg by leg, and dh/dpsi, at given readings.
-struct PoseDerivatives {
-  RowMatrix jacobian;    // N x (legs * dof)
-  RowMatrix by_reading;  // N x legs
-};
-
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
   check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the pose");
   check_poses(mechanism, poses);
   check_readings(mechanism, poses.rows(), readings);
-  const Index dof = mechanism.dof();
-  PoseDerivatives all;
-  all.jacobian.resize(poses.rows(), mechanism.leg_count() * dof);
-  all.by_reading.resize(poses.rows(), mechanism.leg_count());
-  ClosureRows rows;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    check_interrupt();
-    mechanism.model().linearise_pose(mechanism.leg(leg).parameters, poses,
-                                     Vector(readings.col(leg)), rows);
-    // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
-    all.jacobian.middleCols(leg * dof, dof) =
-        -(rows.by_pose.array().colwise() / rows.by_reading.array());
-    all.by_reading.col(leg) = rows.by_reading;
+  return mechanism.model().linearise_pose(mechanism.leg_values(), poses, readings);
+}
+
+// Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
+RowMatrix by_readings(PoseDerivatives all) {
+  const Index legs = all.by_reading.cols();
+  const Index dof = all.by_pose.cols() / std::max<Index>(legs, 1);
+  for (Index i = 0; i < all.by_pose.rows(); ++i) {
+    for (Index leg = 0; leg < legs; ++leg) {
+      all.by_pose.row(i).segment(leg * dof, dof) /= -all.by_reading(i, leg);
+    }
   }
-  return all;
+  return std::move(all.by_pose);
 }
 
 }  // namespace
 
 RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  RowMatrix readings(poses.rows(), mechanism.leg_count());
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    check_interrupt();
-    readings.col(leg) = leg_readings(mechanism, leg, poses);
-  }
-  return readings;
+  return mechanism.model().inverse_kinematics(mechanism.leg_values(), poses);
 }
 
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  RowMatrix margins(poses.rows(), mechanism.leg_count());
-  Vector column(poses.rows());
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    mechanism.model().reach_margin(mechanism.leg(leg).parameters, poses, column);
-    margins.col(leg) = column;
-  }
-  return margins;
+  return mechanism.model().reach_margin(mechanism.leg_values(), poses);
 }
 
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
@@ -140,7 +125,7 @@ RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
 }
 
 RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  return linearise_all(mechanism, poses, readings).jacobian;
+  return by_readings(linearise_all(mechanism, poses, readings));
 }
 
 Vector sensor_gains(const Mechanism& mechanism) {
@@ -158,15 +143,16 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
                        " m; expected a positive length");
   }
   const Index legs = mechanism.leg_count();
-  const PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
+  PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
   measures.serial = all.by_reading;
+  const RowMatrix jacobian = by_readings(std::move(all));
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());
   const Vector gains = sensor_gains(mechanism);
   measures.serial.array().rowwise() /= gains.transpose().array();
   for (Index i = 0; i < poses.rows(); ++i) {
-    const double* row = all.jacobian.row(i).data();
+    const double* row = jacobian.row(i).data();
     measures.parallel[i] = pose_determinant(row, legs, mechanism.dof());
     measures.condition[i] =
         pose_condition(row, gains, mechanism.pose_space(), characteristic_length);

@@ -40,10 +40,12 @@ struct Block {
     Index kept = 0;
     for (Index row = 0; row < size(); ++row) {
       if (mask[static_cast<std::size_t>(row)]) {
-        origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
-        poses.row(kept) = poses.row(row);
-        readings.row(kept) = readings.row(row);
-        conditions[kept] = conditions[row];
+        if (kept != row) {
+          origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
+          move_row(poses, row, kept);
+          move_row(readings, row, kept);
+          conditions[kept] = conditions[row];
+        }
         ++kept;
       }
     }
@@ -51,6 +53,11 @@ struct Block {
     poses.conservativeResize(kept, Eigen::NoChange);
     readings.conservativeResize(kept, Eigen::NoChange);
     conditions.conservativeResize(kept);
+  }
+
+ private:
+  static void move_row(RowMatrix& rows, Index from, Index to) {
+    std::copy_n(rows.data() + from * rows.cols(), rows.cols(), rows.data() + to * rows.cols());
   }
 };
 
@@ -74,15 +81,12 @@ class Filter {
  private:
   void keep_reachable(Block& block, WorkspaceRejections& rejections) const {
     const Index before = block.size();
-    for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
-      Vector margins(block.size());
-      mechanism_.model().reach_margin(mechanism_.leg(leg).parameters, block.poses, margins);
-      Mask mask(static_cast<std::size_t>(block.size()));
-      for (Index i = 0; i < block.size(); ++i) {
-        mask[static_cast<std::size_t>(i)] = margins[i] >= options_.reach_margin;
-      }
-      block.keep(mask);
+    const RowMatrix margins = reach_margin(mechanism_, block.poses);
+    Mask mask(static_cast<std::size_t>(block.size()));
+    for (Index i = 0; i < block.size(); ++i) {
+      mask[static_cast<std::size_t>(i)] = (margins.row(i).array() >= options_.reach_margin).all();
     }
+    block.keep(mask);
     rejections.reach += before - block.size();
   }
 

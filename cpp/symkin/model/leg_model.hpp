@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "symkin/model/chain_info.hpp"
+#include "symkin/model/leg_kernels.hpp"
 #include "symkin/support/types.hpp"
 
 namespace ceres {
@@ -30,23 +32,52 @@ struct ClosureRows {
   }
 };
 
+// The same of all legs: a row a pose, in it k columns (dof k in by_pose) a leg.
+struct PoseDerivatives {
+  RowMatrix closure, by_pose, by_reading;
+};
+
 // Where run time meets compile time: one object per chain, batched operations only, so that no
-// loop over poses crosses a virtual call. `poses` holds one pose a row (see PoseSpace).
+// loop over poses crosses a call. `poses` holds one pose a row (see PoseSpace). Results for a pose
+// depend on nothing but that pose: not on its neighbours, nor on the processor.
 class LegModel {
  public:
+  using Legs = std::vector<LegValues>;
+
   virtual ~LegModel() = default;
 
-  virtual const ChainInfo& info() const = 0;
-  Index parameter_count() const { return static_cast<Index>(info().parameters.size()); }
+  const ChainInfo& info() const { return info_; }
+  Index parameter_count() const { return static_cast<Index>(info_.parameters.size()); }
 
-  // Sensor readings psi at the poses; NaN where the leg cannot reach. An angular joint is read
-  // within half a turn of the sensor's zero.
-  virtual void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
-                                  Eigen::Ref<Vector> readings) const = 0;
+  // Sensor readings psi at the poses, N x legs; NaN where the leg cannot reach. An angular joint is
+  // read within half a turn of the sensor's zero.
+  RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const;
+  void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
+                          Eigen::Ref<Vector> readings) const;
 
-  // How far the pose is inside the leg's reach, metres; negative outside, infinite if unlimited.
-  virtual void reach_margin(ConstVector parameters, ConstRows poses,
-                            Eigen::Ref<Vector> margins) const = 0;
+  // How far the pose is inside the leg's reach, metres, N x legs; negative outside, infinite if
+  // unlimited.
+  RowMatrix reach_margin(const Legs& legs, ConstRows poses) const;
+  void reach_margin(ConstVector parameters, ConstRows poses, Eigen::Ref<Vector> margins) const;
+
+  // Values and rows as in ClosureRows.
+  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+               Eigen::Ref<Vector> values) const;
+  void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                 ClosureRows& rows) const;
+
+  // The same without by_parameters, which is left as it is.
+  void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                      ClosureRows& rows) const;
+  // Readings N x legs.
+  PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
+                                 const RowMatrix& readings) const;
+
+  // See forward_kinematics(): the poses and how they ended, for a row of readings each; `start` is
+  // as many poses, or one. Only where legs have one closure.
+  void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
+                          const ForwardKinematicsOptions& options, RowMatrix& poses,
+                          std::vector<ForwardStatus>& status) const;
 
   // Readings less others: of an angular joint by the shortest turn.
   virtual void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
@@ -54,17 +85,6 @@ class LegModel {
 
   // dq/dpsi at a reading: unit of the active joint per unit of the sensor.
   virtual double sensor_gain(ConstVector parameters, double reading) const = 0;
-
-  // Values and rows as in ClosureRows.
-  virtual void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-                       Eigen::Ref<Vector> values) const = 0;
-
-  virtual void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
-                         ClosureRows& rows) const = 0;
-
-  // The same without by_parameters, which is left as it is: the inner loop of forward kinematics.
-  virtual void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
-                              ClosureRows& rows) const = 0;
 
   // One cost function a pose on the leg's p parameters, in the pose rows' order.
   // Residuals h(parameters; pose, reading), k of them, in metres; finite beyond the leg's reach.
@@ -77,6 +97,13 @@ class LegModel {
   // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3).
   virtual RowMatrix joint_centres(ConstVector parameters, ConstVector pose,
                                   double reading) const = 0;
+
+ protected:
+  LegModel(ChainInfo info, const LegKernels& kernels) : info_(std::move(info)), kernels_(kernels) {}
+
+ private:
+  ChainInfo info_;
+  LegKernels kernels_;
 };
 
 }  // namespace symkin

@@ -58,6 +58,14 @@ const Leg& Mechanism::leg(Index index) const {
   return legs_[static_cast<std::size_t>(index)];
 }
 
+std::vector<LegValues> Mechanism::leg_values() const {
+  std::vector<LegValues> values;
+  for (const Leg& leg : legs_) {
+    values.push_back({leg.parameters.data(), leg.working_mode});
+  }
+  return values;
+}
+
 Mechanism Mechanism::with_parameters(ConstRows parameters) const {
   if (parameters.rows() != leg_count() || parameters.cols() != parameter_count()) {
     throw InvalidInput("parameters are " + std::to_string(parameters.rows()) + " x " +

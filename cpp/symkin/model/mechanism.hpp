@@ -28,6 +28,8 @@ class Mechanism {
   const LegModel& model() const { return *model_; }
   const std::vector<Leg>& legs() const { return legs_; }
   const Leg& leg(Index index) const;
+  // For the model's loops over all legs; no longer valid than the mechanism.
+  std::vector<LegValues> leg_values() const;
 
   PoseSpace pose_space() const { return model_->info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }

@@ -3,18 +3,12 @@
 
 #include <Eigen/Geometry>
 
+#include "symkin/model/pose.hpp"
+
 namespace symkin {
 namespace {
 
 Eigen::Quaterniond quaternion(const double* pose) { return {pose[6], pose[3], pose[4], pose[5]}; }
-
-Eigen::Quaterniond from_rotation_vector(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  // sin(a/2)/a by its series where the quotient loses digits.
-  const double scale = angle < 1e-6 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
-  const Eigen::Vector3d v = scale * w;
-  return {std::cos(angle / 2), v.x(), v.y(), v.z()};
-}
 
 Eigen::Vector3d to_rotation_vector(Eigen::Quaterniond q) {
   if (q.w() < 0) {
@@ -58,14 +52,13 @@ Vector identity_pose(PoseSpace space) {
 }
 
 void move_pose(PoseSpace space, const double* step, double* pose) {
-  const Index linear = space == PoseSpace::spatial ? 3 : degrees_of_freedom(space);
-  for (Index i = 0; i < linear; ++i) {
-    pose[i] += step[i];
-  }
-  if (space == PoseSpace::spatial) {
-    const Eigen::Quaterniond turned =
-        (from_rotation_vector({step[3], step[4], step[5]}) * quaternion(pose)).normalized();
-    Eigen::Map<Eigen::Vector4d>(pose + 3) = turned.coeffs();
+  switch (space) {
+    case PoseSpace::planar:
+      return PlanarPose<double>::move(step, pose);
+    case PoseSpace::point:
+      return PointPose<double>::move(step, pose);
+    case PoseSpace::spatial:
+      return SpatialPose<double>::move(step, pose);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "symkin/model/lanes.hpp"
 #include "symkin/model/roles.hpp"
 #include "symkin/support/types.hpp"
 
@@ -24,10 +25,12 @@ void move_pose(PoseSpace space, const double* step, double* pose);
 void pose_difference(PoseSpace space, const double* to, const double* from, double* difference);
 
 // Angle in (-pi, pi].
-inline double wrap_angle(double angle) {
+template <typename T>
+T wrap_angle(const T& angle) {
+  using std::floor;
   constexpr double kTwoPi = 6.283185307179586476925;
-  const double wrapped = angle - kTwoPi * std::floor(angle / kTwoPi + 0.5);
-  return wrapped <= -kTwoPi / 2 ? wrapped + kTwoPi : wrapped;
+  const T wrapped = angle - kTwoPi * floor(angle / kTwoPi + 0.5);
+  return Lanes<T>::select(wrapped <= T(-kTwoPi / 2), wrapped + kTwoPi, wrapped);
 }
 
 }  // namespace symkin

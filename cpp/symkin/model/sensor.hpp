@@ -20,13 +20,23 @@ struct LinearSensor {
   explicit LinearSensor(const double* parameters) : gain(parameters[0]), offset(parameters[1]) {}
 
   // q, dq/dpsi and dq/dparam at a reading.
-  double active_joint(double reading) const { return gain * reading + offset; }
-  double by_reading(double /*reading*/) const { return gain; }
-  std::array<double, kParameters> by_parameters(double reading) const { return {reading, 1}; }
+  template <typename T>
+  T active_joint(const T& reading) const {
+    return gain * reading + offset;
+  }
+  template <typename T>
+  T by_reading(const T& /*reading*/) const {
+    return T(gain);
+  }
+  template <typename T>
+  std::array<T, kParameters> by_parameters(const T& reading) const {
+    return {reading, T(1.0)};
+  }
 
   // The reading at q; of an angle within half a turn of the sensor's zero.
-  double reading(double q, bool angular) const {
-    const double travel = q - offset;
+  template <typename T>
+  T reading(const T& q, bool angular) const {
+    const T travel = q - offset;
     return (angular ? wrap_angle(travel) : travel) / gain;
   }
 

@@ -175,18 +175,22 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose lies in the workspace's box, shape (N,); always without a workspace."""
-    coordinates = workspace_coordinates(mechanism, poses)
-    if mechanism.workspace is None:
-        return np.ones(len(coordinates), dtype=np.bool_)
+    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    workspace = mechanism.workspace
+    inside = np.ones(len(rows), dtype=np.bool_)
+    if workspace is None:
+        return inside
     if mechanism.pose_space == "planar":
         # A box may reach beyond half a turn.
-        centre = (mechanism.workspace.lower[2] + mechanism.workspace.upper[2]) / 2
-        turns = np.round((coordinates[:, 2] - centre) / (2 * np.pi))
-        coordinates[:, 2] -= 2 * np.pi * turns
+        centre = (workspace.lower[2] + workspace.upper[2]) / 2
+        turns = np.rint((rows[:, 2] - centre) / (2 * np.pi))
+        columns = [rows[:, 0], rows[:, 1], rows[:, 2] - 2 * np.pi * turns]
+    else:
+        columns = list(workspace_coordinates(mechanism, rows).T)
     slack = 1e-9  # of an image that rounding has put on the other side
-    above = coordinates >= np.array(mechanism.workspace.lower) - slack
-    below = coordinates <= np.array(mechanism.workspace.upper) + slack
-    return np.asarray((above & below).all(axis=1))
+    for column, lower, upper in zip(columns, workspace.lower, workspace.upper, strict=True):
+        inside &= (column >= lower - slack) & (column <= upper + slack)
+    return inside
 
 
 def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:

@@ -13,7 +13,7 @@ namespace symkin::page {
 namespace {
 
 TEST(AddingAChain, TheExampleOfThePageIsTheChainThatItSays) {
-  const chains::Models models = chains::models(RprChains());
+  const chains::Models models = chains::family_models<RprChains>(nullptr);
   ASSERT_EQ(models.size(), 2U);
   const Platform platforms[] = {Platform::rigid, Platform::point};
   for (std::size_t i = 0; i < 2; ++i) {

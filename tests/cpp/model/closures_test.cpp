@@ -39,20 +39,22 @@ struct SliderOnPlatform
   static constexpr bool kModeIsOrientation = false;
   static constexpr std::string_view kWorkingMode = "without meaning";
 
-  template <typename T>
-  static std::array<T, 2> closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [OA, beta, ob, beta_b] = geometry;
-    const Vec2<T> to_pivot = polar(OA, beta) - position(pose);
-    return {dot(normal(pose.phi + beta_b), to_pivot) - q,
-            dot(direction(pose.phi + beta_b), to_pivot) - ob};
+    const auto to_pivot = polar(OA, beta) - position(pose);
+    return std::array{dot(normal(pose.phi + beta_b), to_pivot) - q,
+                      dot(direction(pose.phi + beta_b), to_pivot) - ob};
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int /*mode*/) {
-    return closure<double>(geometry, pose, 0).front();
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& /*mode*/) {
+    return closure<T>(geometry, pose, T(0.0)).front();
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,

@@ -30,20 +30,22 @@ struct GuideThroughAPoint
   static constexpr bool kModeIsOrientation = true;
   static constexpr std::string_view kWorkingMode = "sign of n(slope) . (distal link)";
 
-  template <typename T>
-  static T closure(const Geometry<T>& geometry, const Pose<T>& pose, const T& q) {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
     const auto& [L, OA, where, slope, ob, beta_b] = geometry;
     return norm(leg_vector(pose, OA, where, ob, beta_b) - q * normal(slope)) - L;
   }
 
-  static double root(const Geometry<double>& geometry, const Pose<double>& pose, int mode) {
+  template <typename T>
+  static T root(const Geometry<T>& geometry, const Pose<T>& pose, const T& mode) {
     const auto& [L, OA, where, slope, ob, beta_b] = geometry;
-    const Vec2<double> d = leg_vector(pose, OA, where, ob, beta_b);
+    const Vec2<T> d = leg_vector(pose, OA, where, ob, beta_b);
     return dot(normal(slope), d) - mode * triangle_leg(L, dot(direction(slope), d));
   }
 
-  static double reach_margin(const Geometry<double>& /*geometry*/, const Pose<double>& /*pose*/) {
-    return kUnlimitedReach;
+  template <typename T>
+  static T reach_margin(const Geometry<T>& /*geometry*/, const Pose<T>& /*pose*/) {
+    return T(kUnlimitedReach);
   }
 
   static JointCentres joint_centres(const Geometry<double>& geometry, const Pose<double>& pose,

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "symkin/chains/point_platform.hpp"
+#include "symkin/chains/detail/kernels.hpp"
 #include "symkin/model/leg_model_of.hpp"
 
 namespace symkin::chains {
@@ -12,24 +12,26 @@ using Models = std::vector<const LegModel*>;
 
 // One model of each leg struct, alive until the program ends.
 template <typename Leg>
-const LegModel* model() {
-  static const LegModelOf<Leg> instance;
+const LegModel* model(const LegKernels& kernels) {
+  static const LegModelOf<Leg> instance(kernels);
   return &instance;
 }
 
-template <typename Leg>
-void add_point_platform(Models& all) {
-  if constexpr (can_carry_a_point<Leg>()) {
-    all.push_back(model<PointPlatform<Leg>>());
-  }
+template <typename... Legs>
+Models models(ChainList<Legs...> /*chains*/, const LegKernels* kernels) {
+  Models all;
+  (all.push_back(model<Legs>(*kernels++)), ...);
+  return all;
 }
 
-// The models of a family, those that carry a point behind the others.
-template <typename... Legs>
-Models models(ChainList<Legs...> /*chains*/) {
-  Models all{model<Legs>()...};
-  (add_point_platform<Legs>(all), ...);
-  return all;
+// The models of a family, on the kernels for AVX2 where the processor has it.
+template <typename Chains>
+Models family_models([[maybe_unused]] const LegKernels* for_avx2) {
+  const LegKernels* kernels = family_kernels<Scalar<xsimd::default_arch>, Chains>();
+#ifdef SYMKIN_HAS_AVX2
+  kernels = __builtin_cpu_supports("avx2") ? for_avx2 : kernels;
+#endif
+  return models(decltype(with_points(Chains()))(), kernels);
 }
 
 }  // namespace symkin::chains

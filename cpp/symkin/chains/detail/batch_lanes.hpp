@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <xsimd/xsimd.hpp>
+
+#include "symkin/model/lanes.hpp"
+
+namespace symkin {
+
+template <typename Arch>
+struct Lanes<xsimd::batch<double, Arch>> {
+  using Batch = xsimd::batch<double, Arch>;
+  using Mask = xsimd::batch_bool<double, Arch>;
+  static constexpr int kCount = static_cast<int>(Batch::size);
+
+  static Batch select(const Mask& mask, const Batch& yes, const Batch& no) {
+    return xsimd::select(mask, yes, no);
+  }
+  static bool any(const Mask& mask) { return xsimd::any(mask); }
+  static bool lane(const Mask& mask, int lane) { return mask.get(static_cast<std::size_t>(lane)); }
+
+  static Batch gather(const double* from, const Index* offsets) {
+    alignas(Batch) double values[kCount];
+    for (int i = 0; i < kCount; ++i) {
+      values[i] = from[offsets[i]];
+    }
+    return Batch::load_aligned(values);
+  }
+  static void scatter(const Batch& value, double* to, const Index* offsets) {
+    alignas(Batch) double values[kCount];
+    value.store_aligned(values);
+    for (int i = 0; i < kCount; ++i) {
+      to[offsets[i]] = values[i];
+    }
+  }
+
+  // By the polynomials of fdlibm. xsimd's own reduce the angle in one of four ways, by the largest
+  // in the batch, so that a result would depend on its neighbours.
+  static void cosine_sine(const Batch& angle, Batch& cosine, Batch& sine) {
+    using Bits = xsimd::batch<std::int64_t, Arch>;
+    constexpr double kMagic = 0x1.8p52;  // a sum with it ends with the integer's bits
+    const Batch shifted = angle * 0.63661977236758134308 + kMagic;
+    const Batch turns = shifted - kMagic;
+    const Batch x =
+        ((angle - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
+        turns * 2.02226624879595063154e-21;
+    const Batch z = x * x;
+    const Batch z2 = z * z;
+    const Batch z4 = z2 * z2;
+    const Batch s = x + x * z *
+                            ((-1.66666666666666324348e-01 + z * 8.33333333332248946124e-03) +
+                             z2 * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06) +
+                             z4 * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10));
+    const Batch half = 0.5 * z;
+    const Batch rest = 1.0 - half;
+    const Batch c =
+        rest + (((1.0 - rest) - half) +
+                z2 * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
+                      z2 * (2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
+                      z4 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
+    const Bits quadrant = xsimd::bitwise_cast<Bits>(shifted);
+    const Bits sign(INT64_MIN);
+    const auto as_sign = [&](const Bits& bits) { return xsimd::bitwise_cast<Batch>(bits & sign); };
+    const Mask odd = (as_sign(quadrant << 63) | Batch(1.0)) < Batch(0.0);
+    sine = xsimd::select(odd, c, s) ^ as_sign(quadrant << 62);
+    cosine = xsimd::select(odd, s, c) ^ as_sign((quadrant + Bits(1)) << 62);
+    const Mask far = xsimd::abs(angle) > Batch(1e5);
+    if (xsimd::any(far)) {
+      alignas(Batch) double a[kCount], cosines[kCount], sines[kCount];
+      angle.store_aligned(a);
+      for (int i = 0; i < kCount; ++i) {
+        Lanes<double>::cosine_sine(a[i], cosines[i], sines[i]);
+      }
+      cosine = xsimd::select(far, Batch::load_aligned(cosines), cosine);
+      sine = xsimd::select(far, Batch::load_aligned(sines), sine);
+    }
+  }
+};
+
+}  // namespace symkin

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+enum class ForwardStatus : std::uint8_t {
+  converged,
+  diverged,     // the closures have no solution that Newton's method reaches
+  left_aspect,  // solved, but beyond a singularity: another assembly or working mode
+};
+
+struct ForwardKinematicsOptions {
+  int max_iterations = 50;
+  double step_tolerance = 1e-10;  // m, rad: the last Newton step, which is still applied
+  void check() const;
+};
+
+// Arrays as the kernels take them: addresses and counts alone, since kernels that are compiled for
+// other processors must not share a type with the rest (Eigen aligns its matrices differently).
+struct LegValues {
+  const double* parameters;
+  int working_mode;
+};
+
+struct LegSpan {
+  const LegValues* legs;
+  Index count;
+};
+
+struct PoseSpan {
+  const double* first;
+  Index stride;  // from pose to pose; 0 repeats one
+  Index count;
+};
+
+// The loops over poses of one chain with one sensor, for one kind of processor. Readings, margins
+// and what is written have a row a pose, in it a column a leg (k where a leg has k closures).
+struct LegKernels {
+  void (*inverse)(LegSpan legs, PoseSpan poses, double* readings);
+  void (*reach)(LegSpan legs, PoseSpan poses, double* margins);
+  void (*closure)(LegSpan legs, PoseSpan poses, const double* readings, double* closures);
+  void (*by_pose)(LegSpan legs, PoseSpan poses, const double* readings, double* closures,
+                  double* by_pose, double* by_reading);
+  // Of one leg.
+  void (*linearise)(const double* parameters, PoseSpan poses, const double* readings,
+                    double* closures, double* by_parameters, double* by_pose, double* by_reading);
+  // Null where a leg has more closures than one.
+  void (*forward)(LegSpan legs, PoseSpan start, const double* readings,
+                  const ForwardKinematicsOptions& options, double* poses, ForwardStatus* status);
+};
+
+}  // namespace symkin

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/model/batched_leg.hpp"
+#include "symkin/model/newton.hpp"
+
+namespace symkin {
+
+// The kernels of a leg for one scalar: doubles, or batches of them where the processor has them.
+template <typename Leg, typename Sensor, typename T>
+constexpr LegKernels leg_kernels() {
+  using Batched = detail::BatchedLeg<Leg, Sensor, T>;
+  LegKernels kernels{Batched::inverse, Batched::reach,     Batched::closure,
+                     Batched::by_pose, Batched::linearise, nullptr};
+  if constexpr (Leg::kClosures == 1) {
+    kernels.forward = detail::Newton<Leg, Sensor, T>::forward;
+  }
+  return kernels;
+}
+
+}  // namespace symkin

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "symkin/model/batched_leg.hpp"
+
+namespace symkin::detail {
+
+// A x = b by the cross products of the rows; b becomes x. Returns det A.
+template <typename T>
+T solve(std::array<std::array<T, 3>, 3>& a, std::array<T, 3>& b) {
+  const auto cross = [](const std::array<T, 3>& u, const std::array<T, 3>& v) {
+    return std::array<T, 3>{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                            u[0] * v[1] - u[1] * v[0]};
+  };
+  const auto c0 = cross(a[1], a[2]);
+  const auto c1 = cross(a[2], a[0]);
+  const auto c2 = cross(a[0], a[1]);
+  const T determinant = a[0][0] * c0[0] + a[0][1] * c0[1] + a[0][2] * c0[2];
+  const T inverse = 1.0 / determinant;
+  const std::array<T, 3> right = b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    b[k] = inverse * (c0[k] * right[0] + c1[k] * right[1] + c2[k] * right[2]);
+  }
+  return determinant;
+}
+
+// The same of any size by elimination, each lane with the largest pivot of its
+// column.
+template <std::size_t N, typename T>
+T solve(std::array<std::array<T, N>, N>& a, std::array<T, N>& b) {
+  using std::abs;
+  using L = Lanes<T>;
+  T determinant(1.0);
+  for (std::size_t k = 0; k < N; ++k) {
+    for (std::size_t i = k + 1; i < N; ++i) {
+      const auto larger = abs(a[i][k]) > abs(a[k][k]);
+      const auto exchange = [&](T& upper, T& lower) {
+        const T kept = upper;
+        upper = L::select(larger, lower, upper);
+        lower = L::select(larger, kept, lower);
+      };
+      for (std::size_t j = k; j < N; ++j) {
+        exchange(a[k][j], a[i][j]);
+      }
+      exchange(b[k], b[i]);
+      determinant = L::select(larger, -determinant, determinant);
+    }
+    determinant = determinant * a[k][k];
+    const T inverse = 1.0 / a[k][k];
+    for (std::size_t i = k + 1; i < N; ++i) {
+      const T factor = a[i][k] * inverse;
+      for (std::size_t j = k + 1; j < N; ++j) {
+        a[i][j] = a[i][j] - factor * a[k][j];
+      }
+      b[i] = b[i] - factor * b[k];
+    }
+    a[k][k] = inverse;
+  }
+  for (std::size_t k = N; k-- > 0;) {
+    for (std::size_t j = k + 1; j < N; ++j) {
+      b[k] = b[k] - a[k][j] * b[j];
+    }
+    b[k] = b[k] * a[k][k];
+  }
+  return determinant;
+}
+
+// Newton's method on the closures of all legs, which stay finite beyond reach, with halved steps;
+// with more legs than degrees of freedom least squares (Gauss-Newton). Every lane is a pose on its
+// own way: nothing in it depends on the other lanes.
+template <typename Leg, typename Sensor, typename T>
+class Newton {
+  using Sensed = SensedLeg<Leg, Sensor>;
+  using Batched = BatchedLeg<Leg, Sensor, T>;
+  using Coordinates = typename Batched::Coordinates;
+  using Rows = LaneRows<T>;
+  using L = Lanes<T>;
+  using Mask = typename L::Mask;
+  using Pose = typename Leg::template Pose<T>;
+  static constexpr std::size_t kDof = Pose::kDof;
+  using Tangent = std::array<T, kDof>;
+  using Joint = decltype(Sensed::joint(std::declval<T>()));
+
+  // A leg, its active joint as read, and as it would stand at the start pose.
+  struct LegState {
+    typename Batched::Values values;
+    Joint joint, joint_at_start;
+    Mask side;  // of its singularities (type 1) at the start: dh/dq > 0
+  };
+
+  // What the closures say at a pose.
+  struct System {
+    T cost;            // |h|^2
+    T predicted;       // how much of it the step would take away, were h linear
+    T largest;         // element of the step
+    Tangent step;      // -J^-1 h
+    Mask orientation;  // side of the singularities (type 2): det(dh/dpose) > 0
+  };
+
+ public:
+  SYMKIN_FLATTEN static void forward(LegSpan legs, PoseSpan start, const double* readings,
+                                     const ForwardKinematicsOptions& options, double* poses,
+                                     ForwardStatus* status) {
+    Newton newton(legs, options);
+    for (Index first = 0; first < start.count; first += L::kCount) {
+      newton.solve(Rows(first, start.count), start, readings, poses, status);
+    }
+  }
+
+ private:
+  Newton(LegSpan legs, const ForwardKinematicsOptions& options) : options_(options) {
+    for (const auto& values : Batched::values(legs)) {
+      legs_.push_back({values, {}, {}, {}});
+    }
+  }
+
+  bool redundant() const { return legs_.size() != kDof; }
+
+  void solve(const Rows& rows, const PoseSpan& start, const double* readings, double* poses,
+             ForwardStatus* status) {
+    const T infinity(std::numeric_limits<double>::infinity());
+    const T smallest(std::sqrt(options_.step_tolerance) * 1e-2);
+    Coordinates accepted = Batched::coordinates(start, rows);
+    set_out(rows, readings, accepted);
+    Mask start_orientation{};
+    Coordinates trial = accepted;
+    Coordinates solution;
+    solution.fill(T(std::numeric_limits<double>::quiet_NaN()));
+    Tangent step;
+    step.fill(T(0.0));
+    T cost = infinity;
+    T predicted(0.0);
+    T tried(0.0);  // largest element of the step that is being tried
+    T scale(1.0);
+    Mask active = cost == infinity;
+    Mask solved = cost < infinity;
+    Mask in_aspect = solved;
+    // Before the first iteration stands a look at the start, for its side of the singularities.
+    for (int i = redundant() ? 0 : -1; i < options_.max_iterations && L::any(active); ++i) {
+      const System at = linearise(trial, i < 0);
+      if (i < 0) {
+        start_orientation = at.orientation;
+        continue;
+      }
+      // Against the predicted decrease, since the readings of a redundantly actuated mechanism with
+      // errors leave a cost that no step takes away. Below sqrt(tolerance) rounding decides whether
+      // the cost still falls.
+      const Mask accept =
+          active && (at.cost <= cost - 1e-4 * scale * predicted || scale * tried < smallest);
+      const Mask settled = accept && at.largest < T(options_.step_tolerance);
+      if (L::any(settled)) {
+        const Mask same = redundant() ? same_sides(trial) : at.orientation == start_orientation;
+        in_aspect = in_aspect || (settled && same);
+        solved = solved || settled;
+        Coordinates end = trial;
+        Pose::move(at.step.data(), end.data());
+        assign(settled, end, solution);
+      }
+      assign(accept, trial, accepted);
+      assign(accept, at.step, step);
+      cost = L::select(accept, at.cost, cost);
+      predicted = L::select(accept, at.predicted, predicted);
+      tried = L::select(accept, at.largest, tried);
+      scale = L::select(accept, T(1.0), 0.5 * scale);
+      // Given up where the step is not finite or too short.
+      active =
+          active && !settled && ((accept && at.largest < infinity) || (!accept && scale > T(1e-6)));
+      trial = accepted;
+      Tangent scaled;
+      for (std::size_t k = 0; k < kDof; ++k) {
+        scaled[k] = scale * step[k];
+      }
+      Pose::move(scaled.data(), trial.data());
+    }
+    if (!redundant()) {
+      in_aspect = in_aspect && in_working_modes(solution);
+    }
+    for (int lane = 0; lane < L::kCount; ++lane) {
+      status[rows.row(lane)] = L::lane(in_aspect, lane) ? ForwardStatus::converged
+                               : L::lane(solved, lane)  ? ForwardStatus::left_aspect
+                                                        : ForwardStatus::diverged;
+    }
+    for (std::size_t k = 0; k < solution.size(); ++k) {
+      rows.write(solution[k], poses + k, static_cast<Index>(solution.size()));
+    }
+  }
+
+  template <std::size_t N>
+  static void assign(const Mask& mask, const std::array<T, N>& from, std::array<T, N>& to) {
+    for (std::size_t k = 0; k < N; ++k) {
+      to[k] = L::select(mask, from[k], to[k]);
+    }
+  }
+
+  // Reads the joints. On which side of the singularities the start pose lies, the mechanism's own
+  // joints there say; where a leg cannot reach it, those to be solved, which are close to them.
+  void set_out(const Rows& rows, const double* readings, const Coordinates& start) {
+    const Pose pose = Pose::constant(start.data());
+    const auto count = static_cast<Index>(legs_.size());
+    for (LegState& leg : legs_) {
+      leg.joint = Sensed::joint(leg.values.sensor.active_joint(rows.read(readings++, count)));
+      leg.joint_at_start =
+          or_else(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint);
+      if (redundant()) {
+        leg.side = slope(leg, pose, leg.joint_at_start) > T(0.0);
+      }
+    }
+  }
+
+  // The joint, where it is not a number the other.
+  static Joint or_else(const Joint& joint, const Joint& other) {
+    if constexpr (Sensed::kAngular) {
+      const Mask good = joint.sine == joint.sine;
+      return {L::select(good, joint.cosine, other.cosine), L::select(good, joint.sine, other.sine)};
+    } else {
+      return L::select(joint == joint, joint, other);
+    }
+  }
+
+  // dh/dq
+  static T slope(const LegState& leg, const Pose& pose, const Joint& joint) {
+    using D = Dual<T, 1>;
+    const auto closure = [&](const auto& q) {
+      return Leg::template closure<T>(leg.values.geometry, pose, q).v[0];
+    };
+    if constexpr (Sensed::kAngular) {
+      return closure(Azimuth<D>(D::of(joint.cosine, [&](std::size_t) { return -joint.sine; }),
+                                D::of(joint.sine, [&](std::size_t) { return joint.cosine; })));
+    } else {
+      return closure(D(joint, 0));
+    }
+  }
+
+  Mask same_sides(const Coordinates& coordinates) const {
+    const Pose pose = Pose::constant(coordinates.data());
+    Mask same = coordinates[0] == coordinates[0];
+    for (const LegState& leg : legs_) {
+      same = same && (slope(leg, pose, leg.joint) > T(0.0)) == leg.side;
+    }
+    return same;
+  }
+
+  // A solution counts only if every leg stands in its working mode there: its joint is the root
+  // that the mode picks, up to the square root of the rounding at the end of its reach.
+  Mask in_working_modes(const Coordinates& coordinates) const {
+    const T tolerance(1e-6);
+    const Pose pose = Pose::constant(coordinates.data());
+    Mask all = coordinates[0] == coordinates[0];
+    for (const LegState& leg : legs_) {
+      // A root that is not a number, just beyond the reach, fails the comparison too.
+      all = all &&
+            distance(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint) < tolerance;
+    }
+    return all;
+  }
+
+  // Of joints that are close to each other.
+  static T distance(const Joint& joint, const Joint& other) {
+    using std::abs;
+    if constexpr (Sensed::kAngular) {
+      return abs(joint.cosine - other.cosine) + abs(joint.sine - other.sine);
+    } else {
+      return abs(joint - other);
+    }
+  }
+
+  System linearise(const Coordinates& coordinates, bool at_start) const {
+    using std::abs;
+    const auto pose = Leg::template Pose<Dual<T, kDof>>::variable(coordinates.data(), 0);
+    const auto closure = [&](std::size_t i) {
+      const LegState& leg = legs_[i];
+      return Leg::template closure<T>(leg.values.geometry, pose,
+                                      at_start ? leg.joint_at_start : leg.joint);
+    };
+    System system;
+    system.cost = T(0.0);
+    std::array<Tangent, kDof> matrix;
+    T determinant;
+    if (!redundant()) {
+      for (std::size_t i = 0; i < kDof; ++i) {
+        const auto h = closure(i);
+        matrix[i] = h.v;
+        system.step[i] = -h.a;
+        system.cost = system.cost + h.a * h.a;
+      }
+      determinant = detail::solve(matrix, system.step);
+      system.predicted = system.cost;
+    } else {
+      for (Tangent& row : matrix) {
+        row.fill(T(0.0));
+      }
+      system.step.fill(T(0.0));
+      for (std::size_t i = 0; i < legs_.size(); ++i) {
+        const auto h = closure(i);
+        for (std::size_t k = 0; k < kDof; ++k) {
+          for (std::size_t j = 0; j < kDof; ++j) {
+            matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
+          }
+          system.step[k] = system.step[k] - h.v[k] * h.a;
+        }
+        system.cost = system.cost + h.a * h.a;
+      }
+      const Tangent gradient = system.step;
+      determinant = detail::solve(matrix, system.step);
+      // |J step|^2
+      system.predicted = T(0.0);
+      for (std::size_t k = 0; k < kDof; ++k) {
+        system.predicted = system.predicted + gradient[k] * system.step[k];
+      }
+    }
+    system.orientation = determinant > T(0.0);
+    system.largest = abs(system.step[0]);
+    T zero = 0.0 * system.step[0];  // not a number where the step is not finite
+    for (std::size_t k = 1; k < kDof; ++k) {
+      const T size = abs(system.step[k]);
+      system.largest = L::select(size > system.largest, size, system.largest);
+      zero = zero + 0.0 * size;
+    }
+    system.largest = system.largest + zero;
+    return system;
+  }
+
+  std::vector<LegState> legs_;
+  const ForwardKinematicsOptions& options_;
+};
+
+}  // namespace symkin::detail
