@@ -13,7 +13,6 @@
 namespace symkin {
 namespace {
 
-constexpr double kPi = 3.141592653589793238463;
 
 using End = LegEnd<const double>;
 

@@ -15,7 +15,6 @@ namespace {
 
 // At the centre of its frame, where angles mean nothing.
 constexpr double kCentral = 1e-9;  // m
-constexpr double kPi = 3.141592653589793238463;
 
 bool is_turning(const ParameterInfo& parameter, const ChainInfo& chain) {
   switch (parameter.role) {
