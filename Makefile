@@ -14,11 +14,6 @@ SYSTEM_LINT_PACKAGES = clang-format clang-tidy
 # Large, so for CI alone: without a browser the tests of pages are skipped, and say so.
 SYSTEM_TEST_PACKAGES = $(if $(CI),chromium)
 
-# A contributor's tree (warnings are errors) serves the Python package too: one compilation of the
-# core.
-CONTRIBUTING := $(filter test lint bench docs,$(MAKECMDGOALS))$(wildcard build/dev)
-PRESET := $(if $(CONTRIBUTING),dev,release)
-
 PYTHON := .venv/bin/python
 STAMPS := .venv/stamps
 JOBS := $(shell nproc)
@@ -103,8 +98,8 @@ build/%/configured: CMakePresets.json $(STAMPS)/requirements
 	@touch $@
 
 # The core is compiled here, in sight; pip then finds it done and packs it.
-$(STAMPS)/package: build/$(PRESET)/configured $(PACKAGE_SOURCES)
-	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target _core
+$(STAMPS)/package: build/dev/configured $(PACKAGE_SOURCES)
+	@cmake --build --preset dev --parallel $(JOBS) --target _core
 	@$(PYTHON) -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps \
-	  --force-reinstall --config-settings=build-dir=build/$(PRESET) .
+	  --force-reinstall --config-settings=build-dir=build/dev .
 	@touch $@

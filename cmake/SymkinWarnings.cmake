@@ -2,7 +2,9 @@
 
 # Our own targets are built with these flags under the preset dev; they never reach a user's target.
 function(symkin_set_warnings target)
-  if(SYMKIN_WARNINGS_AS_ERRORS)
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Werror)
+  if(SYMKIN_WARNINGS)
+    target_compile_options(
+      ${target} PRIVATE -Wall -Wextra -Wconversion $<$<BOOL:${SYMKIN_WARNINGS_AS_ERRORS}>:-Werror>
+    )
   endif()
 endfunction()

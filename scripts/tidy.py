@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Run clang-tidy on the sources that changed since they last passed, or whose headers did.
 
+Where sources are compiled several at a time, they are checked so too.
+
 Usage: tidy.py BUILD_DIRECTORY SOURCE_DIRECTORY...
 """
 
@@ -30,6 +32,11 @@ def project_files(source: Path) -> frozenset[Path]:
     return frozenset(files)
 
 
+def compiled(source: Path) -> list[Path]:
+    """Return the sources that are compiled with a source: itself, or those that it gathers."""
+    return [file for file in sorted(project_files(source)) if file.suffix == ".cpp"]
+
+
 def fingerprint(command: str, source: Path) -> str:
     digest = hashlib.sha256(command.encode())
     for file in sorted({ROOT / ".clang-tidy", *project_files(source)}):
@@ -44,7 +51,8 @@ def passes(build: Path, source: Path) -> bool:
         capture_output=True,
         text=True,
     )
-    print(f"clang-tidy {source.relative_to(ROOT)}", "" if run.returncode == 0 else "FAILED")
+    names = " ".join(str(file.relative_to(ROOT)) for file in compiled(source))
+    print(f"clang-tidy {names}", "" if run.returncode == 0 else "FAILED")
     if run.returncode != 0:
         print(run.stdout or run.stderr)
     sys.stdout.flush()
@@ -63,7 +71,9 @@ def main() -> int:
     wanted = {
         source: fingerprint(command, source)
         for source, command in sorted(commands.items())
-        if any(source.is_relative_to(directory) for directory in directories)
+        if any(
+            file.is_relative_to(directory) for directory in directories for file in compiled(source)
+        )
     }
     stale = [source for source, digest in wanted.items() if passed.get(str(source)) != digest]
     with ThreadPoolExecutor(os.cpu_count()) as pool:

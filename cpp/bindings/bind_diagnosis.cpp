@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/diagnosis.hpp"
-#include "symkin/estimation/statistics.hpp"
 
 void bind_diagnosis(py::module_& module) {
   using symkin::Diagnosis;

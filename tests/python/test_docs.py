@@ -34,7 +34,10 @@ PAGES = (
 
 
 def blocks(page: str, language: str) -> list[str]:
-    text = (DOCS / page).read_text(encoding="utf-8")
+    return blocks_of((DOCS / page).read_text(encoding="utf-8"), language)
+
+
+def blocks_of(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
@@ -124,6 +127,29 @@ def test_a_mechanism_file_of_the_documentation_is_checked_and_run(text, tmp_path
         small = ["--pose-count", "12", "--candidates", "3000", "--seed"]
         for seed in ("1", "2"):
             assert main(["run", str(file), "--out", str(tmp_path / seed), *small, seed]) == 0
+
+
+def first_robots() -> list[tuple[str, list[str]]]:
+    """File and commands of each section."""
+    page = (DOCS / "first-robots.md").read_text(encoding="utf-8")
+    return [
+        (blocks_of(section, "toml")[0], blocks_of(section, "console")[0].splitlines())
+        for section in page.split("\n## ")[1:]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("file", "lines"), first_robots(), ids=[lines[0].split()[-1] for _, lines in first_robots()]
+)
+def test_a_first_robot_is_planned_and_reported_by_twenty_lines(file, lines, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert len(file.splitlines()) <= 20
+    Path(shlex.split(lines[0])[-1]).write_text(file, encoding="utf-8")
+    for line in lines:
+        assert main(shlex.split(line)[2:]) == 0
+    plan, report = sorted(tmp_path.glob("*/plan.csv")), list(tmp_path.glob("*/report.html"))
+    assert len(plan) == 2
+    assert len(report) == 1
 
 
 @pytest.mark.parametrize("command", commands())

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/accuracy.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"
 
@@ -34,12 +34,12 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
     for (Index leg = 0; leg < legs; ++leg) {
       by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
     }
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(by_pose);
-    if (!by_pose.allFinite() || qr.rank() < dof) {
+    const ColumnSpace space = column_space(by_pose);
+    if (!by_pose.allFinite() || space.rank() < dof) {
       ++weights.failed;
       continue;
     }
-    const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd::Identity(legs, legs));
+    const Eigen::MatrixXd inverse = space.coordinates * space.basis.transpose();
     for (Index leg = 0; leg < legs; ++leg) {
       effect.middleCols(leg * p, p) =
           inverse.col(leg) * rows[static_cast<std::size_t>(leg)].by_parameters.row(i);

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/diagnosis.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "symkin/estimation/covariance.hpp"
-#include "symkin/estimation/projection.hpp"
-#include "symkin/estimation/statistics.hpp"
-#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/estimation/detail/covariance.hpp"
+#include "symkin/estimation/detail/projection.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -165,14 +164,14 @@ class Diagnostician {
       }
     }
     contrast = covariance.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * contrast;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(contrast * contrast.transpose());
-    const Vector& squares = eigen.eigenvalues();  // ascending
+    const SymmetricEigen eigen = symmetric_eigen(contrast * contrast.transpose());
+    const Vector& squares = eigen.values;  // ascending
     const double largest = squares[squares.size() - 1];
     if (!(largest > 1e-12)) {  // of a standard deviation: the estimators are the same
       return;
     }
     const Index terms = (squares.array() > kDirections * largest).count();
-    const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(terms).transpose() * contrast;
+    const Eigen::MatrixXd directions = eigen.vectors.rightCols(terms).transpose() * contrast;
     const Vector values =
         (directions * projection_.residual()).cwiseQuotient(squares.tail(terms).cwiseSqrt());
     ResidualTest test{Suspect::estimators};
@@ -217,9 +216,8 @@ class Diagnostician {
     for (std::size_t k = 0; k < system_.poses.size() && !exact && dof > 0; ++k) {
       const WhitenedPose& pose = system_.poses[k];
       const auto [error, covariance] = projection.predicted(k);
-      const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(covariance);
-      const Vector solved = solver.solve(error);
-      const Index n = solver.rank();
+      const auto [inverse, n] = symmetric_inverse(covariance);
+      const Vector solved = inverse * error;
       // A pose that counts is taken out of the chi-square that it is compared with.
       const bool counts = projection.counts(k);
       const double square = error.dot(solved);
@@ -230,7 +228,7 @@ class Diagnostician {
       diagnosis_.pose_p[pose.row] = std::min(diagnosis_.pose_p[pose.row], p);
       const Eigen::MatrixXd units = pose.factor.triangularView<Eigen::Lower>().solve(
           Eigen::MatrixXd::Identity(pose.count(), pose.count()));
-      const Eigen::MatrixXd directions = solver.solve(units);
+      const Eigen::MatrixXd directions = inverse * units;
       for (Index i = 0; i < pose.count(); ++i) {
         const Index leg = pose.legs[static_cast<std::size_t>(i)];
         const double value =
@@ -288,18 +286,14 @@ class Diagnostician {
     // What is left of a term that the parameters nearly explain is made by the noise of the poses
     // at which the jacobian was taken, and so goes with the residuals.
     constexpr double kUnexplained = 5e-3;
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(projection_.unexplained(whitened));
-    const Vector pivots = qr.matrixR().diagonal().cwiseAbs();
-    const Index rank = (pivots.array() > kUnexplained).count();
+    const ColumnSpace space = column_space(projection_.unexplained(whitened), kUnexplained);
     ResidualTest test{suspect, leg};
-    if (rank == 0) {
+    if (space.rank() == 0) {
       return test;
     }
-    const Eigen::MatrixXd basis =
-        qr.householderQ() * Eigen::MatrixXd::Identity(whitened.rows(), rank);
-    const Vector values = basis.transpose() * projection_.residual();
-    set_f(test, values.squaredNorm(), rank);
-    test.size = closure_rms(basis * values, terms);
+    const Vector values = space.basis.transpose() * projection_.residual();
+    set_f(test, values.squaredNorm(), space.rank());
+    test.size = closure_rms(space.basis * values, terms);
     return test;
   }
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "symkin/estimation/projection.hpp"
+#include "symkin/estimation/detail/projection.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/robust_loss.hpp"
-#include "symkin/estimation/statistics.hpp"
 
 namespace symkin {
 namespace {

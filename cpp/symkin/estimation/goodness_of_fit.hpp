@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
 
 namespace symkin {
 

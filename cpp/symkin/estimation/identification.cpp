@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/identification.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "symkin/estimation/covariance.hpp"
-#include "symkin/estimation/joint_estimator.hpp"
-#include "symkin/estimation/leg_estimators.hpp"
-#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/estimation/detail/covariance.hpp"
+#include "symkin/estimation/detail/joint_estimator.hpp"
+#include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
 #include "symkin/support/null_directions.hpp"
@@ -73,15 +73,13 @@ LegSight sight_of(const WhitenedClosures& system) {
   if (!system.jacobian.allFinite()) {
     return {std::numeric_limits<double>::infinity(), RowMatrix(p, 0)};
   }
-  Vector lengths = system.jacobian.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(system.jacobian * lengths.cwiseInverse().asDiagonal(),
-                                              Eigen::ComputeThinV);
-  const Vector& singular = svd.singularValues();
+  const Vector scale = inverse_column_lengths(system.jacobian);
+  const RightSingular svd = right_singular(system.jacobian * scale.asDiagonal());
+  const Vector& singular = svd.values;
   const Index rank = (singular.array() > kRank * singular[0]).count();
   const double condition =
       rank < p ? std::numeric_limits<double>::infinity() : singular[0] / singular[p - 1];
-  return {condition, named_directions(svd.matrixV().rightCols(p - rank), lengths.cwiseInverse())};
+  return {condition, named_directions(svd.vectors.rightCols(p - rank), scale)};
 }
 
 void require_identifiable(const WhitenedClosures& system, Index leg) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/observability.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"
 
@@ -117,21 +116,15 @@ Observability analyse_observability(ConstRows rows, ConstVector scale) {
     throw InvalidInput("the observability rows are not finite: a pose is out of the leg's reach");
   }
   Observability result;
-  const Eigen::MatrixXd matrix = rows;
-  result.r_diagonal =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(matrix).matrixQR().diagonal().cwiseAbs();
-  const Eigen::MatrixXd in_scale = matrix * scale.asDiagonal();
-  result.indices = indices_of(Eigen::JacobiSVD<Eigen::MatrixXd>(in_scale).singularValues());
-
-  Vector lengths = in_scale.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(in_scale * lengths.cwiseInverse().asDiagonal(),
-                                              Eigen::ComputeThinV);
-  result.singular_values = svd.singularValues();
+  result.r_diagonal = triangular_factor(rows).diagonal().cwiseAbs();
+  const RowMatrix in_scale = rows * scale.asDiagonal();
+  result.indices = indices_of(singular_values(in_scale));
+  const Vector unit = inverse_column_lengths(in_scale);
+  const RightSingular svd = right_singular(in_scale * unit.asDiagonal());
+  result.singular_values = svd.values;
   result.condition = result.singular_values[0] / result.singular_values[p - 1];
   result.rank = (result.singular_values.array() > 1e-10 * result.singular_values[0]).count();
-  result.null_directions =
-      lengths.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(p - result.rank);
+  result.null_directions = unit.asDiagonal() * svd.vectors.rightCols(p - result.rank);
   result.null_directions.colwise().normalize();
   return result;
 }

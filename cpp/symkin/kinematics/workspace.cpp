@@ -14,7 +14,7 @@
 namespace symkin {
 namespace {
 
-constexpr Index kBlock = 1024;
+constexpr Index kChunk = 1024;
 constexpr Index kHopeless = 20000;  // drawn for each pose taken
 
 using Mask = std::vector<bool>;
@@ -135,8 +135,8 @@ RowMatrix draw_block(const WorkspaceOptions& options, PoseSpace space, std::uint
   Random random(seed, stream);
   const Vector origin = identity_pose(space);
   Vector step(options.lower.size());
-  RowMatrix poses(kBlock, origin.size());
-  for (Index i = 0; i < kBlock; ++i) {
+  RowMatrix poses(kChunk, origin.size());
+  for (Index i = 0; i < kChunk; ++i) {
     for (Index k = 0; k < step.size(); ++k) {
       step[k] = options.lower[k] + random.uniform() * (options.upper[k] - options.lower[k]);
     }
@@ -219,7 +219,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
     sample.readings.middleRows(taken, room) = block.readings.topRows(room);
     sample.conditions.segment(taken, room) = block.conditions.head(room);
     taken += room;
-    sample.drawn += kBlock;
+    sample.drawn += kChunk;
     if (sample.drawn > kHopeless * (taken + 1)) {
       throw InvalidInput("only " + std::to_string(taken) + " of " + std::to_string(sample.drawn) +
                          " poses drawn from the workspace box of mechanism \"" + mechanism.name() +
@@ -234,11 +234,11 @@ RowMatrix draw_poses(const Mechanism& mechanism, const WorkspaceOptions& options
   options.check(mechanism);
   check_count(count);
   RowMatrix poses(count, coordinate_count(mechanism.pose_space()));
-  for (Index first = 0; first < count; first += kBlock) {
+  for (Index first = 0; first < count; first += kChunk) {
     check_interrupt();
-    const Index size = std::min(kBlock, count - first);
+    const Index size = std::min(kChunk, count - first);
     poses.middleRows(first, size) = draw_block(options, mechanism.pose_space(), seed,
-                                               static_cast<std::uint64_t>(first / kBlock))
+                                               static_cast<std::uint64_t>(first / kChunk))
                                         .topRows(size);
   }
   return poses;

@@ -5,6 +5,8 @@
 
 namespace symkin {
 
+inline constexpr double kPi = 3.141592653589793238463;
+
 using Index = Eigen::Index;
 using Vector = Eigen::VectorXd;
 

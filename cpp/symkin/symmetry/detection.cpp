@@ -14,7 +14,6 @@
 namespace symkin {
 namespace {
 
-constexpr double kPi = 3.141592653589793238463;
 
 LegEnd<const double> end_of(const Mechanism& mechanism, Index leg, End end) {
   return leg_end(mechanism.model().info(), end, mechanism.leg(leg).parameters.data());

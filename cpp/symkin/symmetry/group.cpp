@@ -9,7 +9,6 @@
 namespace symkin {
 namespace {
 
-constexpr double kPi = 3.141592653589793238463;
 constexpr int kMostRotations = 100'000;  // no mechanism has so many legs
 
 // The number behind the first letter; -1 if there is none.

@@ -7,9 +7,9 @@
 #include <map>
 
 #include "support/mechanisms.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/simulation.hpp"
-#include "symkin/estimation/statistics.hpp"
 
 namespace symkin {
 namespace {

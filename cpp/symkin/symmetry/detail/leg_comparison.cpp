@@ -14,7 +14,6 @@ namespace {
 
 // At the centre of its frame, where angles mean nothing.
 constexpr double kCentral = 1e-9;  // m
-constexpr double kPi = 3.141592653589793238463;
 
 // Keeps the parameter by which two legs differ most, in tolerances.
 void note(LegDeviation& worst, std::string_view parameter, double deviation, double in_tolerances) {

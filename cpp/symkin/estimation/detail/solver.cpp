@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/solver.hpp"
+#include "symkin/estimation/detail/solver.hpp"
 
 #include <ceres/solver.h>
 

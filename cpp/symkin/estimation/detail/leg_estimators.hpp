@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "symkin/estimation/detail/solver.hpp"
 #include "symkin/estimation/identification.hpp"
-#include "symkin/estimation/solver.hpp"
 
 namespace symkin {
 

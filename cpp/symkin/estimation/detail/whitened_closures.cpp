@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/joint_estimator.hpp"
+#include "symkin/estimation/detail/joint_estimator.hpp"
 
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
@@ -9,9 +9,9 @@
 #include <memory>
 #include <utility>
 
-#include "symkin/estimation/costs.hpp"
-#include "symkin/estimation/covariance.hpp"
-#include "symkin/estimation/leg_estimators.hpp"
+#include "symkin/estimation/detail/costs.hpp"
+#include "symkin/estimation/detail/covariance.hpp"
+#include "symkin/estimation/detail/leg_estimators.hpp"
 
 namespace symkin {
 namespace {

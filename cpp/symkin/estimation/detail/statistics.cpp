@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/statistics.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/projection.hpp"
+#include "symkin/estimation/detail/projection.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <utility>
+
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 
@@ -14,19 +15,13 @@ Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& 
   for (std::size_t k = 0; k < system.poses.size(); ++k) {
     count += left_out_[k] ? 0 : system.poses[k].count();
   }
-  Vector lengths = jacobian.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1).cwiseInverse();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian * lengths.asDiagonal());
-  const Index rank = qr.rank();
-  basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), rank);
-  const Eigen::MatrixXd columns = system.jacobian * lengths.asDiagonal() * qr.colsPermutation();
-  leverages_ = qr.matrixR()
-                   .topLeftCorner(rank, rank)
-                   .triangularView<Eigen::Upper>()
-                   .solve<Eigen::OnTheRight>(columns.leftCols(rank));
+  const Vector scale = inverse_column_lengths(jacobian);
+  const ColumnSpace space = column_space(jacobian * scale.asDiagonal());
+  basis_ = space.basis;
+  leverages_ = system.jacobian * (scale.asDiagonal() * space.coordinates);
   explained_ = basis_.transpose() * residual_;
   residual_ -= basis_ * explained_;
-  degrees_of_freedom_ = count - rank;
+  degrees_of_freedom_ = count - space.rank();
 }
 
 Eigen::MatrixXd Projection::kept(Eigen::MatrixXd rows) const {
@@ -54,8 +49,8 @@ std::pair<Vector, Eigen::MatrixXd> Projection::predicted(std::size_t pose) const
     return {system_.residual.segment(which.first, n) - leverage * explained_, one + explained};
   }
   // (I - H)^-1 e has the covariance (I - H)^-1.
-  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> open(one - explained);
-  return {open.solve(residual_.segment(which.first, n)), open.pseudoInverse()};
+  const RowMatrix open = symmetric_inverse(one - explained).matrix;
+  return {open * residual_.segment(which.first, n), open};
 }
 
 double Projection::quadratic_form(const std::vector<std::pair<Index, Index>>& pairs) const {

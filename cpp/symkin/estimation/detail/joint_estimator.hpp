@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "symkin/estimation/detail/solver.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/estimation/identification.hpp"
-#include "symkin/estimation/solver.hpp"
-#include "symkin/estimation/whitened_closures.hpp"
 
 namespace symkin {
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/leg_estimators.hpp"
+#include "symkin/estimation/detail/leg_estimators.hpp"
 
 #include <ceres/loss_function.h>
 
-#include <Eigen/QR>
 #include <cmath>
 
-#include "symkin/estimation/costs.hpp"
-#include "symkin/estimation/solver.hpp"
+#include "symkin/estimation/detail/costs.hpp"
+#include "symkin/estimation/detail/solver.hpp"
 
 namespace symkin {
 namespace {

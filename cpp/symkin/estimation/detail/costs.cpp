@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/costs.hpp"
+#include "symkin/estimation/detail/costs.hpp"
 
 #include <utility>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/covariance.hpp"
+#include "symkin/estimation/detail/covariance.hpp"
 
-#include <Eigen/QR>
 #include <limits>
 #include <map>
+
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 namespace {
@@ -34,16 +35,12 @@ Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
 
 RowMatrix inverse_information(const Eigen::MatrixXd& rows) {
   const Index p = rows.cols();
-  Vector lengths = rows.colwise().norm();
-  lengths = (lengths.array() > 0).select(lengths, 1);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows * lengths.cwiseInverse().asDiagonal());
-  if (qr.rank() < p) {
+  const Vector scale = inverse_column_lengths(rows);
+  const ColumnSpace space = column_space(rows * scale.asDiagonal());
+  if (space.rank() < p) {
     return RowMatrix::Constant(p, p, std::numeric_limits<double>::infinity());
   }
-  const Eigen::MatrixXd inverse_r =
-      qr.matrixR().topRows(p).triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
-  const Eigen::MatrixXd half =
-      lengths.cwiseInverse().asDiagonal() * (qr.colsPermutation() * inverse_r);
+  const Eigen::MatrixXd half = scale.asDiagonal() * space.coordinates;
   return half * half.transpose();
 }
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "symkin/estimation/whitened_closures.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
 
 namespace symkin {
 
@@ -40,7 +40,8 @@ class Projection {
   const WhitenedClosures& system_;
   std::vector<bool> left_out_;
   Eigen::MatrixXd basis_;      // Q, m x rank, zero rows for poses left out
-  Eigen::MatrixXd leverages_;  // jacobian * R^-1, whose rows are those of Q but for poses left out
+  Eigen::MatrixXd leverages_;  // jacobian in the coordinates of Q, whose rows are those of Q but
+                               // for poses left out
   Vector residual_;
   Vector explained_;  // Q' r
   Index degrees_of_freedom_;
