@@ -90,7 +90,7 @@ class Browser:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
-        self.call("Emulation.setEmulatedMedia", features=features)
+        self.call("Emulation.setEmulatedMedia", media="screen", features=features)
         self.call("Page.navigate", url=path.as_uri())
         deadline = time.monotonic() + _PATIENCE
         while self.run("document.readyState + location.href") != "complete" + path.as_uri():

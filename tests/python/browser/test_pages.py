@@ -144,6 +144,17 @@ def test_the_foot_says_when_and_from_what(browser, page, monkeypatch):
     assert "1970-01-01" in page_html(Page("old"))
 
 
+def test_paper_is_white_and_has_no_sliders(browser, page):
+    browser.open(page[0], 720, "dark")
+    dark = [{"name": "prefers-color-scheme", "value": "dark"}]
+    browser.call("Emulation.setEmulatedMedia", media="print", features=dark)
+    body = "getComputedStyle(document.body)"
+    assert browser.run(f"{body}.backgroundColor") == "rgb(255, 255, 255)"
+    assert browser.run(f"{body}.color") == "rgb(34, 34, 34)"
+    assert not browser.run("document.querySelector('figure.movable').checkVisibility()")
+    assert browser.run("document.querySelector('#residuals svg').checkVisibility()")
+
+
 def test_a_folded_section_unfolds(browser, page):
     browser.open(page[0])
     shown = "document.querySelector('#folded p').checkVisibility()"
