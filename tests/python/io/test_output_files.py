@@ -329,9 +329,8 @@ def result(paper: symkin.Mechanism) -> symkin.ProtocolResult:
 
 
 def test_every_writer_of_the_library_asks_before_it_replaces(
-    tmp_path: Path, result: symkin.ProtocolResult, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, result: symkin.ProtocolResult
 ) -> None:
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, buffer, **__: buffer)
     nominal, simulation = result.nominal, result.simulation
     identification = result.identification
     checked = check_mechanism(nominal)
