@@ -5,11 +5,10 @@
 
 #include "symkin/support/types.hpp"
 
-namespace symkin {
+namespace symkin::design {
 
-// Candidates whose rows need not be held in memory: see LegRows. A candidate brings `rows_per_pose`
-// rows of `parameters` values: one for one leg, one a leg for the whole mechanism, more for an
-// orbit.
+// Candidates whose rows need not be held in memory. A candidate brings `rows_per_pose` rows of
+// `parameters` values: one for one leg, one a leg for a whole mechanism, more for an orbit.
 class RowSource {
  public:
   RowSource() = default;
@@ -55,4 +54,4 @@ class RowsInMemory final : public RowSource {
   Index rows_per_pose_;
 };
 
-}  // namespace symkin
+}  // namespace symkin::design

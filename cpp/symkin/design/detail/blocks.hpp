@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/support/types.hpp"
+
+namespace symkin::design::detail {
+
+constexpr Index kMaxRows = 36;  // rows a candidate may have
+constexpr Index kBlock = 256;   // candidates in a block
+constexpr Index kGroup = 32;    // candidates that a kernel skips at once
+constexpr Index kGroups = kBlock / kGroup;
+
+// What a candidate brings.
+struct Shape {
+  Index rows = 1;
+  Index parameters = 0;
+
+  Index width() const { return rows * parameters; }
+  Index gram_size() const { return rows * (rows + 1) / 2; }
+};
+
+// Zeroed doubles that start at a cache line, as wide loads need.
+class AlignedArray {
+ public:
+  explicit AlignedArray(Index size = 0) : lines_(static_cast<std::size_t>((size + 7) / 8)) {}
+  double* data() { return reinterpret_cast<double*>(lines_.data()); }
+  const double* data() const { return reinterpret_cast<const double*>(lines_.data()); }
+  double& operator[](Index i) { return data()[i]; }
+  double operator[](Index i) const { return data()[i]; }
+
+ private:
+  struct alignas(64) Line {
+    double values[8] = {};
+  };
+  std::vector<Line> lines_;
+};
+
+// Candidates in blocks of columns: the 256 values of one column lie together, then those of the
+// next. Lanes beyond the last candidate are zero. Keeping candidates so, and the kernels below, by
+// hand makes a whole selection 1.9 to 2.5 times as fast as Eigen's products over the same blocks
+// (30 000 to 1 000 000 candidates of 8 parameters, AVX-512).
+class ColumnBlocks {
+ public:
+  ColumnBlocks() = default;
+  ColumnBlocks(Index count, Shape shape)
+      : count_(count), shape_(shape), data_(blocks() * shape.width() * kBlock) {}
+
+  Index count() const { return count_; }
+  Index blocks() const { return (count_ + kBlock - 1) / kBlock; }
+  Shape shape() const { return shape_; }
+
+  double* block(Index b) { return data_.data() + b * shape_.width() * kBlock; }
+  const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
+
+  void set(Index candidate, const double* values) {
+    double* lane = block(candidate / kBlock) + candidate % kBlock;
+    for (Index c = 0; c < shape_.width(); ++c) {
+      lane[c * kBlock] = values[c];
+    }
+  }
+  void get(Index candidate, double* values) const {
+    const double* lane = block(candidate / kBlock) + candidate % kBlock;
+    for (Index c = 0; c < shape_.width(); ++c) {
+      values[c] = lane[c * kBlock];
+    }
+  }
+  RowMatrix rows(Index candidate) const {
+    RowMatrix result(shape_.rows, shape_.parameters);
+    get(candidate, result.data());
+    return result;
+  }
+
+ private:
+  Index count_ = 0;
+  Shape shape_;
+  AlignedArray data_;
+};
+
+// The columns of one of a candidate's rows in a block, for Eigen: kBlock x parameters.
+using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
+inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
+  return {block + row * parameters * kBlock, kBlock, parameters};
+}
+
+// A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
+// after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
+struct Leaving {
+  const double* y;  // rows x parameters: C_i A, in the coordinates of x
+  const double* s;  // rows x rows: (I - D_ii)^-1; unused with one row
+  double base;      // det(I - D_ii)
+  double trace;     // d_i
+};
+
+// The best exchange so far; `lane` is set only where the kernel finds a better one.
+struct BestPair {
+  double ratio = 1;
+  Index lane = -1;
+};
+
+// The arithmetic over one block of candidates. x is the block (rows r x parameters p columns),
+// `gram` its r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces
+// d_j, `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers
+// and gram is not used.
+struct Kernels {
+  // gram and trace of x T^T T x^T for the lower triangular T (p x p by rows); of a null gram the
+  // trace alone.
+  void (*products)(const double* x, const double* t, Shape shape, double* gram, double* trace,
+                   double* group_max);
+  // gram += scale (x u) (x u)^T, trace likewise.
+  void (*update)(const double* x, const double* u, double scale, Shape shape, double* gram,
+                 double* trace, double* group_max);
+  // The best candidate of the block to take the place of `leaving`; none of negative trace.
+  void (*best_pair)(const double* x, const double* gram, const double* trace,
+                    const double* group_max, const Leaving& leaving, Shape shape, BestPair& best);
+};
+
+// The widest variant that this processor runs.
+const Kernels& kernels();
+
+}  // namespace symkin::design::detail
