@@ -117,13 +117,12 @@ struct Body {
     summarise(shape.rows == 1 ? nullptr : gram, shape, trace, group_max);
   }
 
-  SYMKIN_INLINE void take_best(const double* ratios, const double* trace, Index first,
-                               BestPair& best) {
+  SYMKIN_INLINE void take_best(const double* ratios, Index first, BestPair& best) {
     if (!(largest(ratios) > best.ratio)) {
       return;
     }
     for (Index lane = 0; lane < kGroup; ++lane) {
-      if (ratios[lane] > best.ratio && trace[first + lane] >= 0) {
+      if (ratios[lane] > best.ratio) {
         best = {ratios[lane], first + lane};
       }
     }
@@ -177,8 +176,9 @@ struct Body {
       for (Index lane = 0; r == 1 && lane < kGroup; lane += kStep) {
         combine(x + first + lane, leaving.y, p, cross);
         for (Index k = 0; k < kParts; ++k) {
+          const Lanes d = load(trace + first + lane)[k];
           store(ratios + lane)[k] =
-              (1 + load(trace + first + lane)[k]) * leaving.base + cross[k] * cross[k];
+              d >= 0.0 ? (1 + d) * leaving.base + cross[k] * cross[k] : Lanes{};
         }
       }
       for (Index lane = 0; r > 1 && lane < kGroup; lane += kWidth) {
@@ -189,10 +189,12 @@ struct Body {
           }
           cross[ab] = sum;
         }
-        bordered_determinant(gram + first + lane, cross, leaving.s, r, work, *store(ratios + lane));
-        *store(ratios + lane) *= leaving.base;
+        Lanes determinant;
+        bordered_determinant(gram + first + lane, cross, leaving.s, r, work, determinant);
+        *store(ratios + lane) =
+            *load(trace + first + lane) >= 0.0 ? leaving.base * determinant : Lanes{};
       }
-      take_best(ratios, trace, first, best);
+      take_best(ratios, first, best);
     }
   }
 };
