@@ -17,6 +17,7 @@ install(
   COMPONENT development
   FILES_MATCHING
   PATTERN "*.hpp"
+  PATTERN "detail" EXCLUDE
 )
 install(
   EXPORT symkin-targets

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "bindings.hpp"
-#include "symkin/design/selection.hpp"
+#include "symkin/design/design.hpp"
 #include "symkin/estimation/leg_rows.hpp"
 
 namespace {
@@ -10,9 +10,9 @@ namespace {
 using Flags = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 void bind_options(py::module_& module) {
-  using symkin::Criterion;
-  using symkin::SelectionMethod;
-  using symkin::SelectionOptions;
+  using symkin::design::Criterion;
+  using symkin::design::SelectionMethod;
+  using symkin::design::SelectionOptions;
   py::enum_<SelectionMethod>(module, "SelectionMethod")
       .value("sun_hollerbach", SelectionMethod::sun_hollerbach)
       .value("exchange", SelectionMethod::exchange)
@@ -80,9 +80,9 @@ void bind_leg_rows(py::module_& module) {
 
 }  // namespace
 
-void bind_selection(py::module_& module) {
-  using symkin::Certificate;
-  using symkin::Selection;
+void bind_design(py::module_& module) {
+  using symkin::design::Certificate;
+  using symkin::design::Selection;
   bind_options(module);
   bind_leg_rows(module);
   py::class_<Certificate>(module, "Certificate")
@@ -105,14 +105,15 @@ void bind_selection(py::module_& module) {
   module.def(
       "select_poses",
       [](symkin::ConstRows rows, symkin::Index rows_per_pose,
-         const symkin::SelectionOptions& options) {
-        return symkin::select_poses(symkin::CandidateRows{rows, rows_per_pose}, options);
+         const symkin::design::SelectionOptions& options) {
+        return symkin::design::select_poses(symkin::design::CandidateRows{rows, rows_per_pose},
+                                            options);
       },
       py::arg("rows"), py::arg("rows_per_pose"), py::arg("options"), ReleaseGil());
   module.def(
       "select_poses",
-      [](const symkin::LegRows& rows, const symkin::SelectionOptions& options) {
-        return symkin::select_poses(rows, options);
+      [](const symkin::LegRows& rows, const symkin::design::SelectionOptions& options) {
+        return symkin::design::select_poses(rows, options);
       },
       py::arg("rows"), py::arg("options"), ReleaseGil());
 }
