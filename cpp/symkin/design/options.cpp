@@ -4,7 +4,6 @@
 #include <string>
 
 #include "symkin/design/detail/blocks.hpp"
-#include "symkin/design/detail/lists.hpp"
 #include "symkin/design/selection.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/design/detail/approximate_design.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
 
+#include "symkin/design/detail/bounds.hpp"
 #include "symkin/design/detail/information.hpp"
-#include "symkin/design/detail/problem.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 
@@ -35,7 +33,6 @@ class DesignOptimiser {
       : problem_(problem),
         random_(random),
         shape_(problem.candidates.shape()),
-        step_(shape_),
         weights_(std::move(weights)),
         sums_(problem.groups.lower.size(), 0) {
     weights_ = (weights_.array() > 2 * kLeastMove).select(weights_, 0);
@@ -229,15 +226,16 @@ class DesignOptimiser {
     if (from == to || limit <= kLeastMove) {
       return false;
     }
-    const double* from_rows = rows_.row(giver).data();
-    const double* to_rows = rows_.row(taker).data();
-    double step = step_(information_, from_rows, to_rows, limit);
+    const auto rows_of = [&](Index member) {
+      return Eigen::Map<const RowMatrix>(rows_.row(member).data(), shape_.rows, shape_.parameters);
+    };
+    double step = best_step(information_, rows_of(giver), rows_of(taker), limit);
     if (step <= 0) {
       return true;
     }
     step = weights_[from] - step < 2 * kLeastMove ? weights_[from] : step;
-    information_.add(to_rows, shape_.rows, step);
-    information_.add(from_rows, shape_.rows, -step);
+    information_.add(rows_.row(taker).data(), shape_.rows, step);
+    information_.add(rows_.row(giver).data(), shape_.rows, -step);
     weights_[from] -= step;
     weights_[to] += step;
     at(sums_, group(from)) -= step;
@@ -248,7 +246,6 @@ class DesignOptimiser {
   const DesignProblem& problem_;
   Random& random_;
   Shape shape_;
-  PairStep step_;
   Vector weights_;
   std::vector<double> sums_;  // of each group
   Information information_;

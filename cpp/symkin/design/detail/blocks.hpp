@@ -1,11 +1,51 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <string>
 #include <vector>
 
 #include "symkin/support/types.hpp"
 
 namespace symkin::design::detail {
+
+// Candidates, or places in another list.
+using Indices = std::vector<Index>;
+
+template <typename List>
+decltype(auto) at(List& list, Index i) {
+  return list[static_cast<std::size_t>(i)];
+}
+
+template <typename List>
+Index size_of(const List& list) {
+  return static_cast<Index>(list.size());
+}
+
+inline bool contains(const Indices& list, Index value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
+// Makes a set of a list: ascending, each once.
+inline void sort_unique(Indices& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+// What a list of places names in another list.
+inline Indices named(const Indices& places, const Indices& list) {
+  Indices result;
+  result.reserve(places.size());
+  for (const Index place : places) {
+    result.push_back(at(list, place));
+  }
+  return result;
+}
+
+// "1 row", "2 rows".
+inline std::string counted(Index count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
 
 constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
@@ -104,21 +144,26 @@ struct BestPair {
   Index lane = -1;
 };
 
-// The arithmetic over one block of candidates. x is the block (rows r x parameters p columns),
-// `gram` its r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces
-// d_j, `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers
-// and gram is not used.
+// One block of candidates and its products. x holds the rows (rows r x parameters p columns),
+// `gram` r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces d_j,
+// `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers and
+// gram is not used; a null gram stands for the traces alone.
+struct BlockProducts {
+  const double* x;
+  Shape shape;
+  double* gram;
+  double* trace;
+  double* group_max;
+};
+
+// The arithmetic over a block.
 struct Kernels {
-  // gram and trace of x T^T T x^T for the lower triangular T (p x p by rows); of a null gram the
-  // trace alone.
-  void (*products)(const double* x, const double* t, Shape shape, double* gram, double* trace,
-                   double* group_max);
+  // The products for A = T^T T, T lower triangular (p x p by rows).
+  void (*compute)(const BlockProducts& block, const double* t);
   // gram += scale (x u) (x u)^T, trace likewise.
-  void (*update)(const double* x, const double* u, double scale, Shape shape, double* gram,
-                 double* trace, double* group_max);
+  void (*update)(const BlockProducts& block, const double* u, double scale);
   // The best candidate of the block to take the place of `leaving`; none of negative trace.
-  void (*best_pair)(const double* x, const double* gram, const double* trace,
-                    const double* group_max, const Leaving& leaving, Shape shape, BestPair& best);
+  void (*best_pair)(const BlockProducts& block, const Leaving& leaving, BestPair& best);
 };
 
 // The widest variant that this processor runs.

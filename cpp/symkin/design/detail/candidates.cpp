@@ -214,10 +214,10 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
         double group_max[kGroups], unused[kGroups];
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          kernels().products(columns, screen.transform.data(), shape, nullptr, trace, group_max);
+          kernels().compute({columns, shape, nullptr, trace, group_max}, screen.transform.data());
           if (screen.loss.size() != 0) {
             // The largest traces of the groups remain above what is left of them.
-            kernels().products(columns, screen.loss.data(), shape, nullptr, loss, unused);
+            kernels().compute({columns, shape, nullptr, loss, unused}, screen.loss.data());
             for (Index lane = 0; lane < kBlock; ++lane) {
               trace[lane] = trace[lane] > 0 ? trace[lane] - screen.share * loss[lane] : kNever;
             }

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "symkin/design/detail/blocks.hpp"
-#include "symkin/design/detail/lists.hpp"
 #include "symkin/design/row_source.hpp"
 
 namespace symkin::design::detail {

@@ -102,7 +102,7 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
   problem.candidates.for_each_block([&](Index chunk, Index first, const double* columns) {
     alignas(64) double trace[kBlock];
     double group_max[kGroups];
-    kernels().products(columns, transform.data(), problem.shape(), nullptr, trace, group_max);
+    kernels().compute({columns, problem.shape(), nullptr, trace, group_max}, transform.data());
     for (Index lane = 0; lane < kBlock; ++lane) {
       if (trace[lane] > least_trace) {
         const RowMatrix rows = rows_in(columns, lane, problem.shape());

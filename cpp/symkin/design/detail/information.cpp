@@ -17,7 +17,7 @@ constexpr double kHidden = -std::numeric_limits<double>::infinity();
 // I - D_ii is singular if the others do not do without the pose; this keeps its inverse finite and
 // the ratio right to as many digits.
 constexpr double kRidge = 1e-9;
-constexpr int kNewtonSteps = 20;
+constexpr double kStepTolerance = 1e-6;  // of the limit
 
 }  // namespace
 
@@ -26,8 +26,8 @@ Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
   alignas(64) double trace[kBlock];
   double unused[kGroups];
   for (Index b = 0; b < candidates.blocks(); ++b) {
-    kernels().products(candidates.block(b), factor.data(), candidates.shape(), nullptr, trace,
-                       unused);
+    kernels().compute({candidates.block(b), candidates.shape(), nullptr, trace, unused},
+                      factor.data());
     std::copy_n(trace, std::min(kBlock, result.size() - b * kBlock), result.data() + b * kBlock);
   }
   return result;
@@ -40,26 +40,32 @@ Products::Products(const ColumnBlocks& candidates)
       trace_(x_.blocks() * kBlock),
       group_max_(x_.blocks() * kGroups) {}
 
+BlockProducts Products::block(Index b) const {
+  return {x_.block(b), x_.shape(), gram_.data() + b * gram_size_ * kBlock,
+          trace_.data() + b * kBlock, group_max_.data() + b * kGroups};
+}
+
+double* Products::lane(Index candidate) const {
+  return block(candidate / kBlock).gram + candidate % kBlock;
+}
+
 void Products::compute(const RowMatrix& factor) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    kernels().products(x_.block(b), factor.data(), x_.shape(), gram(b), trace_.data() + b * kBlock,
-                       group_max_.data() + b * kGroups);
+    kernels().compute(block(b), factor.data());
   }
 }
 
 void Products::update(const Vector& u, double scale) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    kernels().update(x_.block(b), u.data(), scale, x_.shape(), gram(b), trace_.data() + b * kBlock,
-                     group_max_.data() + b * kGroups);
+    kernels().update(block(b), u.data(), scale);
   }
 }
 
 void Products::set(Index candidate, const RowMatrix& products) {
   trace_[candidate] = products.trace();
-  double* lane = gram(candidate / kBlock) + candidate % kBlock;
   for (Index a = 0, pair = 0; pair < gram_size_; ++a) {
     for (Index b = 0; b <= a; ++b, ++pair) {
-      lane[pair * kBlock] = products(a, b);
+      lane(candidate)[pair * kBlock] = products(a, b);
     }
   }
   const double* first = trace_.data() + candidate / kGroup * kGroup;
@@ -74,10 +80,9 @@ void Products::hide(Index candidate) {
 RowMatrix Products::of(Index candidate) const {
   const Index r = x_.shape().rows;
   RowMatrix result = RowMatrix::Constant(r, r, trace_[candidate]);
-  const double* lane = gram(candidate / kBlock) + candidate % kBlock;
   for (Index a = 0, pair = 0; pair < gram_size_; ++a) {
     for (Index b = 0; b <= a; ++b, ++pair) {
-      result(a, b) = result(b, a) = lane[pair * kBlock];
+      result(a, b) = result(b, a) = lane(candidate)[pair * kBlock];
     }
   }
   return result;
@@ -90,8 +95,7 @@ double Products::largest_trace() const {
 void Products::best_pair(const Leaving& leaving, BestPair& best) const {
   for (Index b = 0; b < x_.blocks(); ++b) {
     BestPair found{best.ratio, -1};
-    kernels().best_pair(x_.block(b), gram(b), trace_.data() + b * kBlock,
-                        group_max_.data() + b * kGroups, leaving, x_.shape(), found);
+    kernels().best_pair(block(b), leaving, found);
     if (found.lane >= 0) {
       best = {found.ratio, b * kBlock + found.lane};
     }
@@ -157,62 +161,37 @@ double LeavingPose::ratio(const RowMatrix& rows, const RowMatrix& products) cons
   return base_ * determinant(bordered);
 }
 
-PairStep::PairStep(Shape shape)
-    : shape_(shape),
-      pair_(2 * shape.rows, shape.parameters),
-      solved_(2 * shape.rows, shape.parameters),
-      gram_(2 * shape.rows, 2 * shape.rows) {}
-
-double PairStep::operator()(const Information& information, const double* giver,
-                            const double* taker, double limit) {
-  const Index r = shape_.rows;
-  pair_.topRows(r) = Eigen::Map<const RowMatrix>(taker, r, shape_.parameters);
-  pair_.bottomRows(r) = Eigen::Map<const RowMatrix>(giver, r, shape_.parameters);
-  solved_.noalias() = pair_.lazyProduct(information.inverse());
-  gram_.noalias() = solved_.lazyProduct(pair_.transpose());
-  const double gain = gram_.diagonal().head(r).sum() - gram_.diagonal().tail(r).sum();
+// With G the products of both and E = diag(I, -I), log det(I + a E G) = sum log(1 + a l) over the
+// eigenvalues l of E G, which are real: its slope falls while all terms are positive.
+double best_step(const Information& information, const ConstRows& giver, const ConstRows& taker,
+                 double limit) {
+  const Index r = giver.rows();
+  RowMatrix pair(2 * r, giver.cols());
+  pair << taker, giver;
+  const RowMatrix solved = pair.lazyProduct(information.inverse());
+  const RowMatrix gram = solved.lazyProduct(pair.transpose());
+  const double gain = gram.diagonal().head(r).sum() - gram.diagonal().tail(r).sum();
   if (!(gain > 0)) {
     return 0;
   }
-  if (r > 1) {
-    return newton(limit);
+  if (r == 1) {  // (d_l - d_k) / (2 (d_l d_k - d_kl^2))
+    const double curvature = 2 * (gram(0, 0) * gram(1, 1) - gram(0, 1) * gram(1, 0));
+    return gain < limit * curvature ? gain / curvature : limit;
   }
-  // a = (d_l - d_k) / (2 (d_l d_k - d_kl^2)).
-  const double curvature = 2 * (gram_(0, 0) * gram_(1, 1) - gram_(0, 1) * gram_(1, 0));
-  return gain < limit * curvature ? gain / curvature : limit;
-}
-
-// With G the 2r x 2r matrix of products and E = diag(I, -I), f(a) = log det(I + a E G) is concave:
-// Newton on f', kept inside the interval where f' changes sign.
-double PairStep::newton(double limit) const {
-  const Index size = gram_.rows();
-  RowMatrix signed_gram = gram_;
-  signed_gram.bottomRows(shape_.rows) *= -1;
-  double low = 0;
-  double high = limit;
-  double step = 0;
-  for (int i = 0; i < kNewtonSteps; ++i) {
-    const RowMatrix moved = RowMatrix::Identity(size, size) + step * signed_gram;
-    const RowMatrix product = inverse(moved) * signed_gram;
-    const double slope = product.trace();
-    const double curvature = product.cwiseProduct(product.transpose()).sum();
-    // Beyond a singular matrix the determinant is negative and f' means nothing.
-    if (determinant(moved) <= 0 || !(curvature > 0)) {
-      high = step;
-      step = (low + high) / 2;
-      continue;
-    }
-    (slope > 0 ? low : high) = step;
-    double next = step + slope / curvature;
-    if (next >= high) {
-      next = high == limit && i == 0 ? high : (low + high) / 2;
-    } else if (next <= low) {
-      next = (low + high) / 2;
-    }
-    if (std::abs(next - step) <= 1e-6 * limit) {
-      return std::min(next, high);
-    }
-    step = next;
+  const SymmetricEigen eigen = symmetric_eigen(gram);
+  const RowMatrix root =
+      eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
+  const RowMatrix signed_gram = root.leftCols(r) * root.leftCols(r).transpose() -
+                                root.rightCols(r) * root.rightCols(r).transpose();
+  const Eigen::ArrayXd values = symmetric_eigenvalues(signed_gram);
+  const auto rises = [&](double step) {
+    const Eigen::ArrayXd terms = 1 + step * values;
+    return terms.minCoeff() > 0 && (values / terms).sum() > 0;
+  };
+  double low = rises(limit) ? limit : 0;
+  for (double width = limit - low; width > kStepTolerance * limit;) {
+    width /= 2;
+    low += rises(low + width) ? width : 0;
   }
   return low;
 }

@@ -25,12 +25,13 @@ class Products {
   void best_pair(const Leaving& leaving, BestPair& best) const;
 
  private:
-  double* gram(Index block) { return gram_.data() + block * gram_size_ * kBlock; }
-  const double* gram(Index block) const { return gram_.data() + block * gram_size_ * kBlock; }
+  // Kernels write through this where the products are not const.
+  BlockProducts block(Index b) const;
+  double* lane(Index candidate) const;  // of its first gram column
 
   const ColumnBlocks& x_;
   Index gram_size_;  // columns a block; none with one row
-  AlignedArray gram_, trace_, group_max_;
+  mutable AlignedArray gram_, trace_, group_max_;
 };
 
 // An information matrix M (p x p) with its inverse and log-determinant, kept by rank-one updates.
@@ -80,18 +81,7 @@ class LeavingPose {
 
 // The weight to move from the candidate with rows `giver` to that with rows `taker` (rows x p) so
 // that log det(M + a (taker^T taker - giver^T giver)) is largest over 0 <= a <= limit.
-class PairStep {
- public:
-  explicit PairStep(Shape shape);
-
-  double operator()(const Information& information, const double* giver, const double* taker,
-                    double limit);
-
- private:
-  double newton(double limit) const;
-
-  Shape shape_;
-  RowMatrix pair_, solved_, gram_;
-};
+double best_step(const Information& information, const ConstRows& giver, const ConstRows& taker,
+                 double limit);
 
 }  // namespace symkin::design::detail

@@ -64,9 +64,10 @@ struct Body {
     }
   }
 
-  SYMKIN_INLINE void products(const double* x, const double* t, Shape shape, double* gram,
-                              double* trace, double* group_max) {
+  SYMKIN_INLINE void compute(const BlockProducts& block, const double* t) {
+    const auto [x, shape, gram, trace, group_max] = block;
     const Index p = shape.parameters;
+    const Index pair_rows = shape.rows == 1 || gram == nullptr ? 0 : shape.rows;
     Lanes z[kMaxRows * kParts];
     for (Index lane = 0; lane < kBlock; lane += kStep) {
       Lanes sum[kParts] = {};
@@ -78,7 +79,7 @@ struct Body {
           }
         }
         Index pair = 0;
-        for (Index row = 0; gram != nullptr && row < shape.rows; ++row) {
+        for (Index row = 0; row < pair_rows; ++row) {
           for (Index other = 0; other <= row; ++other, ++pair) {
             Lanes* to = store(gram + pair * kBlock + lane);
             for (Index k = 0; k < kParts; ++k) {
@@ -95,8 +96,8 @@ struct Body {
     summarise(nullptr, shape, trace, group_max);
   }
 
-  SYMKIN_INLINE void update(const double* x, const double* u, double scale, Shape shape,
-                            double* gram, double* trace, double* group_max) {
+  SYMKIN_INLINE void update(const BlockProducts& block, const double* u, double scale) {
+    const auto [x, shape, gram, trace, group_max] = block;
     const Index p = shape.parameters;
     double* products = shape.rows == 1 ? trace : gram;
     Lanes v[kMaxRows * kParts];
@@ -158,9 +159,8 @@ struct Body {
 
   // With one row the ratio is (1 + d_j)(1 - d_i) + d_ij^2, never above 1 + d_j - d_i. With more,
   // A = I + Z, Z of rank q = 2 r at most and trace d_j - d_i: det A <= (1 + (d_j - d_i) / q)^q.
-  SYMKIN_INLINE void best_pair(const double* x, const double* gram, const double* trace,
-                               const double* group_max, const Leaving& leaving, Shape shape,
-                               BestPair& best) {
+  SYMKIN_INLINE void best_pair(const BlockProducts& block, const Leaving& leaving, BestPair& best) {
+    const auto [x, shape, gram, trace, group_max] = block;
     const Index r = shape.rows;
     const Index p = shape.parameters;
     const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, p));
@@ -201,22 +201,18 @@ struct Body {
 
 // One set of kernels for an instruction set: the bodies are inlined into functions that the
 // compiler may translate with it, so that one binary runs, and runs fast, everywhere.
-#define SYMKIN_KERNELS(variant, width, target)                                                     \
-  namespace variant {                                                                              \
-  target void products(const double* x, const double* t, Shape shape, double* gram, double* trace, \
-                       double* group_max) {                                                        \
-    Body<width>::products(x, t, shape, shape.rows == 1 ? nullptr : gram, trace, group_max);        \
-  }                                                                                                \
-  target void update(const double* x, const double* u, double scale, Shape shape, double* gram,    \
-                     double* trace, double* group_max) {                                           \
-    Body<width>::update(x, u, scale, shape, gram, trace, group_max);                               \
-  }                                                                                                \
-  target void best_pair(const double* x, const double* gram, const double* trace,                  \
-                        const double* group_max, const Leaving& leaving, Shape shape,              \
-                        BestPair& best) {                                                          \
-    Body<width>::best_pair(x, gram, trace, group_max, leaving, shape, best);                       \
-  }                                                                                                \
-  constexpr Kernels kTable{products, update, best_pair};                                           \
+#define SYMKIN_KERNELS(variant, width, target)                                                \
+  namespace variant {                                                                         \
+  target void compute(const BlockProducts& block, const double* t) {                          \
+    Body<width>::compute(block, t);                                                           \
+  }                                                                                           \
+  target void update(const BlockProducts& block, const double* u, double scale) {             \
+    Body<width>::update(block, u, scale);                                                     \
+  }                                                                                           \
+  target void best_pair(const BlockProducts& block, const Leaving& leaving, BestPair& best) { \
+    Body<width>::best_pair(block, leaving, best);                                             \
+  }                                                                                           \
+  constexpr Kernels kTable{compute, update, best_pair};                                       \
   }
 
 SYMKIN_KERNELS(baseline, 2, )
