@@ -21,8 +21,7 @@ constexpr int kVerifications = 20;
 constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 constexpr double kGain = 1e-9;   // above what the search in the pool leaves
 constexpr Index kReturned = 256;
-constexpr Index kErrorPool = 1000;
-constexpr Index kEigenvaluePool = 256;  // each pair costs an eigenvalue decomposition
+constexpr Index kCriterionPool = 256;
 constexpr int kRounds = 12;
 
 // The pool, the largest weight of the design without repeats first.
@@ -130,8 +129,7 @@ Choice exchange_for_criterion(const Problem& problem, Choice choice) {
   if (other.size() == choice.chosen.size() && merit(other) > merit(choice.chosen)) {
     choice.chosen = other;
   }
-  const bool error = problem.options.criterion == Criterion::expected_error;
-  const Index keep = std::max(error ? kErrorPool : kEigenvaluePool, 2 * problem.free_count);
+  const Index keep = std::max(kCriterionPool, 2 * problem.free_count);
   for (int round = 0; round < kRounds; ++round) {
     // Candidates of largest c G c^T, those of the design and the chosen ones.
     const RowMatrix gradient =
@@ -146,7 +144,6 @@ Choice exchange_for_criterion(const Problem& problem, Choice choice) {
       const Index most = std::min<Index>(6, problem.free_count);
       search.kick_and_descend(std::min<Index>(2, most), most, random);
     }
-    search.descend_thoroughly();
     choice.chosen = search.chosen();
     choice.exchanges += search.exchanges();
     if (round > 0 && search.merit() <= before) {

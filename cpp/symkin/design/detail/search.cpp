@@ -4,18 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
+#include "symkin/design/detail/criteria.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kGain = 1e-10;       // of a ratio that counts as better
+constexpr double kGain = 1e-10;       // of a ratio or merit that counts as better
 constexpr double kSame = 1e-9;        // difference of a merit
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
 constexpr Index kParts = 16;          // of the pool, for the kicks
+constexpr Index kPromising = 2000;    // pairs of a pool that are tried
 
 // By falling variance: then the kernels skip most groups by the first look at their largest.
 Indices sorted_pool(const Problem& problem, const Indices& pool, const Indices& chosen) {
@@ -230,6 +233,65 @@ void DeterminantSearch::descend(double known) {
       }
       computed_afresh = merit();
     }
+  }
+}
+
+CriterionSearch::CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen)
+    : PoolSearch(problem, std::move(pool), chosen), rows_(problem.candidates.gather(pool_)) {
+  rebuild();
+}
+
+void CriterionSearch::rebuild() {
+  information_ = problem_.fixed;
+  for (const Index member : chosen_) {
+    const RowMatrix c = rows_.rows(member);
+    information_ += c.transpose() * c;
+  }
+  merit_ = criterion_merit(information_, problem_.options);
+}
+
+bool CriterionSearch::improve() {
+  const RowMatrix gradient = criterion_gradient(information_, problem_.options).total();
+  Vector values(rows_.count());
+  for (Index j = 0; j < values.size(); ++j) {
+    const RowMatrix c = rows_.rows(j);
+    values[j] = (c * gradient).cwiseProduct(c).sum();
+  }
+  struct Pair {
+    double gain;  // of the merit, to first order
+    Index place, member;
+  };
+  std::vector<Pair> pairs;
+  for (Index place = 0; place < size_of(chosen_); ++place) {
+    for (Index j = 0; j < values.size(); ++j) {
+      pairs.push_back({values[j] - values[at(chosen_, place)], place, j});
+    }
+  }
+  const auto last = pairs.begin() + std::min(kPromising, size_of(pairs));
+  std::partial_sort(pairs.begin(), last, pairs.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(b.gain, a.place, a.member) < std::tie(a.gain, b.place, b.member);
+  });
+  for (auto pair = pairs.begin(); pair != last; ++pair) {
+    if (!allowed(pair->place, pair->member)) {
+      continue;
+    }
+    check_interrupt();
+    const RowMatrix in = rows_.rows(pair->member);
+    const RowMatrix out = rows_.rows(at(chosen_, pair->place));
+    const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
+                                         problem_.options);
+    if (merit > merit_ + kGain) {
+      at(chosen_, pair->place) = pair->member;
+      ++exchanges_;
+      rebuild();
+      return true;
+    }
+  }
+  return false;
+}
+
+void CriterionSearch::descend(double /*known*/) {
+  while (improve()) {
   }
 }
 

@@ -85,27 +85,21 @@ class DeterminantSearch final : public PoolSearch {
   Index since_rebuild_ = 0;
 };
 
-// The same for any other criterion, in the parameters' own units. Slower: it knows no bound that
-// skips candidates.
+// The same for any other criterion, in the parameters' own units: of the pairs that are the most
+// promising to first order, the first that is better. Slower: it knows no bound that skips
+// candidates.
 class CriterionSearch final : public PoolSearch {
  public:
   CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
 
-  // Tries the most promising exchanges only, where a try is costly.
   void descend(double known = -std::numeric_limits<double>::infinity()) override;
-  void descend_thoroughly();
   double merit() const override { return merit_; }
 
  private:
   void rebuild() override;
-  void exchange(Index place, Index member);
-  RowMatrix without(Index place) const;
-  bool improve(bool thorough);
-  bool improve_error();
-  bool improve_eigenvalues(bool thorough);
+  bool improve();
 
   ColumnBlocks rows_;
-  Products spread_, weighted_;
   RowMatrix information_;
   double merit_ = 0;
 };
