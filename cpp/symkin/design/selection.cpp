@@ -21,8 +21,8 @@ namespace {
 
 constexpr Index kMoreThanAsked = 256;  // adding a spare lowers the rank of those like it
 
-Choice run_method(const Problem& problem) {
-  Choice choice;
+Selection run_method(const Problem& problem) {
+  Selection choice;
   switch (problem.options.method) {
     case SelectionMethod::sun_hollerbach:
       return select_sun_hollerbach(problem);
@@ -31,7 +31,7 @@ Choice run_method(const Problem& problem) {
     case SelectionMethod::random:
       return select_random(problem);
     case SelectionMethod::all:
-      choice.chosen = problem.available();
+      choice.indices = problem.available();
       return choice;
     case SelectionMethod::exchange:
       break;
@@ -67,10 +67,10 @@ void refuse_too_few(const Problem& problem, const Indices& chosen) {
 }
 
 // Methods that prove nothing themselves get the bounds of the approximate designs.
-void certify(const Problem& problem, Choice& choice, double log_det) {
+void certify(const Problem& problem, Selection& choice) {
   Certificate& certificate = choice.certificate;
-  if (problem.free_count == 0 || size_of(choice.chosen) == problem.candidates.available()) {
-    certificate.log_det_bound_distinct = log_det;
+  if (problem.free_count == 0 || size_of(choice.indices) == problem.candidates.available()) {
+    certificate.log_det_bound_distinct = choice.log_det;
     certificate.proven_optimal = true;
   }
   const bool unbounded = std::isinf(certificate.log_det_bound_repeats);
@@ -83,14 +83,16 @@ void certify(const Problem& problem, Choice& choice, double log_det) {
   }
   // The optimum is itself a bound; rounding may not make an efficiency exceed one.
   const auto efficiency = [&](double bound) {
-    return std::min(1.0, std::exp((log_det - bound) / static_cast<double>(problem.parameters())));
+    return std::min(1.0,
+                    std::exp((choice.log_det - bound) / static_cast<double>(problem.parameters())));
   };
   certificate.efficiency_repeats = efficiency(certificate.log_det_bound_repeats);
   certificate.efficiency_distinct = efficiency(certificate.log_det_bound_distinct);
 }
 
 // The same for the criterion itself.
-void certify_criterion(const Problem& problem, Choice& choice, double value) {
+void certify_criterion(const Problem& problem, Selection& choice) {
+  const double value = choice.criterion_value;
   Certificate& certificate = choice.certificate;
   if (problem.options.criterion == Criterion::O1) {
     const auto p = static_cast<double>(problem.parameters());
@@ -101,7 +103,7 @@ void certify_criterion(const Problem& problem, Choice& choice, double value) {
   if (certificate.proven_optimal) {
     certificate.criterion_bound = value;
   } else if (certificate.criterion_bound == 0) {
-    certificate.criterion_bound = criterion_design(problem, choice.chosen).bound;
+    certificate.criterion_bound = criterion_design(problem, choice.indices).bound;
   }
   const double share = value / certificate.criterion_bound;
   const bool is_error = problem.options.criterion == Criterion::expected_error;
@@ -171,27 +173,22 @@ RowsInMemory::RowsInMemory(const CandidateRows& candidates)
 
 Selection select_poses(const RowSource& candidates, const SelectionOptions& options) {
   const detail::Problem problem(candidates, options);
-  detail::Choice choice;
-  if (problem.free_count > 0 || options.method == SelectionMethod::all) {
-    choice = detail::run_method(problem);
-  }
-  detail::refuse_too_few(problem, choice.chosen);
   Selection result;
-  result.log_det = problem.log_det(choice.chosen);
-  if (!std::isfinite(result.log_det)) {
-    detail::refuse_selection(problem, choice.chosen);
+  if (problem.free_count > 0 || options.method == SelectionMethod::all) {
+    result = detail::run_method(problem);
   }
-  detail::certify(problem, choice, result.log_det);
-  result.criterion_value = detail::criterion_value(problem.information(choice.chosen), options);
-  detail::certify_criterion(problem, choice, result.criterion_value);
-  result.certificate = choice.certificate;
-  result.spares = detail::spare_poses(problem, choice.chosen);
-  result.exchanges = choice.exchanges;
-  result.passes = choice.passes;
-  result.nodes = choice.nodes;
-  result.indices = std::move(choice.chosen);
-  result.indices.insert(result.indices.end(), options.required.begin(), options.required.end());
-  std::sort(result.indices.begin(), result.indices.end());
+  std::vector<Index>& chosen = result.indices;
+  detail::refuse_too_few(problem, chosen);
+  result.log_det = problem.log_det(chosen);
+  if (!std::isfinite(result.log_det)) {
+    detail::refuse_selection(problem, chosen);
+  }
+  result.criterion_value = detail::criterion_value(problem.information(chosen), options);
+  detail::certify(problem, result);
+  detail::certify_criterion(problem, result);
+  result.spares = detail::spare_poses(problem, chosen);
+  chosen.insert(chosen.end(), options.required.begin(), options.required.end());
+  std::sort(chosen.begin(), chosen.end());
   return result;
 }
 

@@ -139,31 +139,31 @@ class ActiveCalibration {
 
 }  // namespace
 
-Choice select_sun_hollerbach(const Problem& problem) {
+Selection select_sun_hollerbach(const Problem& problem) {
   ActiveCalibration calibration(problem);
-  Choice choice;
+  Selection choice;
   double best = -std::numeric_limits<double>::infinity();
   for (int restart = 0; restart < problem.options.restarts; ++restart) {
     Random random(problem.options.seed, static_cast<std::uint64_t>(restart));
     const Indices chosen = calibration.run(random);
     const double log_det = problem.log_det(chosen);
-    if (choice.chosen.empty() || log_det > best) {
+    if (choice.indices.empty() || log_det > best) {
       best = log_det;
-      choice.chosen = chosen;
+      choice.indices = chosen;
     }
   }
   choice.exchanges = calibration.exchanges;
   return choice;
 }
 
-Choice select_random(const Problem& problem) {
-  Choice choice;
+Selection select_random(const Problem& problem) {
+  Selection choice;
   Random random(problem.options.seed);
   Indices rest = problem.available();
-  while (size_of(choice.chosen) < problem.free_count && !rest.empty()) {
+  while (size_of(choice.indices) < problem.free_count && !rest.empty()) {
     std::swap(at(rest, random.below(size_of(rest))), rest.back());
-    if (problem.spacing.fits(rest.back(), choice.chosen)) {
-      choice.chosen.push_back(rest.back());
+    if (problem.spacing.fits(rest.back(), choice.indices)) {
+      choice.indices.push_back(rest.back());
     }
     rest.pop_back();
   }

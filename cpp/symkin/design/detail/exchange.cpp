@@ -22,6 +22,7 @@ constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 constexpr double kGain = 1e-9;   // above what the search in the pool leaves
 constexpr Index kReturned = 256;
 constexpr Index kCriterionPool = 256;
+constexpr int kCriterionKicks = 2;  // as many: they descend less far
 constexpr int kRounds = 12;
 
 // The pool, the largest weight of the design without repeats first.
@@ -118,33 +119,35 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
 
 // For a criterion other than O1: from the selection of best determinant, kicks and exchanges in
 // pools of the candidates that the criterion's gradient favours, until a new pool brings nothing.
-Choice exchange_for_criterion(const Problem& problem, Choice choice) {
+Selection exchange_for_criterion(const Problem& problem, Selection choice) {
   Random random(problem.options.seed, 1);
-  const CriterionDesign design = criterion_design(problem, choice.chosen);
+  const CriterionDesign design = criterion_design(problem, choice.indices);
   choice.certificate.criterion_bound = design.bound;
   const Indices other = problem.rounded(design.candidates);
   const auto merit = [&](const Indices& chosen) {
     return criterion_merit(problem.information(chosen), problem.options);
   };
-  if (other.size() == choice.chosen.size() && merit(other) > merit(choice.chosen)) {
-    choice.chosen = other;
+  if (other.size() == choice.indices.size() && merit(other) > merit(choice.indices)) {
+    choice.indices = other;
   }
   const Index keep = std::max(kCriterionPool, 2 * problem.free_count);
   for (int round = 0; round < kRounds; ++round) {
     // Candidates of largest c G c^T, those of the design and the chosen ones.
     const RowMatrix gradient =
-        criterion_gradient(problem.information(choice.chosen), problem.options).total();
+        criterion_gradient(problem.information(choice.indices), problem.options).total();
     const auto top = screen_candidates(problem.candidates, {{lower_root(gradient), keep}}).front();
-    CriterionSearch search(problem, joined(joined(design.candidates, choice.chosen), top),
-                           choice.chosen);
+    CriterionSearch search(problem, joined(joined(design.candidates, choice.indices), top),
+                           choice.indices);
     ++choice.passes;
     const double before = search.merit();
     search.descend();
     if (round == 0) {
       const Index most = std::min<Index>(6, problem.free_count);
-      search.kick_and_descend(std::min<Index>(2, most), most, random);
+      search.kick_and_descend(kCriterionKicks * problem.options.kicks, std::min<Index>(2, most),
+                              most, random);
     }
-    choice.chosen = search.chosen();
+    search.descend_thoroughly();
+    choice.indices = search.chosen();
     choice.exchanges += search.exchanges();
     if (round > 0 && search.merit() <= before) {
       break;
@@ -155,37 +158,38 @@ Choice exchange_for_criterion(const Problem& problem, Choice choice) {
 
 }  // namespace
 
-Choice select_exchange(const Problem& problem) {
-  Choice choice;
+Selection select_exchange(const Problem& problem) {
+  Selection choice;
   Random random(problem.options.seed);
   const DesignBounds bounds = bound_designs(problem, random);
   choice.certificate = bounds.certificate;
   choice.passes = bounds.passes;
-  choice.chosen = problem.rounded(by_weight(bounds));
+  choice.indices = problem.rounded(by_weight(bounds));
   {
-    const Indices pool = joined(bounds.search, choice.chosen);
-    choice.chosen = made_regular(problem, pool, choice.chosen);
-    DeterminantSearch search(problem, pool, choice.chosen);
+    const Indices pool = joined(bounds.search, choice.indices);
+    choice.indices = made_regular(problem, pool, choice.indices);
+    DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
-    search.kick_and_descend(std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
+    search.kick_and_descend(problem.options.kicks,
+                            std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
                             std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
-    choice.chosen = search.chosen();
+    choice.indices = search.chosen();
     choice.exchanges = search.exchanges();
   }
   Indices pool = bounds.pool;
-  Indices better = choice.chosen;
+  Indices better = choice.indices;
   for (int round = 0; round < kVerifications && !better.empty(); ++round) {
     pool = joined(pool, better);
-    DeterminantSearch search(problem, pool, choice.chosen);
+    DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
-    choice.chosen = search.chosen();
+    choice.indices = search.chosen();
     choice.exchanges += search.exchanges();
-    better = improving_candidates(problem, choice.chosen);
+    better = improving_candidates(problem, choice.indices);
     ++choice.passes;
   }
   const bool determinant = problem.options.criterion == Criterion::O1;
   // Poses that do not show every parameter have no other criterion either; they are refused.
-  const bool regular = std::isfinite(problem.log_det(choice.chosen));
+  const bool regular = std::isfinite(problem.log_det(choice.indices));
   return determinant || !regular ? choice : exchange_for_criterion(problem, std::move(choice));
 }
 

@@ -370,18 +370,18 @@ Indices promising(const Problem& problem, const RowMatrix& factor, const Indices
 
 }  // namespace
 
-Choice select_exhaustive(const Problem& problem) {
+Selection select_exhaustive(const Problem& problem) {
   const auto start = Clock::now();
-  Choice choice = select_exchange(problem);
+  Selection choice = select_exchange(problem);
   Random random(problem.options.seed, 2);
   const DesignBounds bounds = bound_designs(problem, random, kGap);
-  const Indices kept = promising(problem, bounds.distinct.factor, choice.chosen);
+  const Indices kept = promising(problem, bounds.distinct.factor, choice.indices);
   // A good set has its poses near those that the design with repeats would measure again and
   // again; somewhat more clusters than these need the fewest nodes.
   const Index clusters = 4 * (bounds.repeats.weights.array() > 1e-3).count() / 3 + 1;
-  const BranchAndBound proof(problem, kept, choice.chosen, clusters, start);
+  const BranchAndBound proof(problem, kept, choice.indices, clusters, start);
   choice.nodes = proof.nodes;
-  choice.chosen = named(proof.best, kept);
+  choice.indices = named(proof.best, kept);
   Certificate& certificate = choice.certificate;
   certificate.proven_optimal = proof.proven;
   certificate.log_det_bound_repeats =

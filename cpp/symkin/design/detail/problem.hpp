@@ -78,20 +78,12 @@ struct Problem {
   Indices available(Index stride = 1) const;
 };
 
-// What a method found: the chosen candidates, without the required ones.
-struct Choice {
-  Indices chosen;
-  Certificate certificate;
-  Index exchanges = 0;
-  Index passes = 0;
-  Index nodes = 0;
-};
-
-// One function a method.
-Choice select_sun_hollerbach(const Problem& problem);
-Choice select_exchange(const Problem& problem);
-Choice select_exhaustive(const Problem& problem);
-Choice select_random(const Problem& problem);
+// One function a method; the indices of what it found are those without the required ones, in any
+// order, and the certificate has what the method itself proves.
+Selection select_sun_hollerbach(const Problem& problem);
+Selection select_exchange(const Problem& problem);
+Selection select_exhaustive(const Problem& problem);
+Selection select_random(const Problem& problem);
 
 // The inverse factor of an information matrix; throws InvalidInput where there is none.
 RowMatrix demanded_factor(const RowMatrix& information);

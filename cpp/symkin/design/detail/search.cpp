@@ -18,7 +18,7 @@ constexpr double kGain = 1e-10;       // of a ratio or merit that counts as bett
 constexpr double kSame = 1e-9;        // difference of a merit
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
 constexpr Index kParts = 16;          // of the pool, for the kicks
-constexpr Index kPromising = 2000;    // pairs of a pool that are tried
+constexpr Index kPromising = 400;     // pairs of a pool that are tried
 
 // By falling variance: then the kernels skip most groups by the first look at their largest.
 Indices sorted_pool(const Problem& problem, const Indices& pool, const Indices& chosen) {
@@ -94,7 +94,7 @@ bool PoolSearch::allowed(Index place, Index member) const {
   return true;
 }
 
-void PoolSearch::kick_and_descend(Index least, Index most, Random& random) {
+void PoolSearch::kick_and_descend(int kicks, Index least, Index most, Random& random) {
   const Indices part = farthest_first_clusters(candidate_points(problem_.whitened(pool_)), kParts);
   std::vector<Indices> parts(static_cast<std::size_t>(*std::max_element(part.begin(), part.end())) +
                              1);
@@ -103,7 +103,7 @@ void PoolSearch::kick_and_descend(Index least, Index most, Random& random) {
   }
   Indices best = chosen_;
   double best_merit = merit();
-  for (int kick = 0; kick < problem_.options.kicks; ++kick) {
+  for (int kick = 0; kick < kicks; ++kick) {
     check_interrupt();
     chosen_ = best;
     for (Index swaps = least + random.below(most - least + 1); swaps > 0; --swaps) {
@@ -250,7 +250,7 @@ void CriterionSearch::rebuild() {
   merit_ = criterion_merit(information_, problem_.options);
 }
 
-bool CriterionSearch::improve() {
+bool CriterionSearch::improve(Index tries) {
   const RowMatrix gradient = criterion_gradient(information_, problem_.options).total();
   Vector values(rows_.count());
   for (Index j = 0; j < values.size(); ++j) {
@@ -267,7 +267,7 @@ bool CriterionSearch::improve() {
       pairs.push_back({values[j] - values[at(chosen_, place)], place, j});
     }
   }
-  const auto last = pairs.begin() + std::min(kPromising, size_of(pairs));
+  const auto last = pairs.begin() + std::min(tries, size_of(pairs));
   std::partial_sort(pairs.begin(), last, pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tie(b.gain, a.place, a.member) < std::tie(a.gain, b.place, b.member);
   });
@@ -291,7 +291,12 @@ bool CriterionSearch::improve() {
 }
 
 void CriterionSearch::descend(double /*known*/) {
-  while (improve()) {
+  while (improve(kPromising)) {
+  }
+}
+
+void CriterionSearch::descend_thoroughly() {
+  while (improve(size_of(chosen_) * rows_.count())) {
   }
 }
 

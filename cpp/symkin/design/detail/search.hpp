@@ -30,9 +30,9 @@ class PoolSearch {
   virtual void descend(double known = -std::numeric_limits<double>::infinity()) = 0;
   virtual double merit() const = 0;
 
-  // As often as the options say: from the best choice so far, swaps between `least` and `most` of
+  // From the best choice so far, again and again: swaps between `least` and `most` of
   // the chosen poses for others at random, from all parts of the pool alike, and descends.
-  void kick_and_descend(Index least, Index most, Random& random);
+  void kick_and_descend(int kicks, Index least, Index most, Random& random);
 
   Indices chosen() const;  // candidates, ascending
   Index exchanges() const { return exchanges_; }
@@ -93,11 +93,12 @@ class CriterionSearch final : public PoolSearch {
   CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
 
   void descend(double known = -std::numeric_limits<double>::infinity()) override;
+  void descend_thoroughly();  // tries all pairs
   double merit() const override { return merit_; }
 
  private:
   void rebuild() override;
-  bool improve();
+  bool improve(Index tries);
 
   ColumnBlocks rows_;
   RowMatrix information_;
