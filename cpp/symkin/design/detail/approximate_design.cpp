@@ -14,15 +14,25 @@ namespace symkin::design::detail {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-constexpr double kLeastMove = 1e-8;  // less weight is none, and less room too
-constexpr int kSweeps = 4;           // over givers and takers between two passes over all
-constexpr double kSingular = 1e3;    // of the inverse information of the start, whitened
+constexpr double kLeastMove = 1e-8;    // less weight is none, and less room too
+constexpr int kSweeps = 8;             // over the active candidates between two passes over all
+constexpr double kGreedyRidge = 1e-3;  // of the whitened unit information
+
+struct Taker {
+  double excess;  // of its variance over that of who may give to it
+  Index member;
+
+  bool operator<(const Taker& other) const {
+    return excess > other.excess || (excess == other.excess && member < other.member);
+  }
+};
 
 class DesignOptimiser {
  public:
   DesignOptimiser(const DesignProblem& problem, Vector weights, Random& random)
       : problem_(problem),
         random_(random),
+        shape_(problem.candidates.shape()),
         weights_(std::move(weights)),
         sums_(problem.groups.lower.size(), 0) {
     weights_ = (weights_.array() > 2 * kLeastMove).select(weights_, 0);
@@ -32,7 +42,7 @@ class DesignOptimiser {
   }
 
   ApproximateDesign run(const DesignOptions& options) {
-    const auto p = static_cast<double>(problem_.fixed.rows());
+    const auto p = static_cast<double>(shape_.parameters);
     ApproximateDesign result;
     for (int iteration = 0;; ++iteration) {
       check_interrupt();
@@ -44,7 +54,8 @@ class DesignOptimiser {
         result.weights = weights_;
         return result;
       }
-      sweep(result.variances);
+      choose_active(result.variances);
+      sweep();
     }
   }
 
@@ -108,12 +119,15 @@ class DesignOptimiser {
 
   // The least variance of what may give weight to a candidate of each group: its own members, and
   // if it has room any member of a group that may lose weight.
-  std::vector<double> least_givers(const Indices& givers, const Vector& d) const {
+  template <typename Member, typename Variance>
+  std::vector<double> least_givers(const Indices& givers, const Member& member,
+                                   const Variance& variance) const {
     std::vector<double> least(sums_.size(), kNone);
     double anywhere = kNone;
-    for (const Index j : givers) {
-      at(least, group(j)) = std::min(at(least, group(j)), d[j]);
-      anywhere = may_lose(group(j)) ? std::min(anywhere, d[j]) : anywhere;
+    for (const Index i : givers) {
+      const Index g = group(member(i));
+      at(least, g) = std::min(at(least, g), variance[i]);
+      anywhere = may_lose(g) ? std::min(anywhere, variance[i]) : anywhere;
     }
     for (Index g = 0; g < size_of(least); ++g) {
       at(least, g) = may_gain(g) ? std::min(at(least, g), anywhere) : at(least, g);
@@ -121,35 +135,72 @@ class DesignOptimiser {
     return least;
   }
 
-  // The takers that gain most, each from the first giver of low variance that may give, and then
-  // pairs at random.
-  void sweep(const Vector& d) {
-    Indices givers;
+  // Those with weight and as many again that gain most by taking some.
+  void choose_active(const Vector& d) {
+    active_.clear();
     for (Index j = 0; j < d.size(); ++j) {
       if (weights_[j] > 0) {
-        givers.push_back(j);
+        active_.push_back(j);
       }
     }
-    std::sort(givers.begin(), givers.end(), [&](Index a, Index b) { return d[a] < d[b]; });
-    const std::vector<double> least = least_givers(givers, d);
-    std::vector<std::pair<double, Index>> takers;
+    const std::vector<double> least = least_givers(
+        active_, [](Index j) { return j; }, d);
+    std::vector<Taker> takers;
     for (Index j = 0; j < d.size(); ++j) {
       const double excess = d[j] - at(least, group(j));
-      if (weights_[j] < problem_.upper - 2 * kLeastMove && excess > 0) {
-        takers.emplace_back(-excess, j);
+      if (weights_[j] == 0 && excess > 0) {
+        takers.push_back({excess, j});
       }
     }
-    const auto wanted = std::min(takers.size(), givers.size());
-    const auto last = takers.begin() + static_cast<std::ptrdiff_t>(wanted);
-    std::partial_sort(takers.begin(), last, takers.end());
-    takers.erase(last, takers.end());
+    const Index wanted = std::min(size_of(takers), size_of(active_) + d.size() / 64);
+    std::nth_element(takers.begin(), takers.begin() + wanted, takers.end());
+    for (Index k = 0; k < wanted; ++k) {
+      active_.push_back(at(takers, k).member);
+    }
+    rows_.resize(size_of(active_), shape_.width());
+    columns_ = ColumnBlocks(rows_.rows(), shape_);
+    for (Index a = 0; a < rows_.rows(); ++a) {
+      problem_.candidates.get(at(active_, a), rows_.row(a).data());
+      columns_.set(a, rows_.row(a).data());
+    }
+  }
+
+  // The takers that gain most, each from the first giver of low variance that may give, and then
+  // pairs at random.
+  void sweep() {
+    const auto member = [&](Index a) { return at(active_, a); };
     for (int round = 0; round < kSweeps; ++round) {
+      const RowMatrix factor = inverse_factor(information_.matrix());
+      if (factor.size() == 0) {
+        return;
+      }
+      const Vector d = variances(columns_, factor);
+      Indices givers;
+      for (Index a = 0; a < d.size(); ++a) {
+        if (weights_[member(a)] > 0) {
+          givers.push_back(a);
+        }
+      }
+      std::sort(givers.begin(), givers.end(), [&](Index a, Index b) { return d[a] < d[b]; });
+      const std::vector<double> least = least_givers(givers, member, d);
+      std::vector<Taker> takers;
+      for (Index a = 0; a < d.size(); ++a) {
+        const double excess = d[a] - at(least, group(member(a)));
+        if (weights_[member(a)] < problem_.upper - 2 * kLeastMove && excess > 0) {
+          takers.push_back({excess, a});
+        }
+      }
+      if (takers.empty()) {
+        return;
+      }
+      std::sort(takers.begin(), takers.end());
+      takers.resize(std::min(takers.size(), givers.size()));
       for (Index k = 0; k < size_of(takers); ++k) {
-        give_first(givers, k, at(takers, k).second, d);
+        give_first(givers, k, at(takers, k).member, d);
       }
       for (Index k = 0; k < size_of(takers); ++k) {
         const Index giver = at(givers, random_.below(size_of(givers)));
-        move(giver, at(takers, random_.below(size_of(takers))).second);
+        move(giver, at(takers, random_.below(size_of(takers))).member);
       }
     }
   }
@@ -164,7 +215,9 @@ class DesignOptimiser {
   }
 
   // Whether the bounds allowed it.
-  bool move(Index from, Index to) {
+  bool move(Index giver, Index taker) {
+    const Index from = at(active_, giver);
+    const Index to = at(active_, taker);
     double limit = std::min(weights_[from], problem_.upper - weights_[to]);
     if (group(from) != group(to)) {
       limit = std::min({limit, at(sums_, group(from)) - at(problem_.groups.lower, group(from)),
@@ -173,15 +226,16 @@ class DesignOptimiser {
     if (from == to || limit <= kLeastMove) {
       return false;
     }
-    const RowMatrix giver = problem_.candidates.rows(from);
-    const RowMatrix taker = problem_.candidates.rows(to);
-    double step = best_step(information_, giver, taker, limit);
+    const auto rows_of = [&](Index member) {
+      return Eigen::Map<const RowMatrix>(rows_.row(member).data(), shape_.rows, shape_.parameters);
+    };
+    double step = best_step(information_, rows_of(giver), rows_of(taker), limit);
     if (step <= 0) {
       return true;
     }
     step = weights_[from] - step < 2 * kLeastMove ? weights_[from] : step;
-    information_.add(taker.data(), taker.rows(), step);
-    information_.add(giver.data(), giver.rows(), -step);
+    information_.add(rows_.row(taker).data(), shape_.rows, step);
+    information_.add(rows_.row(giver).data(), shape_.rows, -step);
     weights_[from] -= step;
     weights_[to] += step;
     at(sums_, group(from)) -= step;
@@ -191,9 +245,13 @@ class DesignOptimiser {
 
   const DesignProblem& problem_;
   Random& random_;
+  Shape shape_;
   Vector weights_;
   std::vector<double> sums_;  // of each group
   Information information_;
+  Indices active_;
+  RowMatrix rows_;        // of the active candidates
+  ColumnBlocks columns_;  // the same
 };
 
 }  // namespace
@@ -203,22 +261,26 @@ ApproximateDesign optimise_design(const DesignProblem& problem, Vector weights,
   return DesignOptimiser(problem, std::move(weights), random).run(options);
 }
 
-Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, double total,
-                        Random& random) {
+Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, double total) {
   const Index n = candidates.count();
+  Information information(fixed + kGreedyRidge * RowMatrix::Identity(fixed.rows(), fixed.cols()));
+  Products products(candidates);
+  products.compute(inverse_factor(information.matrix()));
   Vector weights = Vector::Zero(n);
-  RowMatrix information = fixed;
-  for (double left = total; left > 0;) {
-    const Index j = random.below(n);
-    if (weights[j] == 0) {
-      weights[j] = 1;
-      left -= 1;
-      const RowMatrix rows = candidates.rows(j);
-      information += rows.transpose() * rows;
+  for (Index k = 0; k < static_cast<Index>(total); ++k) {
+    check_interrupt();
+    Index best = -1;
+    for (Index j = 0; j < n; ++j) {
+      if (weights[j] == 0 && (best < 0 || products.trace(j) > products.trace(best))) {
+        best = j;
+      }
     }
+    weights[best] = 1;
+    information.add(candidates.rows(best).data(), candidates.shape().rows, 1, &products);
   }
-  const RowMatrix factor = inverse_factor(information);
-  const bool singular = factor.size() == 0 || factor.rowwise().squaredNorm().maxCoeff() > kSingular;
+  // The ridge alone would make the smallest eigenvalue kGreedyRidge.
+  const RowMatrix ridged = inverse_factor(information.matrix());
+  const bool singular = ridged.rowwise().squaredNorm().maxCoeff() > 0.1 / kGreedyRidge;
   return singular ? Vector::Constant(n, total / static_cast<double>(n)) : weights;
 }
 

@@ -53,7 +53,7 @@ class BoundingDesigns {
     result_.pool = problem_.available(stride_);
     {
       const ColumnBlocks rows = problem_.whitened(result_.pool);
-      result_.distinct.weights = starting_weights(rows, problem_.whitened_fixed, total_, random_);
+      result_.distinct.weights = starting_weights(rows, problem_.whitened_fixed, total_);
       result_.repeats.weights = result_.distinct.weights;
       solve(rows, kSampleGap);
     }

@@ -50,10 +50,9 @@ struct DesignOptions {
 ApproximateDesign optimise_design(const DesignProblem& problem, Vector weights,
                                   const DesignOptions& options, Random& random);
 
-// A start for any upper >= 1 and one group: `total` candidates at random, of weight one. If these
-// do not show every parameter all candidates have equal weight.
-Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, double total,
-                        Random& random);
+// A start for any upper >= 1 and one group: `total` candidates of weight one, each the best
+// addition to those before. If these do not show every parameter all candidates have equal weight.
+Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, double total);
 
 // log det W + p log(trace / p), rounded outward, where W^-1 = T^T T is what the triangular T says
 // it is, and `trace` was computed from rows in double precision with that T.
