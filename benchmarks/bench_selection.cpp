@@ -12,11 +12,17 @@
 
 #include "support/mechanisms.hpp"
 #include "support/paper_leg.hpp"
-#include "symkin/design/selection.hpp"
+#include "symkin/design/design.hpp"
 #include "symkin/estimation/leg_rows.hpp"
 
 namespace symkin::testing {
 namespace {
+
+using design::CandidateRows;
+using design::select_poses;
+using design::Selection;
+using design::SelectionMethod;
+using design::SelectionOptions;
 
 SelectionOptions paper_options(SelectionMethod method) {
   SelectionOptions options;

@@ -15,7 +15,7 @@ void bind_kinematics(py::module_& module);
 void bind_symmetry(py::module_& module);
 void bind_workspace(py::module_& module);
 void bind_observability(py::module_& module);
-void bind_selection(py::module_& module);
+void bind_design(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_identification(py::module_& module);
 void bind_diagnosis(py::module_& module);

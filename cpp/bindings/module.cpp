@@ -53,7 +53,7 @@ PYBIND11_MODULE(_core, module) {
   bind_workspace(module);
   bind_symmetry(module);
   bind_observability(module);
-  bind_selection(module);
+  bind_design(module);
   bind_simulation(module);
   bind_identification(module);
   bind_diagnosis(module);

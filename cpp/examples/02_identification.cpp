@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "symkin/chains/registry.hpp"
-#include "symkin/design/selection.hpp"
+#include "symkin/design/design.hpp"
 #include "symkin/estimation/evaluation.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/observability.hpp"
@@ -36,10 +36,10 @@ int main() {
   const symkin::MeasurementNoise noise{2e-5, 0, 1e-5};
   const symkin::RowMatrix rows =
       symkin::observability_rows(nominal, 0, candidates.poses, symkin::RowKind::noise_aware, noise);
-  symkin::SelectionOptions selection;
+  symkin::design::SelectionOptions selection;
   selection.count = 18;
   selection.spare_count = 4;
-  const auto chosen = symkin::select_poses(symkin::CandidateRows{rows, 1}, selection);
+  const auto chosen = symkin::design::select_poses(symkin::design::CandidateRows{rows, 1}, selection);
   symkin::RowMatrix reference(22, 2);
   for (symkin::Index i = 0; i < 22; ++i) {
     const auto at = static_cast<std::size_t>(i);

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
-#include "symkin/design/candidate_rows.hpp"
-#include "symkin/design/certificate.hpp"
+#include "symkin/design/row_source.hpp"
 #include "symkin/support/types.hpp"
 
-namespace symkin {
+namespace symkin::design {
 
 enum class SelectionMethod {
   sun_hollerbach,  // active calibration: grow, then add one and drop one (for comparison)
@@ -49,6 +49,23 @@ struct SelectionOptions {
   void check(Index candidates, Index rows_per_pose, Index parameters) const;
 };
 
+// How far a selection can be from the best possible. For any positive definite W and any set S,
+// det M_S <= det W (trace(W^-1 M_S) / p)^p; over all sets the trace is at most that of the fixed
+// information and of the N largest d_j (no pose twice), or of N times the largest (repeats
+// allowed, the bound of Kiefer and Wolfowitz). Efficiencies are (det M_S / bound)^(1/p).
+struct Certificate {
+  double log_det_bound_repeats = std::numeric_limits<double>::infinity();
+  double log_det_bound_distinct = std::numeric_limits<double>::infinity();
+  double efficiency_repeats = 0;
+  double efficiency_distinct = 0;
+  // Of the criterion that was optimised: no set without repeats has a larger O1 to O5, or a smaller
+  // expected error. The efficiency is that of the determinant for O1, value / bound for O2 to O5,
+  // and bound / value for the expected error.
+  double criterion_bound = 0;
+  double criterion_efficiency = 0;
+  bool proven_optimal = false;  // no other set is better by more than rounding
+};
+
 struct Selection {
   std::vector<Index> indices;  // ascending
   double log_det = 0;          // log det M of the selected rows and the prior
@@ -65,4 +82,4 @@ struct Selection {
 Selection select_poses(const RowSource& candidates, const SelectionOptions& options);
 Selection select_poses(const CandidateRows& candidates, const SelectionOptions& options);
 
-}  // namespace symkin
+}  // namespace symkin::design

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "symkin/design/candidate_rows.hpp"
+#include "symkin/design/row_source.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/symmetry/group.hpp"
 
@@ -23,7 +23,7 @@ using RowsView = Eigen::Map<const RowMatrix, 0, Eigen::OuterStride<>>;
 
 // The observability rows of one leg at candidate poses, made when they are asked for. With an orbit
 // a candidate brings one row an element: that of the leg at the pose carried by the element.
-class LegRows final : public RowSource {
+class LegRows final : public design::RowSource {
  public:
   // The poses must outlive it; a temporary does not compile. Throws InvalidInput for a leg that
   // does not exist, poses of other coordinates, or an orbit without elements.

@@ -18,6 +18,7 @@ int thread_count(int asked) {
 }
 
 void parallel_for(Index tasks, int threads, const std::function<void(Index)>& task) {
+  check_interrupt();  // the others may leave no task to this thread
   const Index workers = std::min<Index>(thread_count(threads), tasks);
   if (workers <= 1) {
     for (Index i = 0; i < tasks; ++i) {

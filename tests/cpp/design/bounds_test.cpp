@@ -3,11 +3,15 @@
 
 #include "design/small_problems.hpp"
 #include "support/paper_leg.hpp"
-#include "symkin/design/certificate.hpp"
-#include "symkin/design/information.hpp"
+#include "symkin/design/detail/bounds.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin::testing {
 namespace {
+
+using design::detail::determinant_bound;
+using design::detail::largest_sum;
+using design::detail::RankedCandidate;
 
 TEST(Bounds, NoDesignOfASmallProblemExceedsTheCertificate) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {

@@ -7,10 +7,20 @@
 #include <limits>
 #include <vector>
 
-#include "symkin/design/selection.hpp"
+#include "symkin/design/design.hpp"
 #include "symkin/support/random.hpp"
 
 namespace symkin::testing {
+
+using design::CandidateRows;
+using design::Certificate;
+using design::Criterion;
+using design::RowsInMemory;
+using design::RowSource;
+using design::select_poses;
+using design::Selection;
+using design::SelectionMethod;
+using design::SelectionOptions;
 
 inline RowMatrix random_rows(Index rows, Index parameters, std::uint64_t seed) {
   Random random(seed);

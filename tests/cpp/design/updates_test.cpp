@@ -4,13 +4,19 @@
 #include <Eigen/LU>
 
 #include "design/small_problems.hpp"
-#include "symkin/design/information.hpp"
-#include "symkin/design/kernels.hpp"
-#include "symkin/design/leaving_pose.hpp"
-#include "symkin/design/roots.hpp"
+#include "symkin/design/detail/information.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin::testing {
 namespace {
+
+using design::detail::BestPair;
+using design::detail::ColumnBlocks;
+using design::detail::Information;
+using design::detail::LeavingPose;
+using design::detail::Products;
+using design::detail::Shape;
+using design::detail::variances;
 
 TEST(Updates, RankOneUpdatesAgreeWithRecomputation) {
   const RowMatrix rows = random_rows(400, 6, 1);
@@ -47,17 +53,15 @@ TEST(Updates, ALowerRootOfASingularMatrixMultipliesBack) {
 class Kernel : public ::testing::TestWithParam<Index> {
  protected:
   static constexpr Index kParameters = 5;
-  static constexpr Index kCandidates = 200;
+  static constexpr Index kCandidates = 300;  // more than a block
 
   Kernel()
       : shape{GetParam(), kParameters},
         rows(random_rows(kCandidates * shape.rows, kParameters, 4)),
-        x(kCandidates, shape.width()),
-        gram(shape.gram_size() * kBlock),
-        trace(kBlock),
-        group_max(kGroups) {
+        x(kCandidates, shape),
+        products(x) {
     for (Index j = 0; j < kCandidates; ++j) {
-      x.set(j, rows.middleRows(j * shape.rows, shape.rows).eval().data());
+      x.set(j, candidate(j).data());
     }
     const RowMatrix start = random_rows(30, kParameters, 5);
     matrix = start.transpose() * start;
@@ -66,74 +70,72 @@ class Kernel : public ::testing::TestWithParam<Index> {
   RowMatrix candidate(Index j) const { return rows.middleRows(j * shape.rows, shape.rows); }
 
   void expect_products_of(const RowMatrix& inverse) const {
+    double largest = 0;
     for (Index j = 0; j < kCandidates; ++j) {
       const RowMatrix d = candidate(j) * inverse * candidate(j).transpose();
-      ASSERT_NEAR(trace[j], d.trace(), 1e-10);
-      ASSERT_GE(group_max[j / kGroup], trace[j]);
-      for (Index a = 0, pair = 0; shape.rows > 1 && a < shape.rows; ++a) {
-        for (Index b = 0; b <= a; ++b, ++pair) {
-          ASSERT_NEAR(gram[pair * kBlock + j], d(a, b), 1e-10);
-        }
-      }
+      ASSERT_NEAR(products.trace(j), d.trace(), 1e-10);
+      ASSERT_LT((products.of(j) - d).cwiseAbs().maxCoeff(), 1e-10);
+      largest = std::max(largest, d.trace());
     }
+    EXPECT_NEAR(products.largest_trace(), largest, 1e-10);
   }
 
   Shape shape;
   RowMatrix rows;
   ColumnBlocks x;
-  AlignedArray gram, trace, group_max;
+  Products products;
   RowMatrix matrix;
 };
 
 TEST_P(Kernel, ProductsAgreeWithDenseAlgebra) {
-  kernels().gram(x.block(0), inverse_factor(matrix).data(), shape, gram.data(), trace.data(),
-                 group_max.data());
+  products.compute(inverse_factor(matrix));
   expect_products_of(matrix.inverse());
+  const Vector d = variances(x, inverse_factor(matrix));
+  ASSERT_EQ(d.size(), kCandidates);
+  for (Index j = 0; j < kCandidates; ++j) {
+    ASSERT_NEAR(d[j], products.trace(j), 1e-10);
+    ASSERT_EQ(x.rows(j), candidate(j));
+  }
 }
 
 TEST_P(Kernel, UpdatedProductsAgreeWithDenseAlgebra) {
-  kernels().gram(x.block(0), inverse_factor(matrix).data(), shape, gram.data(), trace.data(),
-                 group_max.data());
-  const Vector added = random_rows(1, kParameters, 6).transpose();
-  const Vector u = matrix.inverse() * added;
-  kernels().gram_update(x.block(0), u.data(), -1 / (1 + added.dot(u)), shape, gram.data(),
-                        trace.data(), group_max.data());
-  matrix += added * added.transpose();
+  products.compute(inverse_factor(matrix));
+  Information information(matrix);
+  const RowMatrix added = random_rows(2, kParameters, 6);
+  information.add(added.data(), 2, 0.5, &products);
+  matrix += 0.5 * added.transpose() * added;
   expect_products_of(matrix.inverse());
+  products.set(7, RowMatrix::Constant(shape.rows, shape.rows, 1e3));
+  EXPECT_EQ(products.largest_trace(), 1e3 * static_cast<double>(shape.rows));
 }
 
-TEST_P(Kernel, TheSumOfOuterProductsAgreesWithDenseAlgebra) {
-  RowMatrix sum = RowMatrix::Zero(kParameters, kParameters);
-  kernels().outer_sum(x.block(0), shape, sum.data());
-  const RowMatrix lower = (rows.transpose() * rows).triangularView<Eigen::Lower>();
-  EXPECT_LT((sum - lower).norm(), 1e-10);
-}
-
-TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminant) {
+TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminantAndNotOfAHiddenCandidate) {
   const RowMatrix out = candidate(17);
   matrix += out.transpose() * out;
-  const Information information(matrix);
-  kernels().gram(x.block(0), inverse_factor(matrix).data(), shape, gram.data(), trace.data(),
-                 group_max.data());
-  LeavingPose leaving(shape);
-  leaving.prepare(information, out.data());
-  BestPair best;
-  kernels().best_pair(x.block(0), gram.data(), trace.data(), group_max.data(), leaving.view(),
-                      shape, best);
-  double ratio = 0;
-  Index lane = -1;
-  for (Index j = 0; j < kCandidates; ++j) {
-    const RowMatrix in = candidate(j);
-    const double value =
-        std::exp(log_det(matrix + in.transpose() * in - out.transpose() * out) - log_det(matrix));
-    ASSERT_NEAR(leaving.ratio(information, in.data()), value, 1e-6 * value);
-    if (value > ratio) {
-      ratio = value;
-      lane = j;
+  const RowMatrix inverse = matrix.inverse();
+  products.compute(inverse_factor(matrix));
+  const LeavingPose leaving(out, out * inverse);
+  Index hidden = -1;
+  for (int turn = 0; turn < 2; ++turn) {
+    BestPair best;
+    products.best_pair(leaving.view(), best);
+    double ratio = 0;
+    Index lane = -1;
+    for (Index j = 0; j < kCandidates; ++j) {
+      const RowMatrix in = candidate(j);
+      const double value =
+          std::exp(log_det(matrix + in.transpose() * in - out.transpose() * out) - log_det(matrix));
+      ASSERT_NEAR(leaving.ratio(in, in * inverse * in.transpose()), value, 1e-6 * value);
+      if (value > ratio && j != hidden) {
+        ratio = value;
+        lane = j;
+      }
     }
+    EXPECT_EQ(best.lane, lane);
+    EXPECT_NEAR(best.ratio, ratio, 1e-6 * ratio);
+    products.hide(lane);
+    hidden = lane;
   }
-  EXPECT_EQ(best.lane, lane);
-  EXPECT_NEAR(best.ratio, ratio, 1e-6 * ratio);
 }
 
 INSTANTIATE_TEST_SUITE_P(Updates, Kernel, ::testing::Values(1, 2, 3));

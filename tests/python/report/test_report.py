@@ -52,7 +52,7 @@ def test_figures_share_no_identifiers(run):
     """They would take each other's markers and clippings, being in one document."""
     identifiers = [attributes["id"] for _, attributes in run[1].tags if "id" in attributes]
     assert len(identifiers) == len(set(identifiers))
-    used = set(re.findall(r'(?:href="|url\(\)#([^")]+)', run[1].source))
+    used = set(re.findall(r'(?:href="|url\()#([^")]+)', run[1].source))
     assert used <= set(identifiers)
 
 

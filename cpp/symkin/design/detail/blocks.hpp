@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "symkin/support/types.hpp"
+
+namespace symkin::design::detail {
+
+// Candidates, or places in another list.
+using Indices = std::vector<Index>;
+
+template <typename List>
+decltype(auto) at(List& list, Index i) {
+  return list[static_cast<std::size_t>(i)];
+}
+
+template <typename List>
+Index size_of(const List& list) {
+  return static_cast<Index>(list.size());
+}
+
+inline bool contains(const Indices& list, Index value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
+// Makes a set of a list: ascending, each once.
+inline void sort_unique(Indices& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+// What a list of places names in another list.
+inline Indices named(const Indices& places, const Indices& list) {
+  Indices result;
+  result.reserve(places.size());
+  for (const Index place : places) {
+    result.push_back(at(list, place));
+  }
+  return result;
+}
+
+// "1 row", "2 rows".
+inline std::string counted(Index count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+constexpr Index kMaxRows = 36;  // rows a candidate may have
+constexpr Index kBlock = 256;   // candidates in a block
+constexpr Index kGroup = 32;    // candidates that a kernel skips at once
+constexpr Index kGroups = kBlock / kGroup;
+
+// What a candidate brings.
+struct Shape {
+  Index rows = 1;
+  Index parameters = 0;
+
+  Index width() const { return rows * parameters; }
+  Index gram_size() const { return rows * (rows + 1) / 2; }
+};
+
+// Zeroed doubles that start at a cache line, as wide loads need.
+class AlignedArray {
+ public:
+  explicit AlignedArray(Index size = 0) : lines_(static_cast<std::size_t>((size + 7) / 8)) {}
+  double* data() { return reinterpret_cast<double*>(lines_.data()); }
+  const double* data() const { return reinterpret_cast<const double*>(lines_.data()); }
+  double& operator[](Index i) { return data()[i]; }
+  double operator[](Index i) const { return data()[i]; }
+
+ private:
+  struct alignas(64) Line {
+    double values[8] = {};
+  };
+  std::vector<Line> lines_;
+};
+
+// The rows of one candidate of a block of columns.
+inline RowMatrix rows_in(const double* block, Index lane, Shape shape) {
+  using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+  return Eigen::Map<const RowMatrix, 0, Strides>(block + lane, shape.rows, shape.parameters,
+                                                 Strides(shape.parameters * kBlock, kBlock));
+}
+
+// Candidates in blocks of columns: the 256 values of one column lie together, then those of the
+// next. Lanes beyond the last candidate are zero. Keeping candidates so, and the kernels below, by
+// hand makes a whole selection 1.9 to 2.5 times as fast as Eigen's products over the same blocks
+// (30 000 to 1 000 000 candidates of 8 parameters, AVX-512).
+class ColumnBlocks {
+ public:
+  ColumnBlocks() = default;
+  ColumnBlocks(Index count, Shape shape)
+      : count_(count), shape_(shape), data_(blocks() * shape.width() * kBlock) {}
+
+  Index count() const { return count_; }
+  Index blocks() const { return (count_ + kBlock - 1) / kBlock; }
+  Shape shape() const { return shape_; }
+
+  double* block(Index b) { return data_.data() + b * shape_.width() * kBlock; }
+  const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
+
+  void set(Index candidate, const double* values) {
+    double* lane = block(candidate / kBlock) + candidate % kBlock;
+    for (Index c = 0; c < shape_.width(); ++c) {
+      lane[c * kBlock] = values[c];
+    }
+  }
+  void get(Index candidate, double* values) const {
+    const double* lane = block(candidate / kBlock) + candidate % kBlock;
+    for (Index c = 0; c < shape_.width(); ++c) {
+      values[c] = lane[c * kBlock];
+    }
+  }
+  RowMatrix rows(Index candidate) const {
+    return rows_in(block(candidate / kBlock), candidate % kBlock, shape_);
+  }
+
+ private:
+  Index count_ = 0;
+  Shape shape_;
+  AlignedArray data_;
+};
+
+// The columns of one of a candidate's rows in a block, for Eigen: kBlock x parameters.
+using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
+inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
+  return {block + row * parameters * kBlock, kBlock, parameters};
+}
+
+// A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
+// after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
+struct Leaving {
+  const double* y;  // rows x parameters: C_i A, in the coordinates of x
+  const double* s;  // rows x rows: (I - D_ii)^-1; unused with one row
+  double base;      // det(I - D_ii)
+  double trace;     // d_i
+};
+
+// The best exchange so far; `lane` is set only where the kernel finds a better one.
+struct BestPair {
+  double ratio = 1;
+  Index lane = -1;
+};
+
+// One block of candidates and its products. x holds the rows (rows r x parameters p columns),
+// `gram` r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces d_j,
+// `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers and
+// gram is not used; a null gram stands for the traces alone.
+struct BlockProducts {
+  const double* x;
+  Shape shape;
+  double* gram;
+  double* trace;
+  double* group_max;
+};
+
+// The arithmetic over a block.
+struct Kernels {
+  // The products for A = T^T T, T lower triangular (p x p by rows).
+  void (*compute)(const BlockProducts& block, const double* t);
+  // gram += scale (x u) (x u)^T, trace likewise.
+  void (*update)(const BlockProducts& block, const double* u, double scale);
+  // The best candidate of the block to take the place of `leaving`; none of negative trace.
+  void (*best_pair)(const BlockProducts& block, const Leaving& leaving, BestPair& best);
+};
+
+// The widest variant that this processor runs.
+const Kernels& kernels();
+
+}  // namespace symkin::design::detail

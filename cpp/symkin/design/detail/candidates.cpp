@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/design/detail/candidates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "symkin/support/error.hpp"
+#include "symkin/support/parallel.hpp"
+
+namespace symkin::design::detail {
+namespace {
+
+constexpr Index kKeptValues = 4'000'000;  // of rows that are in memory anyway: 32 MB of columns
+// Less is done before a thread has started.
+constexpr Index kValuesPerThread = 500'000;
+constexpr Index kMadePerThread = 50'000;
+constexpr Index kChunks = 64;
+constexpr Index kLine = 8;             // doubles
+constexpr Index kBlocksPerChunk = 16;  // at least
+constexpr double kNever = -std::numeric_limits<double>::infinity();
+
+bool ranks_before(const RankedCandidate& a, const RankedCandidate& b) {
+  return a.value > b.value || (a.value == b.value && a.index < b.index);
+}
+
+}  // namespace
+
+Candidates::Candidates(const RowSource& source, std::vector<bool> excluded, int threads,
+                       Index memory_limit_bytes)
+    : source_(source),
+      excluded_(std::move(excluded)),
+      available_(source.size() - std::count(excluded_.begin(), excluded_.end(), true)) {
+  const Index values = source.size() * shape().width();
+  const bool made = source.in_memory() == nullptr;
+  const Index per_thread = made ? kMadePerThread : kValuesPerThread;
+  threads_ = static_cast<int>(std::clamp<Index>(values / per_thread, 1, thread_count(threads)));
+  const auto limit = memory_limit_bytes / static_cast<Index>(sizeof(double));
+  if (values > (made ? limit : std::min(limit, kKeptValues))) {
+    return;
+  }
+  ColumnBlocks kept(source.size(), shape());
+  parallel_for(chunks(), threads_, [&](Index chunk) {
+    std::vector<double> rows;
+    for (Index b = first_block(chunk); b < first_block(chunk + 1); ++b) {
+      load(b, rows, kept.block(b));
+    }
+  });
+  kept_ = std::move(kept);
+}
+
+Index Candidates::chunks() const {
+  return std::clamp<Index>(blocks() / kBlocksPerChunk, 1, kChunks);
+}
+
+void Candidates::for_each_block(const Task& task, Index stride) const {
+  parallel_for(chunks(), threads_, [&](Index chunk) {
+    const bool kept = kept_.count() != 0;
+    AlignedArray columns(kept ? 0 : shape().width() * kBlock);
+    std::vector<double> rows;
+    for (Index b = first_block(chunk); b < first_block(chunk + 1); b += stride) {
+      if (!kept) {
+        load(b, rows, columns.data());
+      }
+      task(chunk, b * kBlock, kept ? kept_.block(b) : columns.data());
+    }
+  });
+}
+
+RowMatrix Candidates::rows(Index candidate) const {
+  RowMatrix result(shape().rows, shape().parameters);
+  source_.fill(candidate, 1, result.data());
+  return result;
+}
+
+ColumnBlocks Candidates::gather(const Indices& candidates) const {
+  ColumnBlocks result(size_of(candidates), shape());
+  RowMatrix values(shape().rows, shape().parameters);
+  for (Index i = 0; i < result.count(); ++i) {
+    const Index candidate = at(candidates, i);
+    if (kept_.count() != 0 && !excluded(candidate)) {
+      kept_.get(candidate, values.data());
+    } else {
+      source_.fill(candidate, 1, values.data());
+    }
+    result.set(i, values.data());
+  }
+  return result;
+}
+
+RowMatrix Candidates::information() const {
+  const Index p = shape().parameters;
+  std::vector<RowMatrix> sums(static_cast<std::size_t>(chunks()), RowMatrix::Zero(p, p));
+  for_each_block([&](Index chunk, Index, const double* columns) {
+    for (Index row = 0; row < shape().rows; ++row) {
+      at(sums, chunk)
+          .selfadjointView<Eigen::Lower>()
+          .rankUpdate(columns_of(columns, row, p).transpose());
+    }
+  });
+  RowMatrix total = RowMatrix::Zero(p, p);
+  for (const RowMatrix& sum : sums) {
+    total += sum.selfadjointView<Eigen::Lower>();
+  }
+  if (!total.allFinite()) {
+    refuse_infinite();
+  }
+  return total;
+}
+
+void Candidates::load(Index block, std::vector<double>& rows, double* columns) const {
+  const Index width = shape().width();
+  const Index first = block * kBlock;
+  const Index count = std::min(kBlock, size() - first);
+  const double* values = source_.in_memory();
+  if (values != nullptr) {
+    values += first * width;
+  } else {
+    rows.resize(static_cast<std::size_t>(width * kBlock));
+    source_.fill(first, count, rows.data());
+    values = rows.data();
+  }
+  for (Index lane = 0; lane < count; lane += kLine) {
+    // Whole cache lines of a column: a lane at a time would write all columns in turn.
+    const Index lanes = std::min(kLine, count - lane);
+    for (Index c = 0; c < width; ++c) {
+      for (Index k = 0; k < lanes; ++k) {
+        columns[c * kBlock + lane + k] = values[(lane + k) * width + c];
+      }
+    }
+  }
+  for (Index lane = 0; lane < kBlock; ++lane) {
+    if (lane >= count || excluded(first + lane)) {
+      for (Index c = 0; c < width; ++c) {
+        columns[c * kBlock + lane] = 0;
+      }
+    }
+  }
+}
+
+void Candidates::refuse_infinite() const {
+  for_each_block([&](Index, Index first, const double* columns) {
+    for (Index lane = 0; lane < kBlock; ++lane) {
+      for (Index c = 0; c < shape().width(); ++c) {
+        if (!std::isfinite(columns[c * kBlock + lane])) {
+          throw InvalidInput("candidate " + std::to_string(first + lane) +
+                             " has a row that is not finite (parameter " +
+                             std::to_string(c % shape().parameters) +
+                             "); leave out or forbid poses that cannot be reached");
+        }
+      }
+    }
+  });
+  throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
+}
+
+TopCandidates::TopCandidates(Index keep, double floor)
+    : keep_(static_cast<std::size_t>(keep)), capacity_(2 * keep_ + 64), threshold_(floor) {}
+
+void TopCandidates::prune() {
+  if (kept_.size() <= keep_) {
+    return;
+  }
+  const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
+  std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
+  // Later candidates have higher indices: an equal value cannot displace what is kept.
+  threshold_ = std::max(threshold_, last->value);
+  kept_.erase(last, kept_.end());
+}
+
+void TopCandidates::offer_block(Index first, const double* values, const double* group_max) {
+  for (Index lane = 0; lane < kBlock; ++lane) {
+    if (lane % kGroup == 0 && !(group_max[lane / kGroup] > threshold_)) {
+      lane += kGroup - 1;
+    } else {
+      offer(first + lane, values[lane]);
+    }
+  }
+}
+
+void TopCandidates::merge(const TopCandidates& other) {
+  kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
+}
+
+std::vector<RankedCandidate> TopCandidates::sorted() {
+  prune();
+  std::sort(kept_.begin(), kept_.end(), ranks_before);
+  return kept_;
+}
+
+double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
+  double sum = 0;
+  for (Index i = 0; i < std::min(count, size_of(sorted)); ++i) {
+    sum += at(sorted, i).value;
+  }
+  return sum;
+}
+
+std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& candidates,
+                                                            const std::vector<Screen>& screens,
+                                                            Index stride) {
+  std::vector<TopCandidates> none;
+  none.reserve(screens.size());
+  for (const Screen& screen : screens) {
+    none.emplace_back(screen.keep, screen.floor);
+  }
+  const Shape shape = candidates.shape();
+  std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
+  candidates.for_each_block(
+      [&](Index chunk, Index first, const double* columns) {
+        alignas(64) double trace[kBlock], loss[kBlock];
+        double group_max[kGroups], unused[kGroups];
+        for (std::size_t s = 0; s < screens.size(); ++s) {
+          const Screen& screen = screens[s];
+          kernels().compute({columns, shape, nullptr, trace, group_max}, screen.transform.data());
+          if (screen.loss.size() != 0) {
+            // The largest traces of the groups remain above what is left of them.
+            kernels().compute({columns, shape, nullptr, loss, unused}, screen.loss.data());
+            for (Index lane = 0; lane < kBlock; ++lane) {
+              trace[lane] = trace[lane] > 0 ? trace[lane] - screen.share * loss[lane] : kNever;
+            }
+          }
+          at(tops, chunk)[s].offer_block(first, trace, group_max);
+        }
+      },
+      stride);
+  std::vector<std::vector<RankedCandidate>> result;
+  for (std::size_t s = 0; s < screens.size(); ++s) {
+    TopCandidates all(screens[s].keep, screens[s].floor);
+    for (const auto& chunk : tops) {
+      all.merge(chunk[s]);
+    }
+    result.push_back(all.sorted());
+  }
+  return result;
+}
+
+}  // namespace symkin::design::detail

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "symkin/design/detail/bounds.hpp"
+#include "symkin/design/detail/criteria.hpp"
+#include "symkin/support/dense.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin::design::detail {
+namespace {
+
+constexpr int kRounds = 7;   // passes over all candidates
+constexpr int kSteps = 600;  // of weight between two passes
+constexpr int kBisections = 12;
+constexpr double kLeastGain = 1e-7;  // of the logarithm of the criterion
+constexpr Index kActive = 200;
+constexpr double kFirstSharpness = 2;  // doubled in each round up to
+constexpr double kSharpness = 16;
+
+// The rounding of T and of the sums; their condition is that of M.
+constexpr double kSlack = 1e-9;
+
+class DesignSearch {
+ public:
+  DesignSearch(const Problem& problem, Criterion criterion, const Indices& chosen)
+      : problem_(problem),
+        options_(criterion_options(problem.options, criterion)),
+        active_(chosen),
+        weights_(chosen.size(), 1.0),
+        information_(problem.information(chosen)) {
+    reach(chosen);
+  }
+
+  CriterionDesign run() {
+    const bool above = criterion() != Criterion::expected_error;
+    double best = above ? std::numeric_limits<double>::infinity() : 0;
+    if (!(reached_ > 0)) {  // too ill-conditioned for anything to be said
+      return {best, by_weight()};
+    }
+    if (criterion() == Criterion::O4) {  // O4 = O2 O3
+      o2_bound_ = bound_of(Criterion::O2);
+      o3_bound_ = bound_of(Criterion::O3);
+    }
+    for (int round = 0; round < kRounds; ++round) {
+      sharpness_ = std::min(kSharpness, kFirstSharpness * std::pow(2.0, round));
+      const LargestRatio bound = at_information();
+      best = above ? std::min(best, bound.value) : std::max(best, bound.value);
+      activate(bound.favoured);
+      improve();
+      if (criterion() == Criterion::O4) {
+        reach(problem_.rounded(by_weight()));
+      }
+    }
+    return {best * (above ? 1 + kSlack : 1 - kSlack), by_weight()};
+  }
+
+ private:
+  Criterion criterion() const { return options_.criterion; }
+
+  // What the criteria look at; poses of millions of candidates stay where they are.
+  static SelectionOptions criterion_options(const SelectionOptions& given, Criterion criterion) {
+    SelectionOptions options;
+    options.criterion = criterion;
+    options.column_scale = given.column_scale;
+    options.error_weight = given.error_weight;
+    return options;
+  }
+
+  double bound_of(Criterion other) const {
+    return DesignSearch(problem_, other, active_).run().bound;
+  }
+
+  // T whose columns belong to parameters in their unit.
+  RowMatrix in_units(const RowMatrix& root) const {
+    const Vector& scale = options_.column_scale;
+    return scale.size() == 0 ? root : RowMatrix(root * scale.cwiseInverse().asDiagonal());
+  }
+
+  RowMatrix normalised_root(const RowMatrix& gradient) const {
+    const RowMatrix root = lower_root(gradient);
+    return root / in_units(root).norm();
+  }
+
+  Index kept() const { return std::max(kActive, 2 * problem_.free_count); }
+
+  // The bound with T the gradient at the present weights.
+  LargestRatio at_information() const {
+    const CriterionGradient gradient = criterion_gradient(information_, options_, sharpness_);
+    const RowMatrix gain = normalised_root(gradient.gain);
+    if (criterion() == Criterion::O4) {
+      return of_o4(gain, normalised_root(gradient.loss));
+    }
+    LargestRatio top =
+        criterion() == Criterion::O2
+            ? largest_ratio(problem_, {gain, normalised_root(gradient.loss), 0}, kept())
+            : largest_trace(problem_, gain, kept());
+    switch (criterion()) {
+      case Criterion::O2:
+      case Criterion::O3:
+        return {std::sqrt(top.value), std::move(top.favoured)};
+      case Criterion::O5: {
+        const double size = std::pow(singular_values(in_units(gain)).array().pow(2.0 / 3).sum(), 3);
+        return {std::sqrt(top.value / size), std::move(top.favoured)};
+      }
+      default: {
+        const RowMatrix root = lower_root(options_.error_weight);
+        const double size = singular_values(gain * root.transpose()).sum();
+        return {size * size / top.value, std::move(top.favoured)};
+      }
+    }
+  }
+
+  // O4 <= a / sqrt(b) with a and b the traces of gain and loss. A set that is better than the
+  // best one known has sqrt(b) between low and high, where a chord of the root lies below it.
+  LargestRatio of_o4(const RowMatrix& gain, const RowMatrix& loss) const {
+    const double low = reached_ / (o2_bound_ * o2_bound_);
+    const double high = std::max(low, o3_bound_ * o3_bound_ / reached_);
+    LargestRatio top = largest_ratio(problem_, {gain, loss, low * high}, kept());
+    const double bound = std::max(reached_, (low + high) * top.value);
+    return {std::min(bound, o2_bound_ * o3_bound_), std::move(top.favoured)};
+  }
+
+  void activate(const std::vector<RankedCandidate>& favoured) {
+    for (const RankedCandidate& candidate : favoured) {
+      if (!contains(active_, candidate.index)) {
+        active_.push_back(candidate.index);
+        weights_.push_back(0);
+      }
+    }
+    for (std::size_t j = outer_.size(); j < active_.size(); ++j) {
+      const RowMatrix rows = problem_.candidates.rows(active_[j]);
+      outer_.push_back(rows.transpose() * rows);
+    }
+  }
+
+  void reach(const Indices& chosen) {
+    if (size_of(chosen) == problem_.free_count) {
+      const double value = criterion_value(problem_.information(chosen), options_);
+      reached_ = value > reached_ ? value : reached_;
+    }
+  }
+
+  Indices by_weight() const {
+    Indices order;
+    for (Index j = 0; j < size_of(active_); ++j) {
+      if (at(weights_, j) > 0) {
+        order.push_back(j);
+      }
+    }
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+      return std::make_pair(-at(weights_, a), at(active_, a)) <
+             std::make_pair(-at(weights_, b), at(active_, b));
+    });
+    return named(order, active_);
+  }
+
+  RowMatrix gradient_at(const RowMatrix& information) const {
+    return criterion_gradient(information, options_, sharpness_).total();
+  }
+
+  // Weight goes from the candidate that the criterion misses least to the one that it gains most
+  // from, as much as is best.
+  void improve() {
+    for (int step = 0; step < kSteps; ++step) {
+      check_interrupt();
+      const RowMatrix gradient = gradient_at(information_);
+      std::size_t giver = active_.size();
+      std::size_t taker = active_.size();
+      double least = std::numeric_limits<double>::infinity();
+      double most = -least;
+      for (std::size_t j = 0; j < active_.size(); ++j) {
+        const double gain = gradient.cwiseProduct(outer_[j]).sum();
+        if (weights_[j] > 0 && gain < least) {
+          least = gain;
+          giver = j;
+        }
+        if (weights_[j] < 1 && gain > most) {
+          most = gain;
+          taker = j;
+        }
+      }
+      if (!(most - least > kLeastGain)) {
+        return;
+      }
+      const RowMatrix direction = outer_[taker] - outer_[giver];
+      const double moved = best_step(direction, std::min(weights_[giver], 1 - weights_[taker]));
+      if (moved <= 0) {
+        return;
+      }
+      weights_[giver] -= moved;
+      weights_[taker] += moved;
+      information_ += moved * direction;
+    }
+  }
+
+  // Along a line the criterion rises and then falls: bisection of its slope.
+  double best_step(const RowMatrix& direction, double limit) const {
+    const auto rises = [&](double step) {
+      const RowMatrix moved = information_ + step * direction;
+      return inverse_factor(moved).size() != 0 &&
+             gradient_at(moved).cwiseProduct(direction).sum() > 0;
+    };
+    if (rises(limit)) {
+      return limit;
+    }
+    double low = 0;
+    double high = limit;
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = (low + high) / 2;
+      (rises(middle) ? low : high) = middle;
+    }
+    return low;
+  }
+
+  const Problem& problem_;
+  const SelectionOptions options_;
+  Indices active_;
+  std::vector<double> weights_;  // of the active candidates, in [0, 1]
+  std::vector<RowMatrix> outer_;
+  RowMatrix information_;
+  double sharpness_ = kFirstSharpness;
+  double reached_ = 0;  // the largest value of a selection so far
+  double o2_bound_ = 0;
+  double o3_bound_ = 0;
+};
+
+}  // namespace
+
+CriterionDesign criterion_design(const Problem& problem, const Indices& chosen) {
+  return DesignSearch(problem, problem.options.criterion, chosen).run();
+}
+
+}  // namespace symkin::design::detail

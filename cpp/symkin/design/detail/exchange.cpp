@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "symkin/design/detail/bounds.hpp"
+#include "symkin/design/detail/criteria.hpp"
+#include "symkin/design/detail/problem.hpp"
+#include "symkin/design/detail/search.hpp"
+#include "symkin/support/dense.hpp"
+
+namespace symkin::design::detail {
+namespace {
+
+// Kicks of a quarter to two thirds of the poses, of so many at most: smaller ones come back to the
+// same set too often, larger ones cost more than they find.
+constexpr Index kSmallestKick = 6;
+constexpr Index kLargestKick = 16;
+constexpr int kVerifications = 20;
+constexpr double kRidge = 1e-6;  // of the mean information of a candidate
+constexpr double kGain = 1e-9;   // above what the search in the pool leaves
+constexpr Index kReturned = 256;
+constexpr Index kCriterionPool = 256;
+constexpr int kCriterionKicks = 2;  // as many: they descend less far
+constexpr int kRounds = 12;
+
+// The pool, the largest weight of the design without repeats first.
+Indices by_weight(const DesignBounds& bounds) {
+  Indices order(bounds.pool.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  const Vector& weights = bounds.distinct.weights;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return weights[a] > weights[b]; });
+  return named(order, bounds.pool);
+}
+
+// Poses that do not show every parameter have a determinant of zero, which no exchange may change:
+// a little information about everything leads out of it.
+Indices made_regular(const Problem& problem, const Indices& pool, const Indices& chosen) {
+  if (std::isfinite(problem.log_det(chosen))) {
+    return chosen;
+  }
+  DeterminantSearch search(problem, pool, chosen, kRidge);
+  search.descend();
+  return search.chosen();
+}
+
+Indices joined(Indices pool, const Indices& others) {
+  pool.insert(pool.end(), others.begin(), others.end());
+  sort_unique(pool);
+  return pool;
+}
+
+Indices joined(Indices pool, const std::vector<RankedCandidate>& others) {
+  for (const RankedCandidate& candidate : others) {
+    pool.push_back(candidate.index);
+  }
+  sort_unique(pool);
+  return pool;
+}
+
+// One pass over all candidates: those whose exchange for some chosen one raises log det M, the best
+// few hundred of them, ascending. None: no single exchange can improve the selection.
+Indices improving_candidates(const Problem& problem, const Indices& chosen) {
+  const RowMatrix factor = inverse_factor(problem.whitened_information(chosen));
+  if (factor.size() == 0) {
+    return {};
+  }
+  // In coordinates z = T x in which M is the identity.
+  const RowMatrix transform = problem.own_transform(factor);
+  std::vector<LeavingPose> leaving;
+  double least_trace = std::numeric_limits<double>::infinity();
+  for (const Index candidate : chosen) {
+    const RowMatrix z = problem.candidates.rows(candidate) * transform.transpose();
+    leaving.emplace_back(z, z);
+    least_trace = std::min(least_trace, leaving.back().trace());
+  }
+  // No ratio is above one unless d_j > d_i.
+  const auto best_ratio = [&](Index j, double trace, const RowMatrix& rows) {
+    if (contains(chosen, j)) {
+      return 0.0;
+    }
+    const RowMatrix z = rows * transform.transpose();
+    const RowMatrix products = z * z.transpose();
+    Indices near;
+    for (Index i = 0; problem.spacing.active() && i < size_of(chosen); ++i) {
+      if (problem.spacing.conflict(j, at(chosen, i))) {
+        near.push_back(i);
+      }
+    }
+    double best = 0;
+    for (Index i = 0; i < size_of(chosen) && near.size() < 2; ++i) {
+      if (trace > at(leaving, i).trace() && (near.empty() || near.front() == i)) {
+        best = std::max(best, at(leaving, i).ratio(z, products));
+      }
+    }
+    return best;
+  };
+  std::vector<TopCandidates> found(static_cast<std::size_t>(problem.candidates.chunks()),
+                                   TopCandidates(kReturned, 1 + kGain));
+  problem.candidates.for_each_block([&](Index chunk, Index first, const double* columns) {
+    alignas(64) double trace[kBlock];
+    double group_max[kGroups];
+    kernels().compute({columns, problem.shape(), nullptr, trace, group_max}, transform.data());
+    for (Index lane = 0; lane < kBlock; ++lane) {
+      if (trace[lane] > least_trace) {
+        const RowMatrix rows = rows_in(columns, lane, problem.shape());
+        at(found, chunk).offer(first + lane, best_ratio(first + lane, trace[lane], rows));
+      }
+    }
+  });
+  TopCandidates all(kReturned);
+  for (const TopCandidates& chunk : found) {
+    all.merge(chunk);
+  }
+  return joined({}, all.sorted());
+}
+
+// For a criterion other than O1: from the selection of best determinant, kicks and exchanges in
+// pools of the candidates that the criterion's gradient favours, until a new pool brings nothing.
+Selection exchange_for_criterion(const Problem& problem, Selection choice) {
+  Random random(problem.options.seed, 1);
+  const CriterionDesign design = criterion_design(problem, choice.indices);
+  choice.certificate.criterion_bound = design.bound;
+  const Indices other = problem.rounded(design.candidates);
+  const auto merit = [&](const Indices& chosen) {
+    return criterion_merit(problem.information(chosen), problem.options);
+  };
+  if (other.size() == choice.indices.size() && merit(other) > merit(choice.indices)) {
+    choice.indices = other;
+  }
+  const Index keep = std::max(kCriterionPool, 2 * problem.free_count);
+  for (int round = 0; round < kRounds; ++round) {
+    // Candidates of largest c G c^T, those of the design and the chosen ones.
+    const RowMatrix gradient =
+        criterion_gradient(problem.information(choice.indices), problem.options).total();
+    const auto top = screen_candidates(problem.candidates, {{lower_root(gradient), keep}}).front();
+    CriterionSearch search(problem, joined(joined(design.candidates, choice.indices), top),
+                           choice.indices);
+    ++choice.passes;
+    const double before = search.merit();
+    search.descend();
+    if (round == 0) {
+      const Index most = std::min<Index>(6, problem.free_count);
+      search.kick_and_descend(kCriterionKicks * problem.options.kicks, std::min<Index>(2, most),
+                              most, random);
+    }
+    search.descend_thoroughly();
+    choice.indices = search.chosen();
+    choice.exchanges += search.exchanges();
+    if (round > 0 && search.merit() <= before) {
+      break;
+    }
+  }
+  return choice;
+}
+
+}  // namespace
+
+Selection select_exchange(const Problem& problem) {
+  Selection choice;
+  Random random(problem.options.seed);
+  const DesignBounds bounds = bound_designs(problem, random);
+  choice.certificate = bounds.certificate;
+  choice.passes = bounds.passes;
+  choice.indices = problem.rounded(by_weight(bounds));
+  {
+    const Indices pool = joined(bounds.search, choice.indices);
+    choice.indices = made_regular(problem, pool, choice.indices);
+    DeterminantSearch search(problem, pool, choice.indices);
+    search.descend();
+    search.kick_and_descend(problem.options.kicks,
+                            std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
+                            std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
+    choice.indices = search.chosen();
+    choice.exchanges = search.exchanges();
+  }
+  Indices pool = bounds.pool;
+  Indices better = choice.indices;
+  for (int round = 0; round < kVerifications && !better.empty(); ++round) {
+    pool = joined(pool, better);
+    DeterminantSearch search(problem, pool, choice.indices);
+    search.descend();
+    choice.indices = search.chosen();
+    choice.exchanges += search.exchanges();
+    better = improving_candidates(problem, choice.indices);
+    ++choice.passes;
+  }
+  const bool determinant = problem.options.criterion == Criterion::O1;
+  // Poses that do not show every parameter have no other criterion either; they are refused.
+  const bool regular = std::isfinite(problem.log_det(choice.indices));
+  return determinant || !regular ? choice : exchange_for_criterion(problem, std::move(choice));
+}
+
+}  // namespace symkin::design::detail

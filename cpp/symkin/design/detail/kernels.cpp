@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
+#include "symkin/design/detail/blocks.hpp"
+
+#define SYMKIN_INLINE [[gnu::always_inline]] static inline
+
+namespace symkin::design::detail {
+namespace {
+
+// The bodies of the kernels in explicit wide arithmetic for registers of kWidth doubles, four of
+// them at a time, so that each coefficient is loaded once for all.
+template <Index kWidth>
+struct Body {
+  using Lanes [[gnu::vector_size(kWidth * sizeof(double)), gnu::may_alias]] = double;
+  static constexpr Index kParts = 4;
+  static constexpr Index kStep = kParts * kWidth;
+  static constexpr Index kGroupParts = kGroup / kWidth;
+
+  SYMKIN_INLINE const Lanes* load(const double* address) {
+    return reinterpret_cast<const Lanes*>(address);
+  }
+  SYMKIN_INLINE Lanes* store(double* address) { return reinterpret_cast<Lanes*>(address); }
+
+  // Of one group.
+  SYMKIN_INLINE double largest(const double* values) {
+    alignas(64) Lanes most = load(values)[0];
+    for (Index k = 1; k < kGroupParts; ++k) {
+      most = load(values)[k] > most ? load(values)[k] : most;
+    }
+    return *std::max_element(reinterpret_cast<double*>(&most),
+                             reinterpret_cast<double*>(&most) + kWidth);
+  }
+
+  // sum[k] = sum over `size` columns of coefficient[c] * column c.
+  SYMKIN_INLINE void combine(const double* x, const double* coefficients, Index size, Lanes* sum) {
+    Lanes s0{}, s1{}, s2{}, s3{};
+    for (Index c = 0; c < size; ++c) {
+      const Lanes* column = load(x + c * kBlock);
+      const double k = coefficients[c];
+      s0 += k * column[0];
+      s1 += k * column[1];
+      s2 += k * column[2];
+      s3 += k * column[3];
+    }
+    sum[0] = s0;
+    sum[1] = s1;
+    sum[2] = s2;
+    sum[3] = s3;
+  }
+
+  // Traces from the gram columns if there are any, and the largest of each group.
+  SYMKIN_INLINE void summarise(const double* gram, Shape shape, double* trace, double* group_max) {
+    for (Index lane = 0; gram != nullptr && lane < kBlock; lane += kWidth) {
+      Lanes sum{};
+      for (Index row = 0; row < shape.rows; ++row) {
+        sum += *load(gram + (row * (row + 3) / 2) * kBlock + lane);
+      }
+      *store(trace + lane) = sum;
+    }
+    for (Index g = 0; g < kGroups; ++g) {
+      group_max[g] = largest(trace + g * kGroup);
+    }
+  }
+
+  SYMKIN_INLINE void compute(const BlockProducts& block, const double* t) {
+    const auto [x, shape, gram, trace, group_max] = block;
+    const Index p = shape.parameters;
+    const Index pair_rows = shape.rows == 1 || gram == nullptr ? 0 : shape.rows;
+    Lanes z[kMaxRows * kParts];
+    for (Index lane = 0; lane < kBlock; lane += kStep) {
+      Lanes sum[kParts] = {};
+      for (Index a = 0; a < p; ++a) {  // one column of z at a time
+        for (Index row = 0; row < shape.rows; ++row) {
+          combine(x + row * p * kBlock + lane, t + a * p, a + 1, z + row * kParts);
+          for (Index k = 0; k < kParts; ++k) {
+            sum[k] += z[row * kParts + k] * z[row * kParts + k];
+          }
+        }
+        Index pair = 0;
+        for (Index row = 0; row < pair_rows; ++row) {
+          for (Index other = 0; other <= row; ++other, ++pair) {
+            Lanes* to = store(gram + pair * kBlock + lane);
+            for (Index k = 0; k < kParts; ++k) {
+              const Lanes product = z[row * kParts + k] * z[other * kParts + k];
+              to[k] = a == 0 ? product : to[k] + product;
+            }
+          }
+        }
+      }
+      for (Index k = 0; k < kParts; ++k) {
+        store(trace + lane)[k] = sum[k];
+      }
+    }
+    summarise(nullptr, shape, trace, group_max);
+  }
+
+  SYMKIN_INLINE void update(const BlockProducts& block, const double* u, double scale) {
+    const auto [x, shape, gram, trace, group_max] = block;
+    const Index p = shape.parameters;
+    double* products = shape.rows == 1 ? trace : gram;
+    Lanes v[kMaxRows * kParts];
+    for (Index lane = 0; lane < kBlock; lane += kStep) {
+      for (Index row = 0; row < shape.rows; ++row) {
+        combine(x + row * p * kBlock + lane, u, p, v + row * kParts);
+      }
+      Index pair = 0;
+      for (Index row = 0; row < shape.rows; ++row) {
+        for (Index other = 0; other <= row; ++other, ++pair) {
+          for (Index k = 0; k < kParts; ++k) {
+            store(products + pair * kBlock + lane)[k] +=
+                scale * (v[row * kParts + k] * v[other * kParts + k]);
+          }
+        }
+      }
+    }
+    summarise(shape.rows == 1 ? nullptr : gram, shape, trace, group_max);
+  }
+
+  SYMKIN_INLINE void take_best(const double* ratios, Index first, BestPair& best) {
+    if (!(largest(ratios) > best.ratio)) {
+      return;
+    }
+    for (Index lane = 0; lane < kGroup; ++lane) {
+      if (ratios[lane] > best.ratio) {
+        best = {ratios[lane], first + lane};
+      }
+    }
+  }
+
+  // det(I + D_jj + E S E^T) by Cholesky pivots, D_jj at `gram`.
+  SYMKIN_INLINE void bordered_determinant(const double* gram, const Lanes* e, const double* s,
+                                          Index r, Lanes* work, Lanes& determinant) {
+    determinant = Lanes{} + 1.0;
+    for (Index a = 0; a < r; ++a) {
+      Lanes es[kMaxRows];
+      for (Index c = 0; c < r; ++c) {
+        Lanes sum{};
+        for (Index d = 0; d < r; ++d) {
+          sum += s[d * r + c] * e[a * r + d];
+        }
+        es[c] = sum;
+      }
+      for (Index b = 0; b <= a; ++b) {
+        Lanes value = *load(gram + (a * (a + 1) / 2 + b) * kBlock) + (a == b ? 1.0 : 0.0);
+        for (Index c = 0; c < r; ++c) {
+          value += es[c] * e[b * r + c];
+        }
+        // LDL^T: `work` holds L D below the diagonal and D on it.
+        for (Index c = 0; c < b; ++c) {
+          value -= work[a * r + c] * work[b * r + c] / work[c * r + c];
+        }
+        work[a * r + b] = value;
+      }
+      determinant *= work[a * r + a];
+    }
+  }
+
+  // With one row the ratio is (1 + d_j)(1 - d_i) + d_ij^2, never above 1 + d_j - d_i. With more,
+  // A = I + Z, Z of rank q = 2 r at most and trace d_j - d_i: det A <= (1 + (d_j - d_i) / q)^q.
+  SYMKIN_INLINE void best_pair(const BlockProducts& block, const Leaving& leaving, BestPair& best) {
+    const auto [x, shape, gram, trace, group_max] = block;
+    const Index r = shape.rows;
+    const Index p = shape.parameters;
+    const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, p));
+    alignas(64) double ratios[kGroup];
+    Lanes cross[kMaxRows * kMaxRows];
+    Lanes work[kMaxRows * kMaxRows];
+    for (Index first = 0; first < kBlock; first += kGroup) {
+      const double excess = group_max[first / kGroup] - leaving.trace;
+      const double power = r == 1 ? best.ratio : std::pow(best.ratio, 1 / q);
+      if (!(excess > q * (power - 1))) {
+        continue;
+      }
+      for (Index lane = 0; r == 1 && lane < kGroup; lane += kStep) {
+        combine(x + first + lane, leaving.y, p, cross);
+        for (Index k = 0; k < kParts; ++k) {
+          const Lanes d = load(trace + first + lane)[k];
+          store(ratios + lane)[k] =
+              d >= 0.0 ? (1 + d) * leaving.base + cross[k] * cross[k] : Lanes{};
+        }
+      }
+      for (Index lane = 0; r > 1 && lane < kGroup; lane += kWidth) {
+        for (Index ab = 0; ab < r * r; ++ab) {
+          Lanes sum{};
+          for (Index c = 0; c < p; ++c) {
+            sum += leaving.y[ab % r * p + c] * *load(x + (ab / r * p + c) * kBlock + first + lane);
+          }
+          cross[ab] = sum;
+        }
+        Lanes determinant;
+        bordered_determinant(gram + first + lane, cross, leaving.s, r, work, determinant);
+        *store(ratios + lane) =
+            *load(trace + first + lane) >= 0.0 ? leaving.base * determinant : Lanes{};
+      }
+      take_best(ratios, first, best);
+    }
+  }
+};
+
+// One set of kernels for an instruction set: the bodies are inlined into functions that the
+// compiler may translate with it, so that one binary runs, and runs fast, everywhere.
+#define SYMKIN_KERNELS(variant, width, target)                                                \
+  namespace variant {                                                                         \
+  target void compute(const BlockProducts& block, const double* t) {                          \
+    Body<width>::compute(block, t);                                                           \
+  }                                                                                           \
+  target void update(const BlockProducts& block, const double* u, double scale) {             \
+    Body<width>::update(block, u, scale);                                                     \
+  }                                                                                           \
+  target void best_pair(const BlockProducts& block, const Leaving& leaving, BestPair& best) { \
+    Body<width>::best_pair(block, leaving, best);                                             \
+  }                                                                                           \
+  constexpr Kernels kTable{compute, update, best_pair};                                       \
+  }
+
+SYMKIN_KERNELS(baseline, 2, )
+#if defined(__x86_64__)
+SYMKIN_KERNELS(avx2, 4, __attribute__((target("avx2,fma"))))
+SYMKIN_KERNELS(avx512, 8, __attribute__((target("avx512f"))))
+#endif
+
+const Kernels& widest() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f")) {
+    return avx512::kTable;
+  }
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    return avx2::kTable;
+  }
+#endif
+  return baseline::kTable;
+}
+
+}  // namespace
+
+const Kernels& kernels() {
+  static const Kernels& chosen = widest();
+  return chosen;
+}
+
+}  // namespace symkin::design::detail

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/design/detail/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "symkin/design/detail/criteria.hpp"
+#include "symkin/support/dense.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin::design::detail {
+namespace {
+
+constexpr double kGain = 1e-10;       // of a ratio or merit that counts as better
+constexpr double kSame = 1e-9;        // difference of a merit
+constexpr Index kExchangesKept = 16;  // before everything is computed afresh
+constexpr Index kParts = 16;          // of the pool, for the kicks
+constexpr Index kPromising = 400;     // pairs of a pool that are tried
+
+// By falling variance: then the kernels skip most groups by the first look at their largest.
+Indices sorted_pool(const Problem& problem, const Indices& pool, const Indices& chosen) {
+  const RowMatrix factor = inverse_factor(problem.whitened_information(chosen));
+  if (factor.size() == 0) {
+    return pool;
+  }
+  const Vector d = variances(problem.whitened(pool), factor);
+  Indices order(pool.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return d[a] > d[b]; });
+  return named(order, pool);
+}
+
+}  // namespace
+
+RowMatrix candidate_points(const ColumnBlocks& candidates) {
+  const Index parameters = candidates.shape().parameters;
+  RowMatrix points(candidates.count(), candidates.shape().width());
+  // Any direction will do that no row is likely to be orthogonal to.
+  const Vector side = Vector::LinSpaced(parameters, 1, 2).array().sqrt().sin();
+  for (Index j = 0; j < points.rows(); ++j) {
+    candidates.get(j, points.row(j).data());
+    for (Index first = 0; first < points.cols(); first += parameters) {
+      auto row = points.row(j).segment(first, parameters);
+      if (row.dot(side) < 0) {
+        row *= -1;
+      }
+    }
+  }
+  return points;
+}
+
+Indices farthest_first_clusters(const RowMatrix& points, Index count) {
+  Indices cluster(static_cast<std::size_t>(points.rows()), 0);
+  Vector distance = Vector::Constant(points.rows(), std::numeric_limits<double>::infinity());
+  Index centre = 0;
+  for (Index k = 0; k < count; ++k) {
+    for (Index j = 0; j < points.rows(); ++j) {
+      const double d = (points.row(j) - points.row(centre)).squaredNorm();
+      if (d < distance[j]) {
+        distance[j] = d;
+        at(cluster, j) = k;
+      }
+    }
+    if (!(distance.maxCoeff(&centre) > 0)) {
+      break;
+    }
+  }
+  return cluster;
+}
+
+PoolSearch::PoolSearch(const Problem& problem, Indices pool, const Indices& chosen)
+    : problem_(problem), pool_(std::move(pool)) {
+  for (const Index candidate : chosen) {
+    chosen_.push_back(std::find(pool_.begin(), pool_.end(), candidate) - pool_.begin());
+  }
+}
+
+Indices PoolSearch::chosen() const {
+  Indices result = named(chosen_, pool_);
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+bool PoolSearch::allowed(Index place, Index member) const {
+  for (Index k = 0; k < size_of(chosen_); ++k) {
+    const Index other = at(chosen_, k);
+    if (other == member || (k != place && conflict(member, other))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void PoolSearch::kick_and_descend(int kicks, Index least, Index most, Random& random) {
+  const Indices part = farthest_first_clusters(candidate_points(problem_.whitened(pool_)), kParts);
+  std::vector<Indices> parts(static_cast<std::size_t>(*std::max_element(part.begin(), part.end())) +
+                             1);
+  for (Index member = 0; member < size_of(part); ++member) {
+    at(parts, at(part, member)).push_back(member);
+  }
+  Indices best = chosen_;
+  double best_merit = merit();
+  for (int kick = 0; kick < kicks; ++kick) {
+    check_interrupt();
+    chosen_ = best;
+    for (Index swaps = least + random.below(most - least + 1); swaps > 0; --swaps) {
+      const Index place = random.below(size_of(chosen_));
+      const Indices& from = at(parts, random.below(size_of(parts)));
+      const Index member = at(from, random.below(size_of(from)));
+      if (allowed(place, member)) {
+        at(chosen_, place) = member;
+      }
+    }
+    rebuild();
+    descend(best_merit);
+    if (merit() > best_merit + kSame) {
+      best = chosen_;
+      best_merit = merit();
+    }
+  }
+  chosen_ = best;
+  rebuild();
+}
+
+DeterminantSearch::DeterminantSearch(const Problem& problem, const Indices& pool,
+                                     const Indices& chosen, double ridge)
+    : PoolSearch(problem, sorted_pool(problem, pool, chosen), chosen),
+      shape_(problem.shape()),
+      fixed_(problem.whitened_fixed + ridge * problem.identity()),
+      rows_(problem.whitened(pool_)),
+      products_(rows_) {
+  rebuild();
+}
+
+void DeterminantSearch::rebuild() {
+  since_rebuild_ = 0;
+  chosen_rows_.resize(size_of(chosen_) * shape_.rows, shape_.parameters);
+  for (Index place = 0; place < size_of(chosen_); ++place) {
+    rows_.get(at(chosen_, place), chosen_rows_.row(place * shape_.rows).data());
+  }
+  information_.reset(fixed_ + chosen_rows_.transpose() * chosen_rows_);
+  if (!information_.positive_definite()) {
+    return;
+  }
+  products_.compute(inverse_factor(information_.matrix()));
+  for (const Index member : chosen_) {
+    products_.hide(member);
+  }
+  conflicts_.assign(problem_.spacing.active() ? pool_.size() : 0, 0);
+  for (Index j = 0; j < size_of(conflicts_); ++j) {
+    at(conflicts_, j) = std::count_if(chosen_.begin(), chosen_.end(),
+                                      [&](Index member) { return conflict(j, member); });
+    if (at(conflicts_, j) > 0) {
+      products_.hide(j);
+    }
+  }
+}
+
+void DeterminantSearch::exchange(const Pair& pair) {
+  const Index entering = pair.best.lane;
+  const Index leaving = std::exchange(at(chosen_, pair.place), entering);
+  ++exchanges_;
+  if (++since_rebuild_ >= kExchangesKept || problem_.spacing.active()) {
+    rebuild();
+    return;
+  }
+  const Index r = shape_.rows;
+  const RowMatrix out = rows_.rows(leaving);
+  auto rows = chosen_rows_.middleRows(pair.place * r, r);
+  rows = rows_.rows(entering);
+  information_.add(rows.data(), r, 1, &products_);
+  information_.add(out.data(), r, -1, &products_);
+  products_.hide(entering);
+  products_.set(leaving, out * information_.inverse() * out.transpose());
+}
+
+// The best partner of the first pose that has one, poses of least variance first: their exchange
+// gains most. To compare with the partners of all the others would cost more than it gains.
+DeterminantSearch::Pair DeterminantSearch::next_pair() const {
+  const Index r = shape_.rows;
+  const RowMatrix solved = chosen_rows_ * information_.inverse();
+  const Vector by_row = chosen_rows_.cwiseProduct(solved).rowwise().sum();
+  Vector untried = Eigen::Map<const RowMatrix>(by_row.data(), size_of(chosen_), r).rowwise().sum();
+  const double largest = products_.largest_trace();
+  // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for a pose and those after it.
+  const double least_gain = r == 1 ? kGain : std::log1p(kGain);
+  const bool spaced = problem_.spacing.active();
+  Pair pair{-1, {1 + kGain, -1}};
+  for (Index tried = 0; tried < untried.size() && pair.best.lane < 0; ++tried) {
+    if (untried.minCoeff(&pair.place) + least_gain >= largest && !spaced) {
+      break;
+    }
+    untried[pair.place] = std::numeric_limits<double>::infinity();
+    const LeavingPose leaving(chosen_rows_.middleRows(pair.place * r, r),
+                              solved.middleRows(pair.place * r, r));
+    products_.best_pair(leaving.view(), pair.best);
+    if (spaced) {
+      consider_neighbours(leaving, pair);
+    }
+  }
+  return pair;
+}
+
+// Members that only the leaving pose is too near to.
+void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Pair& pair) const {
+  for (Index j = 0; j < size_of(conflicts_); ++j) {
+    if (at(conflicts_, j) == 1 && conflict(j, at(chosen_, pair.place)) && !contains(chosen_, j)) {
+      const RowMatrix rows = rows_.rows(j);
+      const double ratio = leaving.ratio(rows, rows * information_.inverse() * rows.transpose());
+      if (ratio > pair.best.ratio) {
+        pair.best = {ratio, j};
+      }
+    }
+  }
+}
+
+void DeterminantSearch::descend(double known) {
+  // Where M is nearly singular, rounding could let equal sets change places for ever.
+  double computed_afresh = -std::numeric_limits<double>::infinity();
+  while (information_.positive_definite() && !(std::abs(merit() - known) < kSame)) {
+    check_interrupt();
+    const Pair pair = next_pair();
+    if (pair.best.lane < 0) {
+      return;
+    }
+    exchange(pair);
+    if (since_rebuild_ == 0) {
+      if (merit() <= computed_afresh) {
+        return;
+      }
+      computed_afresh = merit();
+    }
+  }
+}
+
+CriterionSearch::CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen)
+    : PoolSearch(problem, std::move(pool), chosen), rows_(problem.candidates.gather(pool_)) {
+  rebuild();
+}
+
+void CriterionSearch::rebuild() {
+  information_ = problem_.fixed;
+  for (const Index member : chosen_) {
+    const RowMatrix c = rows_.rows(member);
+    information_ += c.transpose() * c;
+  }
+  merit_ = criterion_merit(information_, problem_.options);
+}
+
+bool CriterionSearch::improve(Index tries) {
+  const RowMatrix gradient = criterion_gradient(information_, problem_.options).total();
+  Vector values(rows_.count());
+  for (Index j = 0; j < values.size(); ++j) {
+    const RowMatrix c = rows_.rows(j);
+    values[j] = (c * gradient).cwiseProduct(c).sum();
+  }
+  struct Pair {
+    double gain;  // of the merit, to first order
+    Index place, member;
+  };
+  std::vector<Pair> pairs;
+  for (Index place = 0; place < size_of(chosen_); ++place) {
+    for (Index j = 0; j < values.size(); ++j) {
+      pairs.push_back({values[j] - values[at(chosen_, place)], place, j});
+    }
+  }
+  const auto last = pairs.begin() + std::min(tries, size_of(pairs));
+  std::partial_sort(pairs.begin(), last, pairs.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(b.gain, a.place, a.member) < std::tie(a.gain, b.place, b.member);
+  });
+  for (auto pair = pairs.begin(); pair != last; ++pair) {
+    if (!allowed(pair->place, pair->member)) {
+      continue;
+    }
+    check_interrupt();
+    const RowMatrix in = rows_.rows(pair->member);
+    const RowMatrix out = rows_.rows(at(chosen_, pair->place));
+    const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
+                                         problem_.options);
+    if (merit > merit_ + kGain) {
+      at(chosen_, pair->place) = pair->member;
+      ++exchanges_;
+      rebuild();
+      return true;
+    }
+  }
+  return false;
+}
+
+void CriterionSearch::descend(double /*known*/) {
+  while (improve(kPromising)) {
+  }
+}
+
+void CriterionSearch::descend_thoroughly() {
+  while (improve(size_of(chosen_) * rows_.count())) {
+  }
+}
+
+}  // namespace symkin::design::detail

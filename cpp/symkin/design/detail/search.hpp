@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "symkin/design/detail/information.hpp"
+#include "symkin/design/detail/problem.hpp"
+#include "symkin/support/random.hpp"
+
+namespace symkin::design::detail {
+
+// Candidates as points (count x width), like ones near each other. A row and its negative bring the
+// same information, so each row is turned to one side first.
+RowMatrix candidate_points(const ColumnBlocks& candidates);
+
+// The cluster of each point: centres are taken one after the other where the points are farthest
+// from all centres so far (Gonzalez 1985). At most `count` clusters, none empty.
+Indices farthest_first_clusters(const RowMatrix& points, Index count);
+
+// Exchange inside a pool of candidates, from those of them that are chosen.
+class PoolSearch {
+ public:
+  PoolSearch(const PoolSearch&) = delete;
+  PoolSearch& operator=(const PoolSearch&) = delete;
+  virtual ~PoolSearch() = default;
+
+  // Exchanges until none in the pool is better, or until the merit is that of a choice of which
+  // this is known.
+  virtual void descend(double known = -std::numeric_limits<double>::infinity()) = 0;
+  virtual double merit() const = 0;
+
+  // From the best choice so far, again and again: swaps between `least` and `most` of
+  // the chosen poses for others at random, from all parts of the pool alike, and descends.
+  void kick_and_descend(int kicks, Index least, Index most, Random& random);
+
+  Indices chosen() const;  // candidates, ascending
+  Index exchanges() const { return exchanges_; }
+
+ protected:
+  PoolSearch(const Problem& problem, Indices pool, const Indices& chosen);
+
+  virtual void rebuild() = 0;  // everything that follows from chosen_
+
+  // Whether the member may take the place of a chosen pose.
+  bool allowed(Index place, Index member) const;
+  bool conflict(Index member, Index other) const {
+    return problem_.spacing.conflict(at(pool_, member), at(pool_, other));
+  }
+
+  const Problem& problem_;
+  Indices pool_;
+  Indices chosen_;  // members of the pool, as places in it
+  Index exchanges_ = 0;
+};
+
+// Exchange of log det M, each time for the best partner (Fedorov, Cook and Nachtsheim).
+class DeterminantSearch final : public PoolSearch {
+ public:
+  // `pool` holds candidates, each once. The ridge is added to the fixed information (whitened).
+  DeterminantSearch(const Problem& problem, const Indices& pool, const Indices& chosen,
+                    double ridge = 0);
+
+  void descend(double known = -std::numeric_limits<double>::infinity()) override;
+  double merit() const override { return information_.log_det(); }  // whitened
+
+ private:
+  struct Pair {
+    Index place = -1;  // in chosen_
+    BestPair best;     // of the pool's members
+  };
+
+  void rebuild() override;
+  void exchange(const Pair& pair);
+  Pair next_pair() const;
+  void consider_neighbours(const LeavingPose& leaving, Pair& pair) const;
+
+  Shape shape_;
+  RowMatrix fixed_;  // whitened
+  ColumnBlocks rows_;
+  Products products_;  // hidden for those chosen or too near to a chosen one
+  Information information_;
+  RowMatrix chosen_rows_;  // (count * rows) x parameters
+  Indices conflicts_;      // with chosen poses, for each member; only with spacing
+  Index since_rebuild_ = 0;
+};
+
+// The same for any other criterion, in the parameters' own units: of the pairs that are the most
+// promising to first order, the first that is better. Slower: it knows no bound that skips
+// candidates.
+class CriterionSearch final : public PoolSearch {
+ public:
+  CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
+
+  void descend(double known = -std::numeric_limits<double>::infinity()) override;
+  void descend_thoroughly();  // tries all pairs
+  double merit() const override { return merit_; }
+
+ private:
+  void rebuild() override;
+  bool improve(Index tries);
+
+  ColumnBlocks rows_;
+  RowMatrix information_;
+  double merit_ = 0;
+};
+
+}  // namespace symkin::design::detail
