@@ -18,12 +18,12 @@ namespace {
 constexpr Index kSmallestKick = 6;
 constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
-constexpr double kRidge = 1e-6;  // of the mean information of a candidate
+constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candidate
 constexpr double kGain = 1e-9;   // above what the search in the pool leaves
 constexpr Index kReturned = 256;
 constexpr Index kCriterionPool = 256;
 constexpr int kCriterionKicks = 2;  // as many: they descend less far
-constexpr int kRounds = 12;
+constexpr int kExchangeRounds = 12;
 
 // The pool, the largest weight of the design without repeats first.
 Indices by_weight(const DesignBounds& bounds) {
@@ -41,7 +41,7 @@ Indices made_regular(const Problem& problem, const Indices& pool, const Indices&
   if (std::isfinite(problem.log_det(chosen))) {
     return chosen;
   }
-  DeterminantSearch search(problem, pool, chosen, kRidge);
+  DeterminantSearch search(problem, pool, chosen, kExchangeRidge);
   search.descend();
   return search.chosen();
 }
@@ -131,7 +131,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     choice.indices = other;
   }
   const Index keep = std::max(kCriterionPool, 2 * problem.free_count);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kExchangeRounds; ++round) {
     // Candidates of largest c G c^T, those of the design and the chosen ones.
     const RowMatrix gradient =
         criterion_gradient(problem.information(choice.indices), problem.options).total();
