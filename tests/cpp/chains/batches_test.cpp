@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The models take several poses side by side, in the width of the processor. They must say what
 // the same kernels say on plain doubles, one pose at a time.
+#include <ceres/cost_function.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
