@@ -3,12 +3,14 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"
+#include "symkin/support/scale_rows.hpp"
 
 namespace symkin {
 namespace {
@@ -74,9 +76,10 @@ RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows po
   }
   noise.check();
   check_poses(mechanism, poses);
-  const ClosureRows rows = linearise_nominal(mechanism, leg, poses);
-  const Vector variances = closure_variances(rows, mechanism.pose_space(), noise);
-  return rows.by_parameters.array().colwise() / variances.array().sqrt();
+  ClosureRows rows = linearise_nominal(mechanism, leg, poses);
+  scale_rows(rows.by_parameters,
+             closure_variances(rows, mechanism.pose_space(), noise).array().sqrt().inverse());
+  return std::move(rows.by_parameters);
 }
 
 RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind kind,

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "symkin/support/error.hpp"
+#include "symkin/support/scale_rows.hpp"
 
 namespace symkin {
 namespace {
@@ -36,15 +37,18 @@ Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, 
 
 template <int Dof>
 double condition(const double* jacobian, ConstVector gains, Index position, double length) {
+  // The lower triangle, which is all that the solver reads.
   Eigen::Matrix<double, Dof, Dof> gram = Eigen::Matrix<double, Dof, Dof>::Zero();
   for (Index leg = 0; leg < gains.size(); ++leg) {
-    const Eigen::Matrix<double, Dof, 1> row =
-        (gains[leg] / gains[0]) *
-        Eigen::Map<const Eigen::Matrix<double, Dof, 1>>(jacobian + leg * Dof);
-    gram += row * row.transpose();
+    const double scale = gains[leg] / gains[0];
+    double row[Dof];
+    for (Index i = 0; i < Dof; ++i) {
+      row[i] = jacobian[leg * Dof + i] * (i < position ? scale : scale / length);
+      for (Index k = 0; k <= i; ++k) {
+        gram(i, k) += row[i] * row[k];
+      }
+    }
   }
-  gram.rightCols(Dof - position) /= length;
-  gram.bottomRows(Dof - position) /= length;
   if (!gram.allFinite()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
@@ -73,11 +77,12 @@ PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, Const
 
 // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
 RowMatrix by_readings(PoseDerivatives all) {
-  const Index legs = all.by_reading.cols();
-  const Index dof = all.by_pose.cols() / std::max<Index>(legs, 1);
-  for (Index i = 0; i < all.by_pose.rows(); ++i) {
-    for (Index leg = 0; leg < legs; ++leg) {
-      all.by_pose.row(i).segment(leg * dof, dof) /= -all.by_reading(i, leg);
+  const Index dof = all.by_pose.cols() / std::max<Index>(all.by_reading.cols(), 1);
+  double* element = all.by_pose.data();
+  for (Index i = 0; i < all.by_reading.size(); ++i) {
+    const double factor = -1 / all.by_reading.data()[i];
+    for (Index k = 0; k < dof; ++k) {
+      *element++ *= factor;
     }
   }
   return std::move(all.by_pose);
@@ -117,7 +122,8 @@ RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows po
   check_poses(mechanism, poses);
   ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
-  return -(rows.by_parameters.array().colwise() / rows.by_reading.array());
+  scale_rows(rows.by_parameters, -rows.by_reading.cwiseInverse());
+  return std::move(rows.by_parameters);
 }
 
 RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {

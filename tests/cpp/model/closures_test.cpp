@@ -3,6 +3,7 @@
 
 #include <ceres/cost_function.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <limits>
