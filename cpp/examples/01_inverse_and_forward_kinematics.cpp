@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "symkin/chains/registry.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/symmetry/generation.hpp"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "symkin/chains/registry.hpp"
 #include "symkin/design/selection.hpp"
 #include "symkin/estimation/evaluation.hpp"
 #include "symkin/estimation/identification.hpp"

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <symkin/chains/registry.hpp>
+#include <symkin/chains/rrr.hpp>
 #include <symkin/model/leg_model_of.hpp>
+#include <symkin/symkin.hpp>
 
-int main() { return symkin::leg_model("[R]RR", symkin::Platform::rigid).info().name != "[R]RR"; }
+int main() {
+  const symkin::LegModelOf<symkin::RrrActive1> own;
+  return own.info().name != symkin::leg_model("[R]RR", symkin::Platform::rigid).info().name;
+}

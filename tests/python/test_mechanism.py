@@ -32,6 +32,22 @@ def test_a_hexapods_forward_kinematics_undo_its_inverse_kinematics(step):
     np.testing.assert_allclose(quaternions, sample.poses[:, 3:], atol=1e-10)
 
 
+def test_one_name_has_the_role_that_it_plays_in_its_chain():
+    crank, slider = symkin.chain_info("[R]RR"), symkin.chain_info("[P]RR")
+    assert crank.parameter_roles["base_radius"] == ("base", "radius")
+    assert slider.parameter_roles["base_radius"] == ("base", "direction_distance")
+    assert slider.parameter_roles["base_angle"] == ("base", "direction_azimuth")
+    assert slider.parameter_roles["platform_angle"] == ("platform", "azimuth")
+    of_sensor = [name for name, role in slider.parameter_roles.items() if role.of_sensor]
+    assert of_sensor == ["sensor_gain", "sensor_offset"]
+
+
+def test_gains_of_sensors_are_those_of_the_parameters(paper):
+    parameters = paper.parameters
+    parameters[:, paper.parameter_names.index("sensor_gain")] = 1.5, -2, 3
+    assert paper.with_parameters(parameters).sensor_gains.tolist() == [1.5, -2, 3]
+
+
 def test_arrays_have_the_documented_shapes(paper, hexapod):
     for mechanism, coordinates, dof in ((paper, 3, 3), (hexapod, 7, 6)):
         legs, p = len(mechanism.legs), len(mechanism.parameter_names)

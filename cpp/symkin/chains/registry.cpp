@@ -14,7 +14,7 @@ namespace chains {
 using Models = std::vector<const LegModel*>;
 
 // One function a family, each compiled in a unit of its own: the models are the slowest templates.
-#define SYMKIN_FAMILY(Family) Models models_##Family();
+#define SYMKIN_FAMILY(family) Models family##_models();
 #include "symkin_families.inc"
 #undef SYMKIN_FAMILY
 
@@ -26,7 +26,7 @@ const chains::Models& all_models() {
   static const chains::Models models = [] {
     chains::Models all;
     for (const auto& family : {
-#define SYMKIN_FAMILY(Family) chains::models_##Family(),
+#define SYMKIN_FAMILY(family) chains::family##_models(),
 #include "symkin_families.inc"
 #undef SYMKIN_FAMILY
          }) {

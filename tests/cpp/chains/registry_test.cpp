@@ -67,6 +67,27 @@ TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
   }
 }
 
+TEST(Registry, GivesEveryEndOfEveryChainItsOwnRolesOnce) {
+  for (const Platform platform : {Platform::rigid, Platform::point}) {
+    for (const std::string& name : chain_names(platform)) {
+      const ChainInfo& info = leg_model(name, platform).info();
+      for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+        const auto& [parameter, role] = info.parameters[i];
+        const std::string_view end = role.end == End::base       ? "base_"
+                                     : role.end == End::platform ? "platform_"
+                                                                 : "";
+        EXPECT_EQ(parameter.substr(0, end.size()), end) << name;
+        EXPECT_EQ(role.end == End::none,
+                  parameter.substr(0, 4) != "base" && parameter.substr(0, 8) != "platform")
+            << name << ' ' << parameter;
+        if (role.kind != ParameterKind::length) {
+          EXPECT_EQ(info.find(role), i) << name << ' ' << parameter;
+        }
+      }
+    }
+  }
+}
+
 TEST(Registry, LeavesOutThePlatformsParametersOfAPoint) {
   for (const std::string& name : chain_names(Platform::point)) {
     const ChainInfo& info = leg_model(name, Platform::point).info();
