@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "symkin/chains/planar.hpp"
-#include "symkin/estimation/costs.hpp"
+#include "symkin/estimation/detail/costs.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/observability.hpp"

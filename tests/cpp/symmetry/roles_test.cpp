@@ -121,9 +121,9 @@ TEST(Roles, LetAPointAndADirectionBeWrittenEachInItsOwnWay) {
   std::vector<Leg> legs = mechanism.legs();
   // The point on the other side of the origin.
   legs[0].parameters[1] *= -1;
-  legs[0].parameters[2] += testing::kPi;
+  legs[0].parameters[2] += kPi;
   // The guide with its normal turned round, and with it its travel and what it calls ahead.
-  legs[3].parameters[3] -= testing::kPi;
+  legs[3].parameters[3] -= kPi;
   legs[3].parameters.tail<2>() *= -1;
   legs[3].working_mode *= -1;
   const Mechanism rewritten("rewritten", mechanism.model(), legs);
