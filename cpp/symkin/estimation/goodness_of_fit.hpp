@@ -3,9 +3,11 @@
 
 #include <vector>
 
-#include "symkin/estimation/detail/whitened_closures.hpp"
+#include "symkin/support/types.hpp"
 
 namespace symkin {
+
+struct WhitenedClosures;
 
 // Chi-square of a least-squares problem against its degrees of freedom.
 struct GoodnessOfFit {

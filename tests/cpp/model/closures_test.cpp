@@ -14,10 +14,10 @@
 
 #include "symkin/chains/planar.hpp"
 #include "symkin/estimation/detail/costs.hpp"
+#include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/observability.hpp"
-#include "symkin/estimation/whitened_closures.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/model/leg_model_of.hpp"
