@@ -83,15 +83,11 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
     }
     const RowMatrix z = rows * transform.transpose();
     const RowMatrix products = z * z.transpose();
-    Indices near;
-    for (Index i = 0; problem.spacing.active() && i < size_of(chosen); ++i) {
-      if (problem.spacing.conflict(j, at(chosen, i))) {
-        near.push_back(i);
-      }
-    }
     double best = 0;
-    for (Index i = 0; i < size_of(chosen) && near.size() < 2; ++i) {
-      if (trace > at(leaving, i).trace() && (near.empty() || near.front() == i)) {
+    for (Index i = 0; i < size_of(chosen); ++i) {
+      Indices others = problem.spacing.active() ? chosen : Indices{};
+      others.erase(std::remove(others.begin(), others.end(), at(chosen, i)), others.end());
+      if (trace > at(leaving, i).trace() && problem.spacing.fits(j, others)) {
         best = std::max(best, at(leaving, i).ratio(z, products));
       }
     }

@@ -87,7 +87,8 @@ Indices PoolSearch::chosen() const {
 bool PoolSearch::allowed(Index place, Index member) const {
   for (Index k = 0; k < size_of(chosen_); ++k) {
     const Index other = at(chosen_, k);
-    if (other == member || (k != place && conflict(member, other))) {
+    if (other == member ||
+        (k != place && problem_.spacing.conflict(at(pool_, member), at(pool_, other)))) {
       return false;
     }
   }
@@ -149,11 +150,8 @@ void DeterminantSearch::rebuild() {
   for (const Index member : chosen_) {
     products_.hide(member);
   }
-  conflicts_.assign(problem_.spacing.active() ? pool_.size() : 0, 0);
-  for (Index j = 0; j < size_of(conflicts_); ++j) {
-    at(conflicts_, j) = std::count_if(chosen_.begin(), chosen_.end(),
-                                      [&](Index member) { return conflict(j, member); });
-    if (at(conflicts_, j) > 0) {
+  for (Index j = 0; problem_.spacing.active() && j < rows_.count(); ++j) {
+    if (!problem_.spacing.fits(at(pool_, j), named(chosen_, pool_))) {
       products_.hide(j);
     }
   }
@@ -206,8 +204,8 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() const {
 
 // Members that only the leaving pose is too near to.
 void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Pair& pair) const {
-  for (Index j = 0; j < size_of(conflicts_); ++j) {
-    if (at(conflicts_, j) == 1 && conflict(j, at(chosen_, pair.place)) && !contains(chosen_, j)) {
+  for (Index j = 0; j < rows_.count(); ++j) {
+    if (products_.trace(j) < 0 && allowed(pair.place, j)) {
       const RowMatrix rows = rows_.rows(j);
       const double ratio = leaving.ratio(rows, rows * information_.inverse() * rows.transpose());
       if (ratio > pair.best.ratio) {

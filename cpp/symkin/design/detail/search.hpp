@@ -44,9 +44,6 @@ class PoolSearch {
 
   // Whether the member may take the place of a chosen pose.
   bool allowed(Index place, Index member) const;
-  bool conflict(Index member, Index other) const {
-    return problem_.spacing.conflict(at(pool_, member), at(pool_, other));
-  }
 
   const Problem& problem_;
   Indices pool_;
@@ -81,7 +78,6 @@ class DeterminantSearch final : public PoolSearch {
   Products products_;  // hidden for those chosen or too near to a chosen one
   Information information_;
   RowMatrix chosen_rows_;  // (count * rows) x parameters
-  Indices conflicts_;      // with chosen poses, for each member; only with spacing
   Index since_rebuild_ = 0;
 };
 
