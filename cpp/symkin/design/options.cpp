@@ -20,7 +20,8 @@ template <typename... Parts>
 void demand(bool fulfilled, const Parts&... parts) {
   if (!fulfilled) {
     std::ostringstream message;
-    (message << "pose selection: " << ... << parts);
+    message << "pose selection: ";
+    (message << ... << parts);
     throw InvalidInput(message.str());
   }
 }

@@ -21,8 +21,8 @@ constexpr int kVerifications = 20;
 constexpr double kRidge = 1e-6;  // of the mean information of a candidate
 constexpr double kGain = 1e-9;   // above what the search in the pool leaves
 constexpr Index kReturned = 256;
+constexpr Index kParts = 16;  // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
-constexpr int kCriterionKicks = 2;  // as many: they descend less far
 constexpr int kRounds = 12;
 
 // The pool, the largest weight of the design without repeats first.
@@ -139,8 +139,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     search.descend();
     if (round == 0) {
       const Index most = std::min<Index>(6, problem.free_count);
-      search.kick_and_descend(kCriterionKicks * problem.options.kicks, std::min<Index>(2, most),
-                              most, random);
+      search.kick_and_descend(1, std::min<Index>(2, most), most, random);
     }
     search.descend_thoroughly();
     choice.indices = search.chosen();
@@ -166,8 +165,7 @@ Selection select_exchange(const Problem& problem) {
     choice.indices = made_regular(problem, pool, choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
-    search.kick_and_descend(problem.options.kicks,
-                            std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
+    search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
                             std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
     choice.indices = search.chosen();
     choice.exchanges = search.exchanges();

@@ -30,9 +30,9 @@ class PoolSearch {
   virtual void descend(double known = -std::numeric_limits<double>::infinity()) = 0;
   virtual double merit() const = 0;
 
-  // From the best choice so far, again and again: swaps between `least` and `most` of
-  // the chosen poses for others at random, from all parts of the pool alike, and descends.
-  void kick_and_descend(int kicks, Index least, Index most, Random& random);
+  // As often as the options say: from the best choice so far, swaps between `least` and `most` of
+  // the chosen poses for others at random, from so many parts of the pool alike, and descends.
+  void kick_and_descend(Index parts_wanted, Index least, Index most, Random& random);
 
   Indices chosen() const;  // candidates, ascending
   Index exchanges() const { return exchanges_; }
@@ -81,9 +81,8 @@ class DeterminantSearch final : public PoolSearch {
   Index since_rebuild_ = 0;
 };
 
-// The same for any other criterion, in the parameters' own units: of the pairs that are the most
-// promising to first order, the first that is better. Slower: it knows no bound that skips
-// candidates.
+// The same for any other criterion, in the parameters' own units: the best of the pairs that are
+// the most promising to first order. Slower: it knows no bound that skips candidates.
 class CriterionSearch final : public PoolSearch {
  public:
   CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
