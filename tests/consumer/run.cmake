@@ -17,3 +17,4 @@ run(
 )
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
+run(${WORK}/build/choice)

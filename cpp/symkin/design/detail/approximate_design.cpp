@@ -157,11 +157,9 @@ class DesignOptimiser {
     for (Index k = 0; k < wanted; ++k) {
       active_.push_back(at(takers, k).member);
     }
-    rows_.resize(size_of(active_), shape_.width());
-    columns_ = ColumnBlocks(rows_.rows(), shape_);
-    for (Index a = 0; a < rows_.rows(); ++a) {
-      problem_.candidates.get(at(active_, a), rows_.row(a).data());
-      columns_.set(a, rows_.row(a).data());
+    rows_ = ColumnBlocks(size_of(active_), shape_);
+    for (Index a = 0; a < rows_.count(); ++a) {
+      rows_.set(a, problem_.candidates.rows(at(active_, a)).data());
     }
   }
 
@@ -174,7 +172,7 @@ class DesignOptimiser {
       if (factor.size() == 0) {
         return;
       }
-      const Vector d = variances(columns_, factor);
+      const Vector d = variances(rows_, factor);
       Indices givers;
       for (Index a = 0; a < d.size(); ++a) {
         if (weights_[member(a)] > 0) {
@@ -226,16 +224,15 @@ class DesignOptimiser {
     if (from == to || limit <= kLeastMove) {
       return false;
     }
-    const auto rows_of = [&](Index member) {
-      return Eigen::Map<const RowMatrix>(rows_.row(member).data(), shape_.rows, shape_.parameters);
-    };
-    double step = best_step(information_, rows_of(giver), rows_of(taker), limit);
+    const RowMatrix from_rows = rows_.rows(giver);
+    const RowMatrix to_rows = rows_.rows(taker);
+    double step = best_step(information_, from_rows, to_rows, limit);
     if (step <= 0) {
       return true;
     }
     step = weights_[from] - step < 2 * kLeastMove ? weights_[from] : step;
-    information_.add(rows_.row(taker).data(), shape_.rows, step);
-    information_.add(rows_.row(giver).data(), shape_.rows, -step);
+    information_.add(to_rows.data(), shape_.rows, step);
+    information_.add(from_rows.data(), shape_.rows, -step);
     weights_[from] -= step;
     weights_[to] += step;
     at(sums_, group(from)) -= step;
@@ -250,8 +247,7 @@ class DesignOptimiser {
   std::vector<double> sums_;  // of each group
   Information information_;
   Indices active_;
-  RowMatrix rows_;        // of the active candidates
-  ColumnBlocks columns_;  // the same
+  ColumnBlocks rows_;  // of the active candidates
 };
 
 }  // namespace

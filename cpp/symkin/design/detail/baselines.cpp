@@ -31,9 +31,7 @@ class ActiveCalibration {
     draw_start(random);
     while (size_of(chosen_) < problem_.free_count && add_best()) {
     }
-    if (ridge_ > 0) {
-      rebuild(0);
-    }
+    rebuild(0);
     // Rounding could let equal poses change places for ever; no real run comes near the limit.
     for (Index i = 0; i < 100 * problem_.free_count && information_.positive_definite(); ++i) {
       if (!add_best() || drop_worst() == added_) {
@@ -61,10 +59,7 @@ class ActiveCalibration {
         chosen_.push_back(j);
       }
     }
-    rebuild(0);
-    if (!information_.positive_definite()) {
-      rebuild(kRidge);
-    }
+    rebuild(kRidge);
   }
 
   bool allowed(Index j) const {
@@ -74,7 +69,6 @@ class ActiveCalibration {
   }
 
   void rebuild(double ridge) {
-    ridge_ = ridge;
     information_.reset(problem_.whitened_information(named(chosen_, available_)) +
                        ridge * problem_.identity());
     const RowMatrix factor = inverse_factor(information_.matrix());
@@ -134,7 +128,6 @@ class ActiveCalibration {
   Information information_;
   Indices chosen_;
   Index added_ = -1;
-  double ridge_ = 0;
 };
 
 }  // namespace

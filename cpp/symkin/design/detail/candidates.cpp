@@ -141,18 +141,15 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
 }
 
 void Candidates::refuse_infinite() const {
-  for_each_block([&](Index, Index first, const double* columns) {
-    for (Index lane = 0; lane < kBlock; ++lane) {
-      for (Index c = 0; c < shape().width(); ++c) {
-        if (!std::isfinite(columns[c * kBlock + lane])) {
-          throw InvalidInput("candidate " + std::to_string(first + lane) +
-                             " has a row that is not finite (parameter " +
-                             std::to_string(c % shape().parameters) +
-                             "); leave out or forbid poses that cannot be reached");
-        }
-      }
+  for (Index j = 0; j < size(); ++j) {
+    Index row = 0;
+    Index parameter = 0;
+    if (!excluded(j) && !rows(j).array().isFinite().cast<int>().minCoeff(&row, &parameter)) {
+      throw InvalidInput("candidate " + std::to_string(j) +
+                         " has a row that is not finite (parameter " + std::to_string(parameter) +
+                         "); leave out or forbid poses that cannot be reached");
     }
-  });
+  }
   throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
 }
 

@@ -21,8 +21,8 @@ constexpr int kVerifications = 20;
 constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candidate
 constexpr double kGain = 1e-9;   // above what the search in the pool leaves
 constexpr Index kReturned = 256;
+constexpr Index kParts = 16;  // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
-constexpr int kCriterionKicks = 2;  // as many: they descend less far
 constexpr int kExchangeRounds = 12;
 
 // The pool, the largest weight of the design without repeats first.
@@ -83,15 +83,11 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
     }
     const RowMatrix z = rows * transform.transpose();
     const RowMatrix products = z * z.transpose();
-    Indices near;
-    for (Index i = 0; problem.spacing.active() && i < size_of(chosen); ++i) {
-      if (problem.spacing.conflict(j, at(chosen, i))) {
-        near.push_back(i);
-      }
-    }
     double best = 0;
-    for (Index i = 0; i < size_of(chosen) && near.size() < 2; ++i) {
-      if (trace > at(leaving, i).trace() && (near.empty() || near.front() == i)) {
+    for (Index i = 0; i < size_of(chosen); ++i) {
+      Indices others = problem.spacing.active() ? chosen : Indices{};
+      others.erase(std::remove(others.begin(), others.end(), at(chosen, i)), others.end());
+      if (trace > at(leaving, i).trace() && problem.spacing.fits(j, others)) {
         best = std::max(best, at(leaving, i).ratio(z, products));
       }
     }
@@ -143,8 +139,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     search.descend();
     if (round == 0) {
       const Index most = std::min<Index>(6, problem.free_count);
-      search.kick_and_descend(kCriterionKicks * problem.options.kicks, std::min<Index>(2, most),
-                              most, random);
+      search.kick_and_descend(1, std::min<Index>(2, most), most, random);
     }
     search.descend_thoroughly();
     choice.indices = search.chosen();
@@ -170,8 +165,7 @@ Selection select_exchange(const Problem& problem) {
     choice.indices = made_regular(problem, pool, choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
-    search.kick_and_descend(problem.options.kicks,
-                            std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
+    search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
                             std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
     choice.indices = search.chosen();
     choice.exchanges = search.exchanges();

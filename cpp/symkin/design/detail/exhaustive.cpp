@@ -214,20 +214,16 @@ class BranchAndBound {
     const auto p = static_cast<double>(problem_.parameters());
     const double at_p = determinant_bound(design.factor, p);
     const double needed = p * std::exp((goal() - at_p) / p) - design.trace + design.least;
-    Index kept = 0;
+    Indices kept;
     for (Index k = 0; k < node.size(); ++k) {
       if (node.weights[k] > 0 || node.variances[k] >= needed) {
-        at(node.members, kept) = at(node.members, k);
-        at(node.groups.of, kept) = node.group(k);
-        node.weights[kept] = node.weights[k];
-        node.variances[kept] = node.variances[k];
-        ++kept;
+        kept.push_back(k);
       }
     }
-    node.members.resize(static_cast<std::size_t>(kept));
-    node.groups.of.resize(static_cast<std::size_t>(kept));
-    node.weights.conservativeResize(kept);
-    node.variances.conservativeResize(kept);
+    node.members = named(kept, node.members);
+    node.groups.of = named(kept, node.groups.of);
+    node.weights = node.weights(kept).eval();
+    node.variances = node.variances(kept).eval();
   }
 
   void branch(const Node& node) {
@@ -252,7 +248,14 @@ class BranchAndBound {
         return;
       }
     }
-    solve_again(node);
+    // The relaxation is a choice itself, by now the incumbent: only its gap is open.
+    Node again = node;
+    again.solved_again = true;
+    if (node.solved_again) {
+      unresolved_ = std::max(unresolved_, node.bound);
+    } else {
+      add(again);
+    }
   }
 
   void add_between(const Node& node, Index group, double lower, double upper) {
@@ -324,17 +327,6 @@ class BranchAndBound {
     node.groups.lower.push_back(0);
     node.groups.upper.push_back(0);
     return weight;
-  }
-
-  // The relaxation is a choice itself, by now the incumbent: only its gap is open.
-  void solve_again(const Node& node) {
-    if (node.solved_again) {
-      unresolved_ = std::max(unresolved_, node.bound);
-      return;
-    }
-    Node again = node;
-    again.solved_again = true;
-    add(again);
   }
 
   const Problem& problem_;

@@ -35,19 +35,15 @@ struct Body {
 
   // sum[k] = sum over `size` columns of coefficient[c] * column c.
   SYMKIN_INLINE void combine(const double* x, const double* coefficients, Index size, Lanes* sum) {
-    Lanes s0{}, s1{}, s2{}, s3{};
+    Lanes total[kParts] = {};
     for (Index c = 0; c < size; ++c) {
-      const Lanes* column = load(x + c * kBlock);
-      const double k = coefficients[c];
-      s0 += k * column[0];
-      s1 += k * column[1];
-      s2 += k * column[2];
-      s3 += k * column[3];
+      for (Index k = 0; k < kParts; ++k) {
+        total[k] += coefficients[c] * load(x + c * kBlock)[k];
+      }
     }
-    sum[0] = s0;
-    sum[1] = s1;
-    sum[2] = s2;
-    sum[3] = s3;
+    for (Index k = 0; k < kParts; ++k) {
+      sum[k] = total[k];
+    }
   }
 
   // Traces from the gram columns if there are any, and the largest of each group.

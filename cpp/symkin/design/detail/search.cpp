@@ -17,7 +17,6 @@ namespace {
 constexpr double kGain = 1e-10;       // of a ratio or merit that counts as better
 constexpr double kSame = 1e-9;        // difference of a merit
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
-constexpr Index kParts = 16;          // of the pool, for the kicks
 constexpr Index kPromising = 400;     // pairs of a pool that are tried
 
 // By falling variance: then the kernels skip most groups by the first look at their largest.
@@ -87,15 +86,17 @@ Indices PoolSearch::chosen() const {
 bool PoolSearch::allowed(Index place, Index member) const {
   for (Index k = 0; k < size_of(chosen_); ++k) {
     const Index other = at(chosen_, k);
-    if (other == member || (k != place && conflict(member, other))) {
+    if (other == member ||
+        (k != place && problem_.spacing.conflict(at(pool_, member), at(pool_, other)))) {
       return false;
     }
   }
   return true;
 }
 
-void PoolSearch::kick_and_descend(int kicks, Index least, Index most, Random& random) {
-  const Indices part = farthest_first_clusters(candidate_points(problem_.whitened(pool_)), kParts);
+void PoolSearch::kick_and_descend(Index parts_wanted, Index least, Index most, Random& random) {
+  const Indices part =
+      farthest_first_clusters(candidate_points(problem_.whitened(pool_)), parts_wanted);
   std::vector<Indices> parts(static_cast<std::size_t>(*std::max_element(part.begin(), part.end())) +
                              1);
   for (Index member = 0; member < size_of(part); ++member) {
@@ -103,7 +104,7 @@ void PoolSearch::kick_and_descend(int kicks, Index least, Index most, Random& ra
   }
   Indices best = chosen_;
   double best_merit = merit();
-  for (int kick = 0; kick < kicks; ++kick) {
+  for (int kick = 0; kick < problem_.options.kicks; ++kick) {
     check_interrupt();
     chosen_ = best;
     for (Index swaps = least + random.below(most - least + 1); swaps > 0; --swaps) {
@@ -149,11 +150,8 @@ void DeterminantSearch::rebuild() {
   for (const Index member : chosen_) {
     products_.hide(member);
   }
-  conflicts_.assign(problem_.spacing.active() ? pool_.size() : 0, 0);
-  for (Index j = 0; j < size_of(conflicts_); ++j) {
-    at(conflicts_, j) = std::count_if(chosen_.begin(), chosen_.end(),
-                                      [&](Index member) { return conflict(j, member); });
-    if (at(conflicts_, j) > 0) {
+  for (Index j = 0; problem_.spacing.active() && j < rows_.count(); ++j) {
+    if (!problem_.spacing.fits(at(pool_, j), named(chosen_, pool_))) {
       products_.hide(j);
     }
   }
@@ -206,8 +204,8 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() const {
 
 // Members that only the leaving pose is too near to.
 void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Pair& pair) const {
-  for (Index j = 0; j < size_of(conflicts_); ++j) {
-    if (at(conflicts_, j) == 1 && conflict(j, at(chosen_, pair.place)) && !contains(chosen_, j)) {
+  for (Index j = 0; j < rows_.count(); ++j) {
+    if (products_.trace(j) < 0 && allowed(pair.place, j)) {
       const RowMatrix rows = rows_.rows(j);
       const double ratio = leaving.ratio(rows, rows * information_.inverse() * rows.transpose());
       if (ratio > pair.best.ratio) {
@@ -271,23 +269,33 @@ bool CriterionSearch::improve(Index tries) {
   std::partial_sort(pairs.begin(), last, pairs.end(), [](const Pair& a, const Pair& b) {
     return std::tie(b.gain, a.place, a.member) < std::tie(a.gain, b.place, b.member);
   });
+  double best = merit_ + kGain;
+  const Pair* best_pair = nullptr;
+  Index tried = 0;
   for (auto pair = pairs.begin(); pair != last; ++pair) {
+    if (tried >= kPromising && best_pair != nullptr) {
+      break;
+    }
     if (!allowed(pair->place, pair->member)) {
       continue;
     }
+    ++tried;
     check_interrupt();
     const RowMatrix in = rows_.rows(pair->member);
     const RowMatrix out = rows_.rows(at(chosen_, pair->place));
     const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
                                          problem_.options);
-    if (merit > merit_ + kGain) {
-      at(chosen_, pair->place) = pair->member;
-      ++exchanges_;
-      rebuild();
-      return true;
+    if (merit > best) {
+      best = merit;
+      best_pair = &*pair;
     }
   }
-  return false;
+  if (best_pair != nullptr) {
+    at(chosen_, best_pair->place) = best_pair->member;
+    ++exchanges_;
+    rebuild();
+  }
+  return best_pair != nullptr;
 }
 
 void CriterionSearch::descend(double /*known*/) {

@@ -30,9 +30,9 @@ class PoolSearch {
   virtual void descend(double known = -std::numeric_limits<double>::infinity()) = 0;
   virtual double merit() const = 0;
 
-  // From the best choice so far, again and again: swaps between `least` and `most` of
-  // the chosen poses for others at random, from all parts of the pool alike, and descends.
-  void kick_and_descend(int kicks, Index least, Index most, Random& random);
+  // As often as the options say: from the best choice so far, swaps between `least` and `most` of
+  // the chosen poses for others at random, from so many parts of the pool alike, and descends.
+  void kick_and_descend(Index parts_wanted, Index least, Index most, Random& random);
 
   Indices chosen() const;  // candidates, ascending
   Index exchanges() const { return exchanges_; }
@@ -44,9 +44,6 @@ class PoolSearch {
 
   // Whether the member may take the place of a chosen pose.
   bool allowed(Index place, Index member) const;
-  bool conflict(Index member, Index other) const {
-    return problem_.spacing.conflict(at(pool_, member), at(pool_, other));
-  }
 
   const Problem& problem_;
   Indices pool_;
@@ -81,13 +78,11 @@ class DeterminantSearch final : public PoolSearch {
   Products products_;  // hidden for those chosen or too near to a chosen one
   Information information_;
   RowMatrix chosen_rows_;  // (count * rows) x parameters
-  Indices conflicts_;      // with chosen poses, for each member; only with spacing
   Index since_rebuild_ = 0;
 };
 
-// The same for any other criterion, in the parameters' own units: of the pairs that are the most
-// promising to first order, the first that is better. Slower: it knows no bound that skips
-// candidates.
+// The same for any other criterion, in the parameters' own units: the best of the pairs that are
+// the most promising to first order. Slower: it knows no bound that skips candidates.
 class CriterionSearch final : public PoolSearch {
  public:
   CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
