@@ -16,6 +16,7 @@ import symkin
 import symkin.plot
 from symkin.cli import app, main
 from symkin.poses import quaternions_from_rotation_vectors
+from symkin.simulation import disturb
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = (
@@ -59,7 +60,7 @@ def commands() -> list[str]:
 
 def write_motion_capture(path: Path) -> None:
     """A table like that of the real hexapod, simulated."""
-    hexapod = symkin.disturb(symkin.load_mechanism("hexapod_jugglebot"), seed=1)
+    hexapod = disturb(symkin.load_mechanism("hexapod_jugglebot"), seed=1)
     random = np.random.default_rng(1)
     position = random.uniform((-0.2, -0.2, 0.7), (0.2, 0.2, 0.8), (60, 3))
     turn = quaternions_from_rotation_vectors(random.uniform(-0.3, 0.3, (60, 3)))

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symkin
+from symkin.errors import MeasurementError, MechanismError
 
 NEAR_HOME = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.1, 0.3))
 
@@ -126,9 +127,9 @@ def test_a_quaternion_that_is_no_rotation_is_refused(
         lambda poses: hexapod.parameter_jacobian(0, poses),
         lambda poses: hexapod.forward_kinematics(readings, poses[1]),
     ):
-        with pytest.raises(symkin.MechanismError, match="has a quaternion of norm"):
+        with pytest.raises(MechanismError, match="has a quaternion of norm"):
             function(poses)
-    with pytest.raises(symkin.MeasurementError, match="row 2 has a quaternion of norm"):
+    with pytest.raises(MeasurementError, match="row 2 has a quaternion of norm"):
         symkin.Measurements.of(poses, np.zeros((2, 6)))
 
 

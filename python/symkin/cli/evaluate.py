@@ -20,6 +20,7 @@ from symkin.cli.options import (
 )
 from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
+from symkin.io.results import write_results
 
 if TYPE_CHECKING:
     from symkin.evaluation import Evaluation
@@ -94,7 +95,7 @@ def evaluate(
                 "evaluation": result.to_dict(),
             }
             if target:
-                symkin.write_results(document, target / "evaluation.json")
+                write_results(document, target / "evaluation.json")
                 result.report(target / "evaluation.html")
     if as_json:
         print_json(document)

@@ -18,6 +18,7 @@ from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption
 from symkin.io.output_files import OutputFiles
+from symkin.io.plans import read_pose_list
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
@@ -72,7 +73,7 @@ def kinematics(
                 stage("calculating")
                 poses, _ = robot.forward_kinematics(readings)
             else:
-                poses = symkin.read_pose_list(table, robot)
+                poses = read_pose_list(table, robot)
                 stage("calculating")
                 readings = robot.inverse_kinematics(poses)
             names = pose_column_names(robot.pose_space)
