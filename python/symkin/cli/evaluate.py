@@ -20,7 +20,6 @@ from symkin.cli.options import (
 )
 from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
-from symkin.io.results import write_results
 
 if TYPE_CHECKING:
     from symkin.evaluation import Evaluation
@@ -73,6 +72,8 @@ def evaluate(
     constant motions of base and tool, which say nothing of the mechanism.
     The closures are how far each leg is from reaching the measured poses at the measured readings.
     """
+    from symkin.io.results import write_results
+
     given = {"actual": actual, "plan": plan, "candidates": candidates}
     given |= {"measurements": measurements, "columns": columns}
     _require_one_robot(given)

@@ -18,7 +18,6 @@ from symkin.cli.console import print_json, progress, say
 from symkin.cli.help import with_example
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption
 from symkin.io.output_files import OutputFiles
-from symkin.io.plans import read_pose_list
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
@@ -60,6 +59,7 @@ def kinematics(
     empty; such rows are counted on stderr, and then the exit code is 1.
     """
     from symkin.io.columns import pose_column_names, reading_column_names
+    from symkin.io.plans import read_pose_list
     from symkin.io.tables import write_table
 
     with progress() as stage:

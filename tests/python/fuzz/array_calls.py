@@ -11,7 +11,8 @@ import numpy as np
 
 import symkin
 from symkin import _core
-from symkin.observability import expected_accuracy
+from symkin.observability import error_weight, expected_accuracy, mechanism_rows
+from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
 from symkin.symmetry import map_poses
 
@@ -268,7 +269,7 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
     for name in ("analyse_observability", "observability_rows"):
-        function = getattr(symkin, name)
+        function = getattr(symkin.observability, name)
         yield Call(
             name,
             {"poses": poses},
@@ -276,8 +277,12 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
             leg,
         )
     yield Call("LegRows", {"poses": poses}, lambda leg, poses: LegRows(mechanism, leg, poses), leg)
-    for name in ("error_weight", "mechanism_rows", "travel_length"):
-        function = getattr(symkin, name)
+    of_poses = {
+        "error_weight": error_weight,
+        "mechanism_rows": mechanism_rows,
+        "travel_length": travel_length,
+    }
+    for name, function in of_poses.items():
         yield Call(
             name, {"poses": poses}, lambda poses, function=function: function(mechanism, poses)
         )
