@@ -23,7 +23,7 @@ from symkin.workspace.study import study_workspace
 
 def changed(mechanism, **changes):
     """The mechanism, undeclared, with parameters of its leg 2 changed by so much."""
-    parameters = mechanism.parameters
+    parameters = mechanism.parameters.copy()
     for name, change in changes.items():
         parameters[1, mechanism.parameter_names.index(name)] += change
     return mechanism.replace(symmetry=None).with_parameters(parameters)
@@ -214,7 +214,7 @@ def test_alike_legs_need_poses_for_one(paper):
 
 
 def test_sensors_that_differ_are_named_beside_alike_legs(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -1] = 0
     result = check_mechanism(paper.with_parameters(parameters))
     assert result.verdict.startswith("All 3 legs are alike but for sensor_offset: ")

@@ -44,7 +44,7 @@ def test_one_name_has_the_role_that_it_plays_in_its_chain():
 
 
 def test_gains_of_sensors_are_those_of_the_parameters(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, paper.parameter_names.index("sensor_gain")] = 1.5, -2, 3
     assert paper.with_parameters(parameters).sensor_gains.tolist() == [1.5, -2, 3]
 
