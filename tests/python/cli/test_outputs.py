@@ -92,12 +92,8 @@ def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
 
 
 def test_every_file_of_a_command_is_known_before(
-    symkin: Callable, protocol: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(
-        "matplotlib.figure.Figure.savefig", lambda _, buffer, **__: buffer.write("<svg/>")
-    )
-
     def names(folder: Path) -> set[str]:
         return {path.name for path in folder.iterdir()}
 
