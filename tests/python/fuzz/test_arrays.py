@@ -34,14 +34,18 @@ CALLED_BY_OTHERS = {
 # What symkin makes for its user, who only reads it.
 RESULTS = {
     "AlignedErrors",
+    "ConstantOrientation",
     "CrossValidation",
     "Diagnosis",
     "Evaluation",
+    "HomePose",
     "Identification",
     "LegFit",
+    "ModeSlices",
     "Observability",
     "PoseCountCurve",
     "Selection",
+    "SymmetryFrame",
     "WorkspaceSample",
 }
 
