@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
+from symkin.observability import observability_rows
 
 COUNT = 24
 STARTS = 10
@@ -146,7 +147,7 @@ def timed(
 def main(candidates: int, repetitions: int) -> None:
     mechanism = symkin.load_mechanism("3RRR")
     poses = symkin.sample_workspace(mechanism, candidates).poses
-    rows = symkin.observability_rows(mechanism, 0, poses)
+    rows = observability_rows(mechanism, 0, poses)
     few = max(1, repetitions // 5)
 
     def exchange(rows: Array) -> NDArray[np.intp]:

@@ -17,6 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 import symkin
+from symkin.planning.selection import LegRows
 
 MECHANISMS = ("5bar", "3RRR", "4RRR", "6RRR", "hexapod_jugglebot")
 CANDIDATES = 30_000
@@ -32,7 +33,7 @@ def times_of(mechanism: symkin.Mechanism, poses: np.ndarray) -> tuple[float, ...
     """Selection for one leg, for each leg; plan with symmetry, without; s."""
 
     def select(leg: int) -> None:
-        symkin.select_poses(symkin.LegRows(mechanism, leg, poses, "noise_aware"), 24, threads=1)
+        symkin.select_poses(LegRows(mechanism, leg, poses, "noise_aware"), 24, threads=1)
 
     def plan(*, use_symmetry: bool) -> None:
         symkin.make_plan(mechanism, poses, 24, use_symmetry=use_symmetry, threads=1)

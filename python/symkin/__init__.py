@@ -130,69 +130,6 @@ _ROOMS = (
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
     "symmetry", "workspace",
 )  # fmt: skip
-# Names that are moving to their modules.
-_MOVED = {
-    "AlignedErrors": "evaluation",
-    "Certificate": "planning.selection",
-    "ChainInfo": "chains",
-    "CheckResult": "checks",
-    "ChosenPoses": "planning",
-    "Clearance": "planning",
-    "Condition": "conditions",
-    "Conditions": "conditions",
-    "CrossValidation": "identification",
-    "DeclaredSymmetry": "settings",
-    "DetectedSymmetry": "symmetry",
-    "Diagnosis": "identification",
-    "ElementCheck": "workspace.study",
-    "Evaluation": "evaluation",
-    "ExpectedAccuracy": "observability",
-    "FailedFitError": "errors",
-    "GoodnessOfFit": "identification",
-    "Identification": "identification",
-    "JointLimits": "settings",
-    "LegFit": "identification",
-    "LegRows": "planning.selection",
-    "MeasurementColumns": "settings",
-    "MeasurementError": "errors",
-    "MechanismError": "errors",
-    "MechanismFileError": "errors",
-    "NamedGroup": "symmetry",
-    "NoiseSettings": "settings",
-    "NotIdentifiableError": "errors",
-    "Observability": "observability",
-    "Outlier": "identification",
-    "ParameterDeviation": "symmetry",
-    "PlanBasis": "planning",
-    "PoseCountCurve": "planning",
-    "ProtocolResult": "pipeline",
-    "ProtocolSettings": "settings",
-    "QuantityError": "errors",
-    "ResidualTest": "identification",
-    "ResultsError": "errors",
-    "Selection": "planning.selection",
-    "Simulation": "simulation",
-    "SymmetryComparison": "symmetry",
-    "SymmetryElement": "symmetry",
-    "SymmetryError": "errors",
-    "SymmetryGroup": "symmetry",
-    "Tolerances": "settings",
-    "WorkspaceSample": "workspace",
-    "WorkspaceSettings": "settings",
-    "WorkspaceStudy": "workspace.study",
-    "analyse_observability": "observability",
-    "check_conditions": "conditions",
-    "disturb": "simulation",
-    "error_weight": "observability",
-    "expected_accuracy": "observability",
-    "leg_carriers": "symmetry",
-    "map_poses": "symmetry",
-    "mechanism_rows": "observability",
-    "observability_rows": "observability",
-    "read_pose_list": "io.plans",
-    "travel_length": "planning",
-    "write_results": "io.results",
-}
 
 
 def __getattr__(name: str) -> Any:
@@ -200,8 +137,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("symkin")
-    if name in _MODULES or name in _MOVED:
-        module = importlib.import_module(f"symkin.{_MODULES.get(name) or _MOVED[name]}")
+    if name in _MODULES:
+        module = importlib.import_module(f"symkin.{_MODULES[name]}")
         found = globals()[name] = getattr(module, name)
         return found
     if name in _ROOMS:

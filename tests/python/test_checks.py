@@ -15,20 +15,22 @@ import symkin
 from symkin.checks import check_mechanism
 from symkin.conditions import check_conditions
 from symkin.result import Value
-from symkin.symmetry import compare_symmetry, detect_symmetry
+from symkin.settings import WorkspaceSettings
+from symkin.simulation import disturb
+from symkin.symmetry import SymmetryGroup, compare_symmetry, detect_symmetry, map_poses
 from symkin.workspace.study import study_workspace
 
 
 def changed(mechanism, **changes):
     """The mechanism, undeclared, with parameters of its leg 2 changed by so much."""
-    parameters = mechanism.parameters
+    parameters = mechanism.parameters.copy()
     for name, change in changes.items():
         parameters[1, mechanism.parameter_names.index(name)] += change
     return mechanism.replace(symmetry=None).with_parameters(parameters)
 
 
 def nearly(paper):
-    return symkin.disturb(paper, seed=2).replace(symmetry=None)
+    return disturb(paper, seed=2).replace(symmetry=None)
 
 
 MAKERS = {
@@ -37,7 +39,7 @@ MAKERS = {
     "check without a workspace": lambda paper: check_mechanism(paper.replace(workspace=None)),
     "check of a singular home": lambda _: check_mechanism(
         symkin.load_mechanism("3RPR").replace(
-            workspace=symkin.WorkspaceSettings(lower=(-0.2, -0.2, 0.4), upper=(0.2, 0.2, 1.5)),
+            workspace=WorkspaceSettings(lower=(-0.2, -0.2, 0.4), upper=(0.2, 0.2, 1.5)),
         )
     ),
     "sample": lambda paper: symkin.sample_workspace(paper, 50),
@@ -51,10 +53,10 @@ MAKERS = {
     "detection": detect_symmetry,
 }
 PARTS = {
-    "group": lambda _: symkin.SymmetryGroup("D3", 0.4),
+    "group": lambda _: SymmetryGroup("D3", 0.4),
     "group found": lambda made: made["detection"].structure,
     "group nearly there": lambda made: made["comparison"].reference,
-    "element": lambda _: symkin.SymmetryGroup("D3").elements[4],
+    "element": lambda _: SymmetryGroup("D3").elements[4],
     "frame": lambda made: made["detection"].structure.frame,
     "named group": lambda made: made["check"].groups[0],
     "element check": lambda made: made["study"].elements[3],
@@ -176,7 +178,7 @@ def test_a_sample_is_taken_for_its_poses(paper, made):
     np.testing.assert_array_equal(np.asarray(sample), sample.poses)
     np.testing.assert_array_equal(paper.inverse_kinematics(sample), sample.readings)
     np.testing.assert_array_equal(
-        symkin.map_poses(paper, "r1", sample), symkin.map_poses(paper, "r1", sample.poses)
+        map_poses(paper, "r1", sample), map_poses(paper, "r1", sample.poses)
     )
     assert symkin.workspace.inside_workspace(paper, sample).all()
     assert len(sample) == 50
@@ -196,12 +198,12 @@ def test_the_group_of_a_pickle_carries_poses_as_the_one_that_was_found(paper):
 
 
 def test_groups_in_other_places_differ():
-    assert symkin.SymmetryGroup("D3") == symkin.SymmetryGroup("D3", 0.0)
-    assert symkin.SymmetryGroup("D3") != symkin.SymmetryGroup("D3", 0.1)
-    assert symkin.SymmetryGroup("D3") != symkin.SymmetryGroup("C3")
-    assert len({symkin.SymmetryGroup("D3"), symkin.SymmetryGroup("D3")}) == 1
+    assert SymmetryGroup("D3") == SymmetryGroup("D3", 0.0)
+    assert SymmetryGroup("D3") != SymmetryGroup("D3", 0.1)
+    assert SymmetryGroup("D3") != SymmetryGroup("C3")
+    assert len({SymmetryGroup("D3"), SymmetryGroup("D3")}) == 1
     with pytest.raises(AttributeError, match="does not change"):
-        symkin.SymmetryGroup("D3").core = None
+        SymmetryGroup("D3").core = None
 
 
 def test_alike_legs_need_poses_for_one(paper):
@@ -212,7 +214,7 @@ def test_alike_legs_need_poses_for_one(paper):
 
 
 def test_sensors_that_differ_are_named_beside_alike_legs(paper):
-    parameters = paper.parameters
+    parameters = paper.parameters.copy()
     parameters[:, -1] = 0
     result = check_mechanism(paper.with_parameters(parameters))
     assert result.verdict.startswith("All 3 legs are alike but for sensor_offset: ")
@@ -264,14 +266,14 @@ def test_a_condition_that_fails_alone_is_named():
 @pytest.mark.parametrize("name", ["3RRR", "3RRR_asymmetric", "4RRR", "5bar"])
 def test_the_design_that_is_recommended_can_be_planned(name):
     robot = symkin.load_mechanism(name)
-    for each in (robot, symkin.disturb(robot, seed=1).replace(symmetry=None)):
+    for each in (robot, disturb(robot, seed=1).replace(symmetry=None)):
         design = check_mechanism(each).design
         plan = symkin.make_plan(each, symkin.sample_workspace(each, 200).poses, 16, design=design)
         assert np.count_nonzero(~plan.spare) >= 16
 
 
 def test_a_parameter_that_no_pose_shows_makes_the_check_bad_and_more_poses_no_remedy(paper):
-    still = symkin.WorkspaceSettings(
+    still = WorkspaceSettings(
         lower=(-0.2, -0.2, -1e-9), upper=(0.2, 0.2, 1e-9), characteristic_length=0.9
     )
     result = check_mechanism(paper.replace(workspace=still, source=None))

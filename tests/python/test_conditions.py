@@ -5,6 +5,7 @@ import pytest
 
 import symkin
 from symkin.conditions import check_conditions
+from symkin.simulation import disturb
 
 
 def failing(conditions):
@@ -47,7 +48,7 @@ def test_unequal_gains_and_offsets_are_found(paper):
 
 
 def test_the_figures_of_a_nearly_symmetric_mechanism_tell_how_far_it_is_off(paper):
-    made = symkin.disturb(paper, seed=2).replace(symmetry=None)
+    made = disturb(paper, seed=2).replace(symmetry=None)
     conditions = check_conditions(made, count=2000)
     assert {(4, 4), (4, 5), (5, 1), (5, 2), (5, 6), (5, 7)} == set(failing(conditions))
     assert conditions.group.paper_name == "D_6"

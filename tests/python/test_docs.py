@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The code of the documentation runs, and the commands that it names exist."""
 
+import dataclasses
+import importlib
+import inspect
+import pkgutil
 import re
 import shlex
 import sys
 import types
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +21,7 @@ import symkin
 import symkin.plot
 from symkin.cli import app, main
 from symkin.poses import quaternions_from_rotation_vectors
+from symkin.simulation import disturb
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = (
@@ -59,7 +65,7 @@ def commands() -> list[str]:
 
 def write_motion_capture(path: Path) -> None:
     """A table like that of the real hexapod, simulated."""
-    hexapod = symkin.disturb(symkin.load_mechanism("hexapod_jugglebot"), seed=1)
+    hexapod = disturb(symkin.load_mechanism("hexapod_jugglebot"), seed=1)
     random = np.random.default_rng(1)
     position = random.uniform((-0.2, -0.2, 0.7), (0.2, 0.2, 0.8), (60, 3))
     turn = quaternions_from_rotation_vectors(random.uniform(-0.3, 0.3, (60, 3)))
@@ -162,7 +168,45 @@ def test_a_command_of_the_documentation_exists_with_its_options(command):
     assert used <= options
 
 
-def test_every_public_name_is_in_the_reference():
+def reference() -> set[str]:
     pages = "\n".join(path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md"))
-    documented = set(re.findall(r"^\.\. (?:auto|py:)\w+:: symkin\.(\w+)", pages, re.MULTILINE))
+    return set(re.findall(r"^\.\. (?:auto|py:)\w+:: symkin\.([\w.]+)", pages, re.MULTILINE))
+
+
+def classes_of_modules() -> dict[str, type]:
+    """Public classes of the modules, less those of the command line, files and pages."""
+    modules = [m.name for m in pkgutil.walk_packages(symkin.__path__, "symkin.")]
+    found: dict[str, type] = {}
+    for name in modules:
+        if not re.match(r"symkin\.(__main__|_core|cli|io|report|result)\b", name):
+            module = importlib.import_module(name)
+            public = {each: getattr(module, each) for each in getattr(module, "__all__", ())}
+            found |= {each: value for each, value in public.items() if inspect.isclass(value)}
+    return found
+
+
+def handed_out(each: Any) -> str:
+    """Annotations of what a function returns, or of what is in an object of a class."""
+    if not inspect.isclass(each):
+        return str(inspect.signature(each).return_annotation)
+    said = [str(f.type) for f in dataclasses.fields(each)] if dataclasses.is_dataclass(each) else []
+    for name, member in inspect.getmembers(each):
+        if not name.startswith("_"):
+            function = member.fget if isinstance(member, property) else member
+            if inspect.isroutine(function) and hasattr(function, "__annotations__"):
+                said.append(str(function.__annotations__.get("return")))
+    return " ".join(said)
+
+
+def test_every_public_name_and_what_it_hands_out_is_in_the_reference():
+    documented = reference()
     assert set(symkin.__all__) <= documented
+    classes, seen = classes_of_modules(), set()
+    todo = {name: getattr(symkin, name) for name in symkin.__all__}
+    while todo:
+        name, each = todo.popitem()
+        seen.add(name)
+        words = set(re.findall(r"\w+", handed_out(each))) & set(classes)
+        todo |= {word: classes[word] for word in words - seen}
+    assert len(seen) > 60
+    assert seen - {name.rpartition(".")[2] for name in documented} == set()

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.evaluation import Evaluation
 from symkin.poses import poses_from_bounds
+from symkin.simulation import disturb
 
 FRAMES = {
     "3RRR": ([0.05, -0.03, 0.2], [0.01, 0.02, -0.1]),
@@ -71,7 +73,7 @@ def test_the_nominal_hexapod_is_off_by_its_frames_and_by_its_legs(hexapod, hexap
 def test_alignment_leaves_the_errors_of_single_legs(name):
     """A robot with errors is not explained by frames, but never fits worse for them."""
     mechanism = symkin.load_mechanism(name)
-    robot = symkin.disturb(mechanism, seed=3)
+    robot = disturb(mechanism, seed=3)
     poses = symkin.sample_workspace(mechanism, 400, seed=2).poses
     errors = symkin.evaluate(mechanism, actual=robot, poses=poses)
     length = errors.characteristic_length
@@ -84,7 +86,7 @@ def test_alignment_leaves_the_errors_of_single_legs(name):
 
 def test_poses_that_fail_are_left_out_of_all_figures(paper):
     poses = symkin.sample_workspace(paper, 40, seed=2).poses
-    robot = symkin.disturb(paper, seed=3)
+    robot = disturb(paper, seed=3)
     whole = symkin.evaluate(paper, actual=robot, poses=poses)
     far = np.insert(poses, 7, [40.0, 0, 0], axis=0)
     errors = symkin.evaluate(paper, actual=robot, poses=far)
@@ -97,13 +99,13 @@ def test_poses_that_fail_are_left_out_of_all_figures(paper):
 
 def test_few_poses_are_not_aligned(paper):
     poses = symkin.sample_workspace(paper, 2, seed=2).poses
-    errors = symkin.evaluate(paper, actual=symkin.disturb(paper, seed=3), poses=poses)
+    errors = symkin.evaluate(paper, actual=disturb(paper, seed=3), poses=poses)
     assert errors.aligned is None
 
 
 def test_half_a_turn_is_read_from_a_quaternion_of_either_sign():
     half = poses_from_bounds("spatial", np.array([[0.1, 0, 0, np.pi, 0, 0], [0, 0.1, 0, 0, 3, 0]]))
     poses = np.vstack([half, -half * [-1, -1, -1, 1, 1, 1, 1]])
-    errors = symkin.Evaluation.of(np.zeros((4, 6)), poses, 1.0)
+    errors = Evaluation.of(np.zeros((4, 6)), poses, 1.0)
     assert errors.aligned.position_max < 1e-12
     assert errors.aligned.orientation_max < 1e-7

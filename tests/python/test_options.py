@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import symkin
+from symkin.observability import mechanism_rows, observability_rows
 
 
 @cache
@@ -22,7 +23,7 @@ def given() -> dict[str, Any]:
         "poses": sample.poses,
         "plan": plan,
         "measured": symkin.simulate(mechanism, plan).measurements,
-        "rows": symkin.observability_rows(mechanism, 0, sample.poses),
+        "rows": observability_rows(mechanism, 0, sample.poses),
     }
 
 
@@ -56,11 +57,11 @@ CALLS: dict[str, tuple[Callable[..., Any], str]] = {
         "criterion method",
     ),
     "observability_rows": (
-        lambda of, **o: symkin.observability_rows(of["mechanism"], 0, of["poses"], **o),
+        lambda of, **o: observability_rows(of["mechanism"], 0, of["poses"], **o),
         "kind",
     ),
     "mechanism_rows": (
-        lambda of, **o: symkin.mechanism_rows(of["mechanism"], of["poses"], **o),
+        lambda of, **o: mechanism_rows(of["mechanism"], of["poses"], **o),
         "kind",
     ),
     "Mechanism": (

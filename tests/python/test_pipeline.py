@@ -5,11 +5,14 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.observability import expected_accuracy
+from symkin.settings import ProtocolSettings, Tolerances
+from symkin.symmetry import leg_carriers, map_poses
 
 
 @pytest.fixture(scope="module")
 def small(paper):
-    settings = symkin.ProtocolSettings(pose_count=24, candidates=2000, seed=5)
+    settings = ProtocolSettings(pose_count=24, candidates=2000, seed=5)
     return paper.replace(protocol=settings)
 
 
@@ -17,9 +20,7 @@ def test_the_protocol_improves_the_robot_and_knows_how_well(small):
     result = symkin.run_protocol(small)
     assert result.identification.trustworthy
     assert result.after.position_rms < result.before.position_rms / 5
-    expected = symkin.expected_accuracy(
-        small, result.candidates.poses, result.identification.covariance
-    )
+    expected = expected_accuracy(small, result.candidates.poses, result.identification.covariance)
     assert result.after.position_rms < 3 * expected.position
     assert result.plan.poses.shape[0] == 3 * (24 + 12)
 
@@ -39,9 +40,9 @@ def test_the_same_seed_gives_the_same_bytes(small):
 def test_the_poses_of_the_other_legs_are_images_of_the_reference_legs(small):
     plan = symkin.run_protocol(small).plan
     reference = plan.poses[plan.rows_of(0)]
-    for leg, (_, element) in enumerate(symkin.leg_carriers(small)):
+    for leg, (_, element) in enumerate(leg_carriers(small)):
         np.testing.assert_array_equal(
-            plan.poses[plan.rows_of(leg)], symkin.map_poses(small, element, reference)
+            plan.poses[plan.rows_of(leg)], map_poses(small, element, reference)
         )
 
 
@@ -59,7 +60,7 @@ def test_progress_names_the_stages_in_order(small):
 
 def test_poses_that_the_robot_cannot_take_are_replaced_and_counted(small):
     # The best poses lie at the rim, and a robot made three times as coarsely misses some of them.
-    coarse = small.replace(tolerances=symkin.Tolerances(length=3e-3, angle=3e-3, gain=1e-3))
+    coarse = small.replace(tolerances=Tolerances(length=3e-3, angle=3e-3, gain=1e-3))
     candidates = symkin.sample_workspace(coarse, 3000).poses
     plan = symkin.make_plan(coarse, candidates, margin_sigmas=0)
     replaced = 0

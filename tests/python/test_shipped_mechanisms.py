@@ -6,7 +6,10 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.symmetry import observability_group, verify_declared
+from symkin.errors import SymmetryError
+from symkin.observability import analyse_observability
+from symkin.settings import DeclaredSymmetry, ProtocolSettings
+from symkin.symmetry import leg_carriers, observability_group, verify_declared
 from symkin.workspace.slices import other_working_modes
 from symkin.workspace.study import check_elements
 
@@ -61,9 +64,9 @@ def test_all_six_legs_of_the_hexapod_are_one_orbit(hexapod):
 
 def test_the_asymmetric_mechanism_names_what_breaks_a_symmetry():
     mechanism = symkin.load_mechanism("3RRR_asymmetric")
-    assert [leg for leg, _ in symkin.leg_carriers(mechanism)] == [0, 1, 2]
-    with pytest.raises(symkin.SymmetryError, match=r"leg \d.*(_length|_radius|_angle|_offset)"):
-        verify_declared(mechanism.replace(symmetry=symkin.DeclaredSymmetry("C3")))
+    assert [leg for leg, _ in leg_carriers(mechanism)] == [0, 1, 2]
+    with pytest.raises(SymmetryError, match=r"leg \d.*(_length|_radius|_angle|_offset)"):
+        verify_declared(mechanism.replace(symmetry=DeclaredSymmetry("C3")))
 
 
 def test_home_is_far_from_singularities_and_the_box_is_worth_sampling(shipped):
@@ -84,8 +87,8 @@ def test_symmetrical_observability_holds_to_rounding(symmetric):
         image = symmetric if keeps else other_working_modes(symmetric)
         image_poses = _core.transform_poses(found.structure.core, element, symmetric.core, poses)
         for leg, onto in enumerate(found.permutations[element.label]):
-            of_leg = symkin.analyse_observability(symmetric, leg, poses)
-            of_image = symkin.analyse_observability(image, onto, image_poses)
+            of_leg = analyse_observability(symmetric, leg, poses)
+            of_image = analyse_observability(image, onto, image_poses)
             # Gain and offset come last; an element that does not keep the sensors moves the gain's
             # column by a multiple of the offset's.
             alike = slice(None) if keeps else slice(None, -2)
@@ -104,7 +107,7 @@ def test_workspace_theorem_and_active_joint_conjecture_hold(symmetric):
 
 
 def test_the_whole_protocol_improves_the_robot(shipped):
-    settings = symkin.ProtocolSettings(shipped.protocol.pose_count, candidates=1500, seed=1)
+    settings = ProtocolSettings(shipped.protocol.pose_count, candidates=1500, seed=1)
     result = symkin.run_protocol(shipped.replace(protocol=settings))
     assert result.identification.trustworthy
     assert result.after.failed == 0

@@ -5,6 +5,8 @@ import pytest
 
 import symkin
 from symkin.checks import check_mechanism, undefined_angles
+from symkin.errors import NotIdentifiableError
+from symkin.settings import WorkspaceSettings
 
 
 def with_values(mechanism, leg, **values):
@@ -28,7 +30,7 @@ def test_a_base_point_at_the_origin_is_told_from_a_parameter_that_no_pose_shows(
             )
         ),
         symmetry=None,
-        workspace=symkin.WorkspaceSettings(
+        workspace=WorkspaceSettings(
             lower=(2.6, 1.4, -0.3),
             upper=(3.4, 2.0, 0.3),
             home=(3, 1.732, 0),
@@ -36,7 +38,7 @@ def test_a_base_point_at_the_origin_is_told_from_a_parameter_that_no_pose_shows(
         ),
     )
     poses = symkin.sample_workspace(textbook, 200).poses
-    with pytest.raises(symkin.NotIdentifiableError) as caught:
+    with pytest.raises(NotIdentifiableError) as caught:
         symkin.make_plan(textbook, poses, 12)
     assert "leg 1: base_radius is 0 m: its base point is the frame's origin" in str(caught.value)
     assert "base_angle is undefined; shift the origin of the base frame" in str(caught.value)
@@ -67,6 +69,6 @@ def test_no_shipped_mechanism_has_one_though_guides_pass_through_centres(name):
 def test_a_refusal_for_another_reason_says_nothing_of_origins(paper):
     poses = symkin.sample_workspace(paper, 200).poses
     alike = poses[:1].repeat(50, axis=0)
-    with pytest.raises(symkin.NotIdentifiableError) as caught:
+    with pytest.raises(NotIdentifiableError) as caught:
         symkin.make_plan(paper, alike, 12, margin_sigmas=0)
     assert "undefined" not in str(caught.value)

@@ -72,6 +72,8 @@ def evaluate(
     constant motions of base and tool, which say nothing of the mechanism.
     The closures are how far each leg is from reaching the measured poses at the measured readings.
     """
+    from symkin.io.results import write_results
+
     given = {"actual": actual, "plan": plan, "candidates": candidates}
     given |= {"measurements": measurements, "columns": columns}
     _require_one_robot(given)
@@ -94,7 +96,7 @@ def evaluate(
                 "evaluation": result.to_dict(),
             }
             if target:
-                symkin.write_results(document, target / "evaluation.json")
+                write_results(document, target / "evaluation.json")
                 result.report(target / "evaluation.html")
     if as_json:
         print_json(document)

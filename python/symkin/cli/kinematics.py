@@ -59,6 +59,7 @@ def kinematics(
     empty; such rows are counted on stderr, and then the exit code is 1.
     """
     from symkin.io.columns import pose_column_names, reading_column_names
+    from symkin.io.plans import read_pose_list
     from symkin.io.tables import write_table
 
     with progress() as stage:
@@ -72,7 +73,7 @@ def kinematics(
                 stage("calculating")
                 poses, _ = robot.forward_kinematics(readings)
             else:
-                poses = symkin.read_pose_list(table, robot)
+                poses = read_pose_list(table, robot)
                 stage("calculating")
                 readings = robot.inverse_kinematics(poses)
             names = pose_column_names(robot.pose_space)

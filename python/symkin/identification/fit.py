@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self, get_args
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.checks import undefined_angles
-from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
+from symkin.errors import NotIdentifiableError, named_legs, one_of
 from symkin.identification.calibrated import calibrated_mechanism
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -49,9 +49,7 @@ class FitOptions(Value):
     def __post_init__(self) -> None:
         """Refuse words that mean nothing, naming those that do."""
         for name, choices in (("estimator", Estimator), ("poses", PoseUse), ("loss", Loss)):
-            value, valid = getattr(self, name), get_args(choices)
-            if value not in valid:
-                raise SymkinError(f"{name} is {value!r}; expected one of {', '.join(valid)}")
+            one_of(name, getattr(self, name), choices)
 
 
 @record

@@ -14,6 +14,7 @@ from contextlib import suppress
 import pytest
 
 import symkin
+from symkin.settings import ProtocolSettings
 
 _PATIENCE = 60  # s, for a machine that is busy
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -141,5 +142,5 @@ def browser(tmp_path_factory):
 @pytest.fixture(scope="session")
 def mechanism():
     """The paper's, with a protocol that is soon done."""
-    settings = symkin.ProtocolSettings(pose_count=16, candidates=400, seed=3)
+    settings = ProtocolSettings(pose_count=16, candidates=400, seed=3)
     return symkin.load_mechanism("3RRR").replace(protocol=settings)

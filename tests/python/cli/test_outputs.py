@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 import symkin as library
+from symkin.identification import Identification
+from symkin.pipeline import ProtocolResult
+from symkin.simulation import Simulation
 
 CHECK_FILES = ("check.json", "check.html")
 WORKSPACE_FILES = ("workspace.json", "workspace.html")
@@ -40,9 +43,9 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     simulate = ("simulate", "3RRR", "--plan", plan)
     for command, files in (
         (("check", "3RRR"), CHECK_FILES),
-        (("run", "3RRR"), library.ProtocolResult.FILES),
-        (("identify", "3RRR", measured), library.Identification.FILES),
-        (simulate, library.Simulation.FILES),
+        (("run", "3RRR"), ProtocolResult.FILES),
+        (("identify", "3RRR", measured), Identification.FILES),
+        (simulate, Simulation.FILES),
         (("evaluate", "3RRR", "--measurements", measured), EVALUATION_FILES),
         (("kinematics", "3RRR", plan), ("readings.csv",)),
         (("pose-count", "3RRR"), POSE_COUNT_FILES),
@@ -89,19 +92,17 @@ def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
 
 
 def test_every_file_of_a_command_is_known_before(
-    symkin: Callable, protocol: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, buffer, **__: buffer)
-
     def names(folder: Path) -> set[str]:
         return {path.name for path in folder.iterdir()}
 
-    assert names(protocol) == set(library.ProtocolResult.FILES)
+    assert names(protocol) == set(ProtocolResult.FILES)
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
     commands: tuple[tuple[tuple[object, ...], tuple[str, ...]], ...] = (
-        (("identify", "3RRR", measured, "--out"), library.Identification.FILES),
-        (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), library.Simulation.FILES),
+        (("identify", "3RRR", measured, "--out"), Identification.FILES),
+        (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), Simulation.FILES),
         (("evaluate", "3RRR", "--measurements", measured, "--out"), EVALUATION_FILES),
         (("kinematics", "3RRR", measured, "--out"), ("readings.csv",)),
         (("kinematics", "3RRR", measured, "--forward", "--out"), ("poses.csv",)),

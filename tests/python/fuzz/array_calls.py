@@ -11,6 +11,10 @@ import numpy as np
 
 import symkin
 from symkin import _core
+from symkin.observability import error_weight, expected_accuracy, mechanism_rows
+from symkin.planning import travel_length
+from symkin.planning.selection import LegRows
+from symkin.symmetry import map_poses
 
 MECHANISMS = ("3RRR", "5bar", "hexapod_jugglebot")
 
@@ -232,7 +236,7 @@ def _select_ten() -> _core.SelectionOptions:
 
 def _kept_alone(mechanism: symkin.Mechanism, leg: int, poses: Any) -> Any:
     """Rows that outlive the names of all that they were made of."""
-    rows = symkin.LegRows(mechanism.replace(), leg, poses + 0)
+    rows = LegRows(mechanism.replace(), leg, poses + 0)
     rows.core.size  # noqa: B018
     spoilt = [np.full_like(poses, 7) for _ in range(4)]
     del spoilt
@@ -265,29 +269,29 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
     for name in ("analyse_observability", "observability_rows"):
-        function = getattr(symkin, name)
+        function = getattr(symkin.observability, name)
         yield Call(
             name,
             {"poses": poses},
             lambda leg, poses, function=function: function(mechanism, leg, poses, "noise_aware"),
             leg,
         )
-    yield Call(
-        "LegRows", {"poses": poses}, lambda leg, poses: symkin.LegRows(mechanism, leg, poses), leg
-    )
-    for name in ("error_weight", "mechanism_rows", "travel_length"):
-        function = getattr(symkin, name)
+    yield Call("LegRows", {"poses": poses}, lambda leg, poses: LegRows(mechanism, leg, poses), leg)
+    of_poses = {
+        "error_weight": error_weight,
+        "mechanism_rows": mechanism_rows,
+        "travel_length": travel_length,
+    }
+    for name, function in of_poses.items():
         yield Call(
             name, {"poses": poses}, lambda poses, function=function: function(mechanism, poses)
         )
     yield Call(
         "expected_accuracy",
         {"poses": poses, "covariance": np.eye(legs * p)},
-        lambda poses, covariance: symkin.expected_accuracy(mechanism, poses, covariance),
+        lambda poses, covariance: expected_accuracy(mechanism, poses, covariance),
     )
-    yield Call(
-        "map_poses", {"poses": poses}, lambda poses: symkin.map_poses(mechanism, "r0", poses)
-    )
+    yield Call("map_poses", {"poses": poses}, lambda poses: map_poses(mechanism, "r0", poses))
     yield Call(
         "evaluate",
         {"poses": poses},

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 import symkin
+from symkin.settings import ProtocolSettings
 
 MECHANISMS = Path(__file__).parents[3] / "mechanisms"
 _FEWEST = 5000
@@ -43,7 +44,7 @@ class Robot:
 def _robot(name: str, folder: Path, *, listed: bool = False) -> Robot:
     text = (MECHANISMS / f"{name}.toml").read_text(encoding="utf-8")
     mechanism = symkin.load_mechanism(name)
-    protocol = symkin.ProtocolSettings(pose_count=mechanism.core.parameters.shape[1], candidates=80)
+    protocol = ProtocolSettings(pose_count=mechanism.core.parameters.shape[1], candidates=80)
     mechanism = mechanism.replace(
         protocol=protocol, symmetry=None if listed else mechanism.symmetry
     )

@@ -18,6 +18,8 @@ from symkin.checks import check_mechanism
 from symkin.errors import FailedFitError, SymkinError
 from symkin.frames import with_moved_workspace
 from symkin.identification.calibrated import canonical, changed_settings
+from symkin.settings import JointLimits, ProtocolSettings
+from symkin.simulation import disturb
 from symkin.workspace.sample import inside_box
 
 Array = NDArray[np.float64]
@@ -229,7 +231,7 @@ def test_a_home_that_the_legs_found_cannot_take_becomes_a_measured_pose(
     paper: symkin.Mechanism, tmp_path: Path
 ) -> None:
     sample = symkin.sample_workspace(paper, 40, 1)
-    limits = symkin.JointLimits(sample.readings.min() - 0.01, sample.readings.max() + 0.01)
+    limits = JointLimits(sample.readings.min() - 0.01, sample.readings.max() + 0.01)
     home = tuple(sample.poses[sample.readings.max(axis=1).argmax()].tolist())
     settings = dataclasses.replace(paper.workspace, home=home)
     nominal = paper.replace(workspace=settings, joint_limits=limits)
@@ -249,7 +251,7 @@ def test_what_is_simulated_is_written_so_that_everything_reads_it(
 ) -> None:
     """Even with a radius that the workshop may make negative."""
     nominal = symkin.load_mechanism(name)
-    small = symkin.ProtocolSettings(pose_count=10, candidates=300)
+    small = ProtocolSettings(pose_count=10, candidates=300)
     nominal = nominal.replace(protocol=small)
     plan = symkin.make_plan(nominal, symkin.sample_workspace(nominal))
     simulation = symkin.simulate(nominal, plan)
@@ -271,6 +273,6 @@ def test_a_radius_near_zero_stays_readable_when_it_is_made(tmp_path: Path) -> No
     values[:, column] = 1e-9
     nominal = nominal.replace(symmetry=None).with_parameters(values)
     for seed in range(5):
-        actual = symkin.disturb(nominal, seed)
+        actual = disturb(nominal, seed)
         assert (actual.parameters[:, column] >= 0).all()
         _read_back(actual, tmp_path / f"{seed}.toml")

@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.errors import MechanismError, NotIdentifiableError
+from symkin.observability import expected_accuracy
+from symkin.settings import NoiseSettings
 
 
 def errors_after(mechanism, plan, poses, robots, estimator, pose_use):
@@ -16,7 +19,7 @@ def errors_after(mechanism, plan, poses, robots, estimator, pose_use):
         assert found.converged
         after = symkin.evaluate(found.mechanism, actual=simulation.actual, poses=poses)
         achieved.append(after.position_rms)
-        predicted.append(symkin.expected_accuracy(mechanism, poses, found.covariance).position)
+        predicted.append(expected_accuracy(mechanism, poses, found.covariance).position)
     return np.sqrt(np.mean(np.square(achieved))), np.sqrt(np.mean(np.square(predicted)))
 
 
@@ -43,7 +46,7 @@ def test_the_paper_protocol_predicts_the_published_first_order_accuracy(paper, p
     found = symkin.identify(
         paper, symkin.simulate(paper, plan, 1, actual=paper).measurements, "paper", poses="own"
     )
-    expected = symkin.expected_accuracy(paper, poses, found.covariance)
+    expected = expected_accuracy(paper, poses, found.covariance)
     assert expected.position == pytest.approx(8.2e-5, rel=0.1)
     assert expected.orientation == pytest.approx(15.4e-5, rel=0.1)
 
@@ -71,7 +74,7 @@ def test_doubts_are_stated_apart_from_convergence(paper, planned):
     good = symkin.identify(paper, measurements)
     assert good.converged
     assert good.trustworthy
-    small = symkin.NoiseSettings(position=1e-6, orientation=1e-6)
+    small = NoiseSettings(position=1e-6, orientation=1e-6)
     doubtful = symkin.identify(paper, measurements, noise=small)
     assert doubtful.converged
     assert not doubtful.trustworthy
@@ -81,7 +84,7 @@ def test_doubts_are_stated_apart_from_convergence(paper, planned):
 def test_fewer_poses_than_parameters_are_refused(paper, planned):
     plan, _ = planned
     measurements = symkin.simulate(paper, plan, 1).measurements
-    with pytest.raises(symkin.NotIdentifiableError, match="leg 1 has 7"):
+    with pytest.raises(NotIdentifiableError, match="leg 1 has 7"):
         symkin.identify(paper, measurements.subset(np.arange(7)))
 
 
@@ -91,11 +94,11 @@ def test_an_unmeasured_leg_is_refused_by_number(paper, planned):
     readings = measurements.readings.copy()
     readings[:, 1] = np.nan
     partial = symkin.Measurements.of(measurements.poses, readings)
-    with pytest.raises(symkin.NotIdentifiableError, match="of leg 2: its parameters"):
+    with pytest.raises(NotIdentifiableError, match="of leg 2: its parameters"):
         symkin.identify(paper, partial)
     readings[:, 2] = np.nan
     partial = symkin.Measurements.of(measurements.poses, readings)
-    with pytest.raises(symkin.NotIdentifiableError, match="of legs 2, 3: their parameters"):
+    with pytest.raises(NotIdentifiableError, match="of legs 2, 3: their parameters"):
         symkin.identify(paper, partial)
 
 
@@ -103,11 +106,9 @@ def test_a_robot_of_another_kind_than_its_model_is_refused(paper, planned):
     plan, poses = planned
     for other in ("5bar", "3RPR", "4RRR"):
         robot = symkin.load_mechanism(other)
-        with pytest.raises(symkin.MechanismError, match=f'robot "{other}" has .* "3RRR" 3 legs'):
+        with pytest.raises(MechanismError, match=f'robot "{other}" has .* "3RRR" 3 legs'):
             symkin.evaluate(paper, actual=robot, poses=poses)
-        with pytest.raises(
-            symkin.MechanismError, match=r"3 legs \[R\]RR, planar; expected the same"
-        ):
+        with pytest.raises(MechanismError, match=r"3 legs \[R\]RR, planar; expected the same"):
             symkin.simulate(paper, plan, 1, actual=robot)
 
 
@@ -117,5 +118,5 @@ def test_a_joint_at_the_origin_is_refused_as_an_angle_that_is_none(paper, planne
     parameters = paper.parameters.copy()
     parameters[0, paper.parameter_names.index("base_radius")] = 0
     moved = paper.replace(symmetry=None).with_parameters(parameters)
-    with pytest.raises(symkin.NotIdentifiableError, match=r"base_angle is undefined; shift"):
+    with pytest.raises(NotIdentifiableError, match=r"base_angle is undefined; shift"):
         symkin.identify(moved, measurements)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.simulation import disturb
 
 Change = Callable[[symkin.Mechanism, symkin.Measurements], symkin.Measurements]
 
@@ -183,7 +184,7 @@ def flipped(legs):
         which = range(len(mechanism.legs)) if legs is None else legs
         robot = other_modes(mechanism, which)
         rng = np.random.default_rng(3)
-        made = symkin.disturb(robot, 3)
+        made = disturb(robot, 3)
         exact = made.inverse_kinematics(measured.poses)
         poses = measured.poses.copy()
         poses[:, :2] += mechanism.noise.position * rng.standard_normal((len(poses), 2))

@@ -17,6 +17,9 @@ import symkin
 from symkin.checks import check_mechanism
 from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
+from symkin.io.results import write_results
+from symkin.pipeline import ProtocolResult
+from symkin.settings import ProtocolSettings
 
 NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
 
@@ -323,13 +326,13 @@ def test_a_move_that_fails_between_two_files_says_so(
 
 
 @pytest.fixture(scope="module")
-def result(paper: symkin.Mechanism) -> symkin.ProtocolResult:
-    small = symkin.ProtocolSettings(pose_count=10, candidates=300)
+def result(paper: symkin.Mechanism) -> ProtocolResult:
+    small = ProtocolSettings(pose_count=10, candidates=300)
     return symkin.run_protocol(paper.replace(protocol=small))
 
 
 def test_every_writer_of_the_library_asks_before_it_replaces(
-    tmp_path: Path, result: symkin.ProtocolResult
+    tmp_path: Path, result: ProtocolResult
 ) -> None:
     nominal, simulation = result.nominal, result.simulation
     identification = result.identification
@@ -339,7 +342,7 @@ def test_every_writer_of_the_library_asks_before_it_replaces(
         "measurements.csv": lambda path, **o: symkin.write_measurements(
             simulation.measurements, path, nominal, **o
         ),
-        "any.json": lambda path, **o: symkin.write_results({"a": 1}, path, **o),
+        "any.json": lambda path, **o: write_results({"a": 1}, path, **o),
         "calibrated.toml": lambda path, **o: symkin.save_mechanism(nominal, path, **o),
         "simulation/actual.toml": lambda path, **o: simulation.write(path.parent, **o),
         "run/report.html": lambda path, **o: result.write(path.parent, **o),

@@ -17,6 +17,7 @@ import symkin
 from symkin.errors import MeasurementError
 from symkin.io import tables
 from symkin.io.columns import pose_column_names, reading_column_names
+from symkin.io.plans import read_pose_list
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 
@@ -128,7 +129,7 @@ def test_measurements_and_plans_are_read_from_columns_in_memory(
     rows = {"leg": [1, 2, 3] * 4, "order": np.repeat([1, 2, 3, 4], 3), "role": ["primary"] * 12}
     plan = symkin.read_plan(rows | columns_of(measured), paper)
     assert np.array_equal(plan.poses, measured.poses)
-    assert np.array_equal(symkin.read_pose_list(columns, paper), measured.poses)
+    assert np.array_equal(read_pose_list(columns, paper), measured.poses)
 
 
 def test_measurements_are_read_from_a_data_frame(paper: Mechanism, measured: Measurements) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 import symkin
 from symkin.planning import pose_count_curve, predict_accuracy
+from symkin.settings import NoiseSettings
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def test_an_accuracy_out_of_reach_says_what_else_would_help(paper, sample, curve
     # The noise that the answer asks for is just enough.
     noise = dataclasses.asdict(paper.noise)
     quiet = {name: value / needed.excess for name, value in noise.items()}
-    quieter = paper.replace(noise=symkin.NoiseSettings(**quiet))
+    quieter = paper.replace(noise=NoiseSettings(**quiet))
     assert expected_of(quieter, sample, needed.tried).position == pytest.approx(2e-6, rel=1e-3)
 
 

@@ -10,6 +10,10 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin import _core
+from symkin.observability import error_weight, observability_rows
+from symkin.planning import Clearance
+from symkin.settings import Tolerances
+from symkin.symmetry import map_poses
 from symkin.workspace.sample import inside_box, workspace_coordinates
 
 
@@ -19,7 +23,7 @@ def candidates(paper):
 
 
 def information(mechanism, leg, poses):
-    rows = symkin.observability_rows(mechanism, leg, poses, "noise_aware")
+    rows = observability_rows(mechanism, leg, poses, "noise_aware")
     return rows.T @ rows
 
 
@@ -36,7 +40,7 @@ def test_images_stay_in_a_box_that_lacks_the_symmetry(hexapod):
     poses = symkin.sample_workspace(hexapod, 1500).poses
     plan = symkin.make_plan(hexapod, poses, 16)
     assert inside_box(hexapod, plan.poses).all()
-    images = symkin.map_poses(hexapod, "r1", poses)
+    images = map_poses(hexapod, "r1", poses)
     assert not inside_box(hexapod, images).all()
     assert plan.basis.excluded > 0
 
@@ -88,9 +92,9 @@ def test_measured_rows_without_a_reading_of_a_leg_count_for_the_others_only(pape
 def test_the_clearance_grows_with_the_tolerances(paper, candidates):
     made = {}
     for factor in (0.01, 1, 10):
-        tolerances = symkin.Tolerances(1e-3 * factor, 1e-3 * factor, 1e-3 * factor)
+        tolerances = Tolerances(1e-3 * factor, 1e-3 * factor, 1e-3 * factor)
         made[factor] = symkin.make_plan(paper.replace(tolerances=tolerances), candidates, 12).basis
-    assert made[0.01].clearance == symkin.Clearance(0.05, 20.0)
+    assert made[0.01].clearance == Clearance(0.05, 20.0)
     assert made[0.01].excluded == 0
     assert made[1].clearance.reach_margin == 0.05
     assert made[1].clearance.conditioning_limit < 20
@@ -100,7 +104,7 @@ def test_the_clearance_grows_with_the_tolerances(paper, candidates):
 
 
 def test_chosen_poses_keep_their_clearance_at_every_leg(paper, candidates):
-    coarse = paper.replace(tolerances=symkin.Tolerances(6e-3, 6e-3, 6e-3))
+    coarse = paper.replace(tolerances=Tolerances(6e-3, 6e-3, 6e-3))
     plan = symkin.make_plan(coarse, candidates)
     kept = plan.basis.clearance
     assert kept.reach_margin > 0.05
@@ -124,7 +128,7 @@ def test_the_expected_error_is_smaller_with_its_own_criterion(paper, candidates)
     }
     values = {}
     for criterion, plan in plans.items():
-        weight = symkin.error_weight(paper, candidates[::2])[:8, :8]
+        weight = error_weight(paper, candidates[::2])[:8, :8]
         inverse = np.linalg.inv(information(paper, 0, plan.poses[plan.rows_of(0)]))
         values[criterion] = np.trace(inverse @ weight)
     assert values["expected_error"] < values["O1"]

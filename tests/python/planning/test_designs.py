@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symkin
-from symkin.observability import mechanism_rows
+from symkin.errors import NotIdentifiableError
+from symkin.observability import mechanism_rows, observability_rows
 from symkin.planning import predict_accuracy
-from symkin.symmetry import observability_group
+from symkin.symmetry import map_poses, observability_group
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def candidates(paper):
 
 
 def log_det_of_leg(mechanism, plan, leg):
-    rows = symkin.observability_rows(mechanism, leg, plan.poses[plan.rows_of(leg)], "noise_aware")
+    rows = observability_rows(mechanism, leg, plan.poses[plan.rows_of(leg)], "noise_aware")
     return np.linalg.slogdet(rows.T @ rows)[1]
 
 
@@ -37,7 +38,7 @@ def test_an_orbit_design_is_closed_under_the_symmetry(paper, candidates):
     plan = symkin.make_plan(paper, candidates, 12, design="orbits")
     poses = plan.poses[~plan.spare]
     for element in observability_group(paper):
-        images = symkin.map_poses(paper, element, poses)
+        images = map_poses(paper, element, poses)
         distances = np.linalg.norm(images[:, None] - poses[None], axis=2).min(axis=1)
         assert distances.max() < 1e-12
 
@@ -133,7 +134,7 @@ def test_what_no_pose_can_show_is_named():
     poses = symkin.sample_workspace(mechanism, 6000).poses.copy()
     poses[:, 2] = 0.1
     reached = poses[np.isfinite(mechanism.inverse_kinematics(poses)).all(axis=1)]
-    with pytest.raises(symkin.NotIdentifiableError, match=r"not shown: .*platform_"):
+    with pytest.raises(NotIdentifiableError, match=r"not shown: .*platform_"):
         symkin.make_plan(mechanism, reached)
 
 

@@ -13,7 +13,14 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.planning import pose_count_curve
+from symkin.observability import (
+    analyse_observability,
+    error_weight,
+    expected_accuracy,
+    mechanism_rows,
+    observability_rows,
+)
+from symkin.planning import pose_count_curve, travel_length
 
 
 @pytest.fixture(scope="module")
@@ -175,14 +182,14 @@ def test_a_sample_is_taken_wherever_poses_are(paper):
     sample = symkin.sample_workspace(paper, 300, seed=1)
     plan = symkin.make_plan(paper, sample, 9, spares=0)
     for call in (
-        lambda poses: symkin.observability_rows(paper, 0, poses),
-        lambda poses: symkin.mechanism_rows(paper, poses),
-        lambda poses: symkin.error_weight(paper, poses),
-        lambda poses: symkin.expected_accuracy(paper, poses, np.eye(24)).position,
-        lambda poses: symkin.analyse_observability(paper, 1, poses).r_diagonal,
+        lambda poses: observability_rows(paper, 0, poses),
+        lambda poses: mechanism_rows(paper, poses),
+        lambda poses: error_weight(paper, poses),
+        lambda poses: expected_accuracy(paper, poses, np.eye(24)).position,
+        lambda poses: analyse_observability(paper, 1, poses).r_diagonal,
         lambda poses: symkin.predict_accuracy(paper, plan, poses).position,
         lambda poses: symkin.make_plan(paper, poses, 9).poses,
         lambda poses: pose_count_curve(paper, poses, [9]).position,
-        lambda poses: symkin.travel_length(paper, poses),
+        lambda poses: travel_length(paper, poses),
     ):
         np.testing.assert_array_equal(call(sample), call(sample.poses))

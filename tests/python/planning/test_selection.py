@@ -5,7 +5,10 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.errors import NotIdentifiableError
+from symkin.observability import observability_rows
 from symkin.planning.selection import LegRows
+from symkin.symmetry import map_poses
 
 ROTATIONS = ("r0", "r1", "r2")
 
@@ -17,7 +20,7 @@ def candidates(paper):
 
 @pytest.fixture(scope="module")
 def rows(paper, candidates):
-    return symkin.observability_rows(paper, 0, candidates)
+    return observability_rows(paper, 0, candidates)
 
 
 def same(a, b):
@@ -31,7 +34,7 @@ def same(a, b):
 def test_rows_made_on_demand_give_the_selection_of_an_array(
     paper, candidates, kind, memory_limit, threads
 ):
-    array = symkin.observability_rows(paper, 1, candidates, kind)
+    array = observability_rows(paper, 1, candidates, kind)
     made = LegRows(paper, 1, candidates, kind)
     assert made.shape == (3000, 1, 8)
     found = symkin.select_poses(made, 24, memory_limit=memory_limit, threads=threads)
@@ -42,8 +45,8 @@ def test_rows_made_on_demand_give_the_selection_of_an_array(
 def test_orbits_made_on_demand_give_the_selection_of_a_three_dimensional_array(
     paper, candidates, memory_limit
 ):
-    carried = [symkin.map_poses(paper, element, candidates) for element in ROTATIONS]
-    array = np.stack([symkin.observability_rows(paper, 0, poses) for poses in carried], axis=1)
+    carried = [map_poses(paper, element, candidates) for element in ROTATIONS]
+    array = np.stack([observability_rows(paper, 0, poses) for poses in carried], axis=1)
     made = LegRows(paper, 0, candidates, orbit=ROTATIONS)
     assert made.shape == array.shape
     for threads in (1, 2):
@@ -53,14 +56,14 @@ def test_orbits_made_on_demand_give_the_selection_of_a_three_dimensional_array(
 
 def test_rows_made_on_demand_keep_their_poses_and_their_mechanism_alive(paper, candidates):
     made = LegRows(symkin.load_mechanism("3RRR"), 0, (candidates + 0.0).tolist())
-    rows = symkin.observability_rows(paper, 0, candidates)
+    rows = observability_rows(paper, 0, candidates)
     assert same(symkin.select_poses(made, 24), symkin.select_poses(rows, 24))
 
 
 def test_a_candidate_out_of_reach_is_refused_by_its_index_unless_it_is_forbidden(paper, candidates):
     poses = candidates.copy()
     poses[1234] = 10.0
-    for made in (LegRows(paper, 0, poses), symkin.observability_rows(paper, 0, poses)):
+    for made in (LegRows(paper, 0, poses), observability_rows(paper, 0, poses)):
         with pytest.raises(symkin.SymkinError, match="candidate 1234 has a row that is not finite"):
             symkin.select_poses(made, 24)
         found = symkin.select_poses(made, 24, forbidden=np.arange(3000) == 1234)
@@ -153,13 +156,13 @@ def guided():
     mechanism = symkin.load_mechanism("3PRR")
     poses = symkin.sample_workspace(mechanism, 500, seed=1).poses.copy()
     poses[:, 2] = 0.1
-    rows = symkin.observability_rows(mechanism, 0, poses)
+    rows = observability_rows(mechanism, 0, poses)
     return mechanism, rows[np.isfinite(rows).all(axis=1)]
 
 
 def test_combinations_that_no_candidate_shows_are_named():
     mechanism, rows = guided()
-    with pytest.raises(symkin.NotIdentifiableError) as refusal:
+    with pytest.raises(NotIdentifiableError) as refusal:
         symkin.select_poses(rows, 24, parameter_names=mechanism.parameter_names)
     message = str(refusal.value)
     assert "only 5 independent combinations of the 7 parameters" in message
@@ -174,15 +177,13 @@ def test_combinations_that_no_candidate_shows_are_named():
 
 def test_a_prior_that_shows_what_the_candidates_do_not_makes_a_selection_possible():
     mechanism, rows = guided()
-    free = symkin.observability_rows(
-        mechanism, 0, symkin.sample_workspace(mechanism, 10, seed=2).poses
-    )
+    free = observability_rows(mechanism, 0, symkin.sample_workspace(mechanism, 10, seed=2).poses)
     found = symkin.select_poses(rows, 24, prior=free.T @ free)
     assert np.isfinite(found.log_det)
 
 
 def test_candidates_that_are_all_alike_are_refused_with_every_combination(paper, rows):
-    with pytest.raises(symkin.NotIdentifiableError) as refusal:
+    with pytest.raises(NotIdentifiableError) as refusal:
         symkin.select_poses(
             np.repeat(rows[:1], 50, axis=0), 24, parameter_names=paper.parameter_names
         )
@@ -197,7 +198,7 @@ def test_poses_too_few_for_what_each_shows_are_refused_with_the_combinations():
     rows = np.zeros((16, 2, 8))
     rows[np.arange(16), :, np.arange(16) % 8] = [1.0, 2.0]
     names = tuple("abcdefgh")
-    with pytest.raises(symkin.NotIdentifiableError) as refusal:
+    with pytest.raises(NotIdentifiableError) as refusal:
         symkin.select_poses(rows, 4, parameter_names=names)
     assert "the choice of 4 poses does not show 4 combinations of the 8 parameters" in str(
         refusal.value

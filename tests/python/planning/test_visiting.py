@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.observability import expected_accuracy
 from symkin.planning import pose_count_curve, predict_accuracy, travel_length
 from symkin.planning.visiting import visiting_order
+from symkin.settings import WorkspaceSettings
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +68,7 @@ def test_a_workspace_of_any_size_is_visited(hexapod, size):
     poses = np.random.default_rng(1).uniform(middle - size, middle + size, (12, 6))
     poses = symkin.mechanism.poses_from_bounds("spatial", poses)
     small = hexapod.replace(
-        workspace=symkin.WorkspaceSettings(
-            tuple(middle - size), tuple(middle + size), home=tuple(middle)
-        )
+        workspace=WorkspaceSettings(tuple(middle - size), tuple(middle + size), home=tuple(middle))
     )
     order = visiting_order(small, poses, seed=1)
     assert sorted(order) == list(range(12))
@@ -92,7 +92,7 @@ def test_the_prediction_is_the_covariance_of_the_estimator(paper, candidates):
     simulation = symkin.simulate(paper, plan, 1, actual=paper)
     for estimator in ("implicit", "joint"):
         found = symkin.identify(paper, simulation.measurements, estimator)
-        expected = symkin.expected_accuracy(paper, candidates, found.covariance)
+        expected = expected_accuracy(paper, candidates, found.covariance)
         predicted = predict_accuracy(paper, plan, candidates, estimator)
         assert predicted.position == pytest.approx(expected.position, rel=0.02)
 

@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import pytest
 
 import symkin
+from symkin.settings import ProtocolSettings
 
 
 class Page(HTMLParser):
@@ -80,7 +81,7 @@ def page_of():
 
 
 def small(mechanism, candidates=400, pose_count=16):
-    settings = symkin.ProtocolSettings(pose_count=pose_count, candidates=candidates, seed=3)
+    settings = ProtocolSettings(pose_count=pose_count, candidates=candidates, seed=3)
     return mechanism.replace(protocol=settings)
 
 

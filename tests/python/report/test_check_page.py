@@ -3,8 +3,8 @@
 
 import pytest
 
-import symkin
 from symkin.checks import check_mechanism
+from symkin.simulation import disturb
 
 CONDITIONS = "The paper's conditions"
 
@@ -45,7 +45,7 @@ def test_the_legs_are_equally_observable_at_their_images(page):
 
 
 def test_what_breaks_a_near_symmetry_is_listed_largest_first(paper, page_of, tmp_path):
-    made = symkin.disturb(paper, seed=2).replace(symmetry=None)
+    made = disturb(paper, seed=2).replace(symmetry=None)
     result = check_mechanism(made)
     page = page_of(result.report(tmp_path / "check.html"))
     rows = page.tables["Where the legs differ"][1:]

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import symkin
 from symkin import plot
+from symkin.evaluation import Evaluation
 
 # One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
 DRAWN = ["3RRR", "3PRR", "3PRP", "3RRP", "3RPR", "3RPR_end_joint", "5bar", "hexapod_jugglebot"]
@@ -108,7 +109,7 @@ def test_a_map_leaves_out_poses_that_failed(planar_result):
     poses, before = planar_result.candidates.poses, planar_result.before
     differences = before.differences.copy()
     differences[::2] = np.nan
-    failed = symkin.Evaluation.of(differences, poses, 1.0)
+    failed = Evaluation.of(differences, poses, 1.0)
     figure = plot.error_map(poses, failed, planar_result.after)
     assert_not_blank(figure)
     panels = [axes for axes in figure.axes if axes.get_title()]

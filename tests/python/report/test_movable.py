@@ -10,6 +10,7 @@ import pytest
 import symkin
 from symkin.poses import rotations_from_quaternions
 from symkin.report.movable import movable
+from symkin.settings import WorkspaceSettings
 from symkin.workspace.sample import inside_workspace
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
@@ -28,7 +29,7 @@ def made(chain):
         given = {name: (values | angles)[name] for name in info.parameter_names}
         legs.append(symkin.Leg(chain, given))
     lower, upper = (-0.1, -0.1, -0.2), (0.1, 0.1, 0.3)
-    box = symkin.WorkspaceSettings(lower=lower, upper=upper, home=(0.01, 0.0, 0.05))
+    box = WorkspaceSettings(lower=lower, upper=upper, home=(0.01, 0.0, 0.05))
     return symkin.Mechanism(chain, legs, workspace=box)
 
 

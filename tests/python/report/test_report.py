@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.observability import analyse_observability, expected_accuracy
 from symkin.report.wording import fixed, milli, significant
 
 FITS = "How the legs fit (chi-square per degree of freedom, 1 if the noise is as declared)"
@@ -74,7 +75,7 @@ def test_images_have_texts_and_tables_have_headings(run):
 
 def test_errors_before_after_and_expected_are_the_results(run):
     result, page = run
-    expected = symkin.expected_accuracy(
+    expected = expected_accuracy(
         result.identification.mechanism,
         result.candidates.poses,
         result.identification.covariance,
@@ -135,7 +136,7 @@ def test_observability_of_all_legs_is_the_results(run):
     result, page = run
     nominal, plan = result.nominal, result.plan
     legs = [
-        symkin.analyse_observability(nominal, leg, plan.poses[plan.rows_of(leg)])
+        analyse_observability(nominal, leg, plan.poses[plan.rows_of(leg)])
         for leg in range(len(nominal.legs))
     ]
     caption = "Observability of every leg at its own poses"

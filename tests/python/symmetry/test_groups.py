@@ -3,6 +3,7 @@
 
 import symkin
 from symkin.conditions import check_conditions
+from symkin.symmetry import SymmetryGroup
 from symkin.symmetry.detection import mechanism_groups
 from symkin.symmetry.group import describe_element, subgroup_names
 
@@ -35,13 +36,13 @@ def test_a_five_bar_needs_its_reflection():
 
 
 def test_elements_that_are_no_group_have_no_name():
-    group = symkin.SymmetryGroup("D3")
+    group = SymmetryGroup("D3")
     assert subgroup_names(group, [group.parse("r0"), group.parse("r1")]) == ("", "")
     assert subgroup_names(group, [group.parse("r0"), group.parse("s2")]) == ("D_2", "D_1")
 
 
 def test_elements_are_described_by_their_angles():
-    group = symkin.SymmetryGroup("D4", axis=0.0)
+    group = SymmetryGroup("D4", axis=0.0)
     words = [describe_element(group, element) for element in group.elements]
     assert words[1] == "rotation by 90°"
     assert words[5] == "reflection about the axis at 45°"

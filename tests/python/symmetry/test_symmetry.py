@@ -7,10 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symkin
-from symkin.symmetry import observability_group, symmetry_deviations
+from symkin.observability import analyse_observability, observability_rows
+from symkin.symmetry import (
+    SymmetryGroup,
+    leg_carriers,
+    map_poses,
+    observability_group,
+    symmetry_deviations,
+)
 
 GROUPS = st.builds(
-    symkin.SymmetryGroup,
+    SymmetryGroup,
     st.builds("{}{}".format, st.sampled_from("CD"), st.integers(1, 7)),
     st.floats(-3, 3),
 )
@@ -30,7 +37,7 @@ def test_the_group_laws_hold(group, data):
 def test_readings_at_the_image_of_a_pose_are_the_permuted_readings(x, y, phi, turn):
     mechanism = symkin.load_mechanism("3RRR")
     pose = np.array([[x, y, phi]])
-    image = symkin.map_poses(mechanism, f"r{turn}", pose)
+    image = map_poses(mechanism, f"r{turn}", pose)
     readings = mechanism.inverse_kinematics(pose)[0]
     np.testing.assert_allclose(
         np.roll(readings, turn), mechanism.inverse_kinematics(image)[0], atol=1e-12
@@ -52,7 +59,7 @@ def test_the_paper_group_is_d6_for_the_structure_and_c3_for_one_working_mode(pap
 
 def test_a_mechanism_that_declares_nothing_is_planned_by_the_symmetry_that_it_has(paper):
     undeclared = paper.replace(symmetry=None)
-    assert [(leg, element.label) for leg, element in symkin.leg_carriers(undeclared)] == [
+    assert [(leg, element.label) for leg, element in leg_carriers(undeclared)] == [
         (0, "r0"),
         (0, "r1"),
         (0, "r2"),
@@ -63,8 +70,8 @@ def test_what_breaks_the_symmetry_is_named_by_leg_and_parameter(paper):
     parameters = paper.parameters.copy()
     parameters[1, 4] += 0.002
     broken = paper.replace(symmetry=None).with_parameters(parameters)
-    assert [leg for leg, _ in symkin.leg_carriers(broken)] == [0, 1, 2]
-    group = symkin.SymmetryGroup("C3")
+    assert [leg for leg, _ in leg_carriers(broken)] == [0, 1, 2]
+    group = SymmetryGroup("C3")
     deviations = symmetry_deviations(broken, group, 0.1)
     assert np.argmax(np.abs(deviations)) == 1 * 8 + 4
     assert deviations[1, 4] == pytest.approx(0.002)
@@ -72,7 +79,7 @@ def test_what_breaks_the_symmetry_is_named_by_leg_and_parameter(paper):
 
 def test_an_element_that_the_group_lacks_is_refused(paper):
     with pytest.raises(symkin.SymkinError, match="r0 to r2"):
-        symkin.map_poses(paper, "s0", [[0, 0, 0]])
+        map_poses(paper, "s0", [[0, 0, 0]])
 
 
 def test_planning_by_one_leg_serves_legs_whose_sensors_differ(paper):
@@ -82,16 +89,16 @@ def test_planning_by_one_leg_serves_legs_whose_sensors_differ(paper):
     gains = np.array([1, 1.1, 1.2])
     parameters[:, -2], parameters[:, -1] = gains, [0.5, 0.4, -0.3]
     other = paper.replace(symmetry=None).with_parameters(parameters)
-    assert [(leg, element.label) for leg, element in symkin.leg_carriers(other)] == [
+    assert [(leg, element.label) for leg, element in leg_carriers(other)] == [
         (0, "r0"),
         (0, "r1"),
         (0, "r2"),
     ]
     poses = symkin.sample_workspace(other, 40, 3).poses
-    for leg, (_, element) in enumerate(symkin.leg_carriers(other)):
-        images = symkin.map_poses(other, element, poses)
-        rows = symkin.observability_rows(other, leg, images)
-        alone = symkin.observability_rows(paper, leg, images)
+    for leg, (_, element) in enumerate(leg_carriers(other)):
+        images = map_poses(other, element, poses)
+        rows = observability_rows(other, leg, images)
+        alone = observability_rows(paper, leg, images)
         assert_same_up_to_turns = np.unwrap(rows[:, -2] * gains[leg] ** 2 - alone[:, -2])
         np.testing.assert_allclose(rows[:, :-2] * gains[leg], alone[:, :-2], rtol=1e-9)
         np.testing.assert_allclose(assert_same_up_to_turns, assert_same_up_to_turns[0], atol=1e-9)
@@ -219,11 +226,11 @@ def test_symmetrical_observability_has_the_direction_of_eq_14_and_not_of_eq_10_a
     poses = symkin.sample_workspace(paper, 24, 1).poses
 
     def visible(leg, at):
-        return symkin.analyse_observability(paper, leg, at).r_diagonal
+        return analyse_observability(paper, leg, at).r_diagonal
 
     off = []
     for leg, element in ((1, "r1"), (2, "r2")):
-        images = symkin.map_poses(paper, element, poses)
+        images = map_poses(paper, element, poses)
         np.testing.assert_allclose(visible(leg, images), visible(0, poses), rtol=1e-12)
         off.append(np.abs(visible(leg, poses) / visible(0, images) - 1).max())
     assert max(off) == pytest.approx(1.14, abs=0.005)  # the figure in docs/theory.md

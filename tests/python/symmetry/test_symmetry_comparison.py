@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.settings import Tolerances
+from symkin.simulation import disturb
 from symkin.symmetry import compare_symmetry
 
 
@@ -39,7 +41,7 @@ def test_the_one_parameter_that_breaks_a_symmetry_is_named(paper):
 
 
 def test_deviations_are_in_the_tolerance_of_their_kind_and_the_largest_comes_first(paper):
-    coarse = paper.replace(tolerances=symkin.Tolerances(length=1e-3, angle=1e-4, gain=1e-2))
+    coarse = paper.replace(tolerances=Tolerances(length=1e-3, angle=1e-4, gain=1e-2))
     both = changed(changed(coarse, 0, "base_radius", 2e-3), 2, "platform_angle", 4e-4)
     found = compare_symmetry(changed(both, 1, "sensor_gain", 1e-3))
     named = [(item.leg, item.parameter, item.in_tolerances) for item in found.deviations[:2]]
@@ -50,7 +52,7 @@ def test_deviations_are_in_the_tolerance_of_their_kind_and_the_largest_comes_fir
 
 
 def test_a_disturbed_hexapod_nearly_has_the_whole_group(hexapod):
-    made = symkin.disturb(hexapod, seed=4).replace(symmetry=None)
+    made = disturb(hexapod, seed=4).replace(symmetry=None)
     found = compare_symmetry(made)
     assert found.found.structure.size == 1
     assert found.verdict == "nearly"
@@ -66,7 +68,7 @@ def test_a_robot_as_made_nearly_has_the_whole_group_of_its_drawing(name):
     drawing = symkin.load_mechanism(name)
     whole = symkin.detect_symmetry(drawing).structure.name
     for seed in range(10):
-        found = compare_symmetry(symkin.disturb(drawing, seed).replace(symmetry=None))
+        found = compare_symmetry(disturb(drawing, seed).replace(symmetry=None))
         assert (found.verdict, found.reference.name) == ("nearly", whole)
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import symkin
 from symkin.checks import check_mechanism
+from symkin.errors import MechanismFileError
 from symkin.settings import WorkspaceSettings
 
 
@@ -23,7 +24,7 @@ def singular_file(tmp_path):
 
 def test_a_singular_home_is_refused_at_its_line_with_a_home_that_would_do(singular_file):
     mechanism = symkin.load_mechanism(singular_file)
-    with pytest.raises(symkin.MechanismFileError) as caught:
+    with pytest.raises(MechanismFileError) as caught:
         symkin.sample_workspace(mechanism, 10)
     line = singular_file.read_text()[: singular_file.read_text().index("\nhome =")].count("\n") + 2
     assert (caught.value.line, caught.value.key) == (line, "workspace.home")
@@ -61,7 +62,7 @@ def test_a_home_that_misses_a_limit_is_refused_with_the_figure_and_the_limit(pap
         upper=settings.upper,
         **{"characteristic_length": settings.characteristic_length, **change},
     )
-    with pytest.raises(symkin.MechanismFileError, match=said) as caught:
+    with pytest.raises(MechanismFileError, match=said) as caught:
         symkin.sample_workspace(paper.replace(workspace=asked), 10)
     assert "none of 2000 poses of the workspace box would do either" in str(caught.value)
 

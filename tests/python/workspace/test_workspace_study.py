@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 
 import symkin
 from symkin.cli import main
+from symkin.errors import SymmetryError
 from symkin.plot import active_joints, workspace
+from symkin.settings import JointLimits
 from symkin.symmetry import SymmetryGroup
 from symkin.workspace.slices import (
     _connected_regions,
@@ -137,7 +139,7 @@ def test_a_reflection_may_keep_the_modes_but_not_the_side_of_the_singularities()
 
 
 def test_joint_limits_that_are_not_mirrored_break_the_workspace_theorem(five_bar):
-    limited = five_bar.replace(joint_limits=symkin.JointLimits(-2.0, 1.0))
+    limited = five_bar.replace(joint_limits=JointLimits(-2.0, 1.0))
     study = study_workspace(limited, count=2000, resolution=21)
     assert study.workspace_group == ("r0",)
     (mirror,) = (check for check in study.elements[1:] if check.keeps_modes)
@@ -149,7 +151,7 @@ def test_an_element_that_the_legs_do_not_have_is_refused(paper):
     parameters = paper.parameters.copy()
     parameters[1, 4] += 1e-3
     broken = paper.replace(symmetry=None).with_parameters(parameters)
-    with pytest.raises(symkin.SymmetryError, match="r1"):
+    with pytest.raises(SymmetryError, match="r1"):
         check_elements(broken, SymmetryGroup("C3"), 100, 1)
 
 
