@@ -39,7 +39,8 @@ int main() {
   symkin::design::SelectionOptions selection;
   selection.count = 18;
   selection.spare_count = 4;
-  const auto chosen = symkin::design::select_poses(symkin::design::CandidateRows{rows, 1}, selection);
+  const auto chosen =
+      symkin::design::select_poses(symkin::design::CandidateRows{rows, 1}, selection);
   symkin::RowMatrix reference(22, 2);
   for (symkin::Index i = 0; i < 22; ++i) {
     const auto at = static_cast<std::size_t>(i);

@@ -14,7 +14,6 @@
 namespace symkin {
 namespace {
 
-
 LegEnd<const double> end_of(const Mechanism& mechanism, Index leg, End end) {
   return leg_end(mechanism.model().info(), end, mechanism.leg(leg).parameters.data());
 }

@@ -10,7 +10,6 @@
 // The mechanisms that the suites share.
 namespace symkin::testing {
 
-
 // The 3-RRR of Durango et al. (2010), section 6.
 inline Mechanism paper_3rrr(int working_mode = -1) {
   Vector parameters(8);
