@@ -65,7 +65,7 @@ def run_summary(result: ProtocolResult) -> Page:
         verdict=verdict,
         judgement=words,
         doubts=found.doubts,
-        notes=(*found.notes, _replaced(result.simulation)),
+        notes=(*found.notes, *_replaced(result.simulation)),
         paragraphs=[_done(result), _achieved(result)],
         next_step=(
             "measure your robot at the poses of plan.csv, write what you measure into a table "
@@ -92,9 +92,10 @@ def simulation_page(simulation: Simulation) -> Page:
     )
 
 
-def _replaced(simulation: Simulation) -> str:
+def _replaced(simulation: Simulation) -> list[str]:
     number = sum(simulation.replaced)
-    return f"replaced by spares, since the robot cannot take them: {plural(number, 'pose')}"
+    said = f"replaced by spares, since the robot cannot take them: {plural(number, 'pose')}"
+    return [said] if number else []
 
 
 def _done(result: ProtocolResult) -> str:
