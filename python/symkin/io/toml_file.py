@@ -140,7 +140,10 @@ def _path_of_header(values: Any, counts: dict[KeyPath, int]) -> KeyPath:
 
 def _paths(values: Any) -> Iterator[KeyPath]:
     """All paths in nested tables and lists, outer ones first."""
-    for key, value in values.items() if isinstance(values, dict) else enumerate(values):
-        yield (key,)
-        if isinstance(value, dict | list):
-            yield from ((key, *keys) for keys in _paths(value))
+    pending: list[tuple[KeyPath, Any]] = [((), values)]
+    while pending:  # a recursion would end where a file nests deeply
+        path, values = pending.pop()
+        for key, value in values.items() if isinstance(values, dict) else enumerate(values):
+            yield (*path, key)
+            if isinstance(value, dict | list):
+                pending.append(((*path, key), value))

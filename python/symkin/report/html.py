@@ -106,7 +106,8 @@ def _drawn(image: Image) -> Markup:
     sizes = (round(pixels * inches) for pixels in (_PIXELS_PER_INCH, _LEAST_PIXELS_PER_INCH))
     style = "width: {}px; min-width: {}px".format(*sizes)
     head = f'<svg role="img" aria-label="{escape(image.alternative)}" style="{style}"'
-    return Markup(re.sub(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>', rf"{head} \1>", drawing, count=1))
+    opening = re.compile(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>')
+    return Markup(opening.sub(lambda found: f"{head} {found[1]}>", drawing, count=1))
 
 
 def _svg(figure: Figure, name: str) -> str:
