@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
 constexpr Index kGroup = 32;    // candidates that a kernel skips at once
 constexpr Index kGroups = kBlock / kGroup;
+constexpr double kHidden = -std::numeric_limits<double>::infinity();  // trace of who may not enter
 
 // What a candidate brings.
 struct Shape {

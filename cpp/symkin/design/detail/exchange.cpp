@@ -67,42 +67,51 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
   if (factor.size() == 0) {
     return {};
   }
-  // In coordinates z = T x in which M is the identity.
   const RowMatrix transform = problem.own_transform(factor);
+  const RowMatrix inverse = transform.transpose() * transform;
   std::vector<LeavingPose> leaving;
   double least_trace = std::numeric_limits<double>::infinity();
   for (const Index candidate : chosen) {
-    const RowMatrix z = problem.candidates.rows(candidate) * transform.transpose();
-    leaving.emplace_back(z, z);
+    const RowMatrix rows = problem.candidates.rows(candidate);
+    leaving.emplace_back(rows, rows * inverse);
     least_trace = std::min(least_trace, leaving.back().trace());
   }
-  // No ratio is above one unless d_j > d_i.
-  const auto best_ratio = [&](Index j, double trace, const RowMatrix& rows) {
-    if (contains(chosen, j)) {
-      return 0.0;
-    }
-    const RowMatrix z = rows * transform.transpose();
-    const RowMatrix products = z * z.transpose();
+  // Of one that some chosen pose is too near to, and that may only take the place of this one.
+  const auto crowded_ratio = [&](Index j, const RowMatrix& rows) {
     double best = 0;
     for (Index i = 0; i < size_of(chosen); ++i) {
-      Indices others = problem.spacing.active() ? chosen : Indices{};
-      others.erase(std::remove(others.begin(), others.end(), at(chosen, i)), others.end());
-      if (trace > at(leaving, i).trace() && problem.spacing.fits(j, others)) {
-        best = std::max(best, at(leaving, i).ratio(z, products));
+      Indices others = chosen;
+      others.erase(others.begin() + i);
+      if (problem.spacing.fits(j, others)) {
+        best = std::max(best, at(leaving, i).ratio(rows, rows * inverse * rows.transpose()));
       }
     }
     return best;
   };
+  const Shape shape = problem.shape();
   std::vector<TopCandidates> found(static_cast<std::size_t>(problem.candidates.chunks()),
                                    TopCandidates(kReturned, 1 + kGain));
   problem.candidates.for_each_block([&](Index chunk, Index first, const double* columns) {
+    AlignedArray gram(shape.gram_size() * kBlock);
     alignas(64) double trace[kBlock];
     double group_max[kGroups];
-    kernels().compute({columns, problem.shape(), nullptr, trace, group_max}, transform.data());
+    const BlockProducts block{columns, shape, gram.data(), trace, group_max};
+    kernels().compute(block, transform.data());
     for (Index lane = 0; lane < kBlock; ++lane) {
-      if (trace[lane] > least_trace) {
-        const RowMatrix rows = rows_in(columns, lane, problem.shape());
-        at(found, chunk).offer(first + lane, best_ratio(first + lane, trace[lane], rows));
+      // No ratio is above one unless d_j > d_i.
+      if (trace[lane] > least_trace && contains(chosen, first + lane)) {
+        trace[lane] = kHidden;
+      } else if (trace[lane] > least_trace && !problem.spacing.fits(first + lane, chosen)) {
+        trace[lane] = kHidden;
+        at(found, chunk)
+            .offer(first + lane, crowded_ratio(first + lane, rows_in(columns, lane, shape)));
+      }
+    }
+    for (const LeavingPose& pose : leaving) {
+      BestPair best{1 + kGain, -1};
+      kernels().best_pair(block, pose.view(), best);
+      if (best.lane >= 0) {
+        at(found, chunk).offer(first + best.lane, best.ratio);
       }
     }
   });

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kSmallestPivot = 1e-6;  // of 1 + weight d: less costs more than six digits
 constexpr int kUpdatesKept = 32;
-constexpr double kHidden = -std::numeric_limits<double>::infinity();
 // I - D_ii is singular if the others do not do without the pose; this keeps its inverse finite and
 // the ratio right to as many digits.
 constexpr double kRidge = 1e-9;
