@@ -7,19 +7,13 @@
 
 namespace py = pybind11;
 
-// One function a concept, in bind_<concept>.cpp. Arguments are named, arrays cross without copies
-// where NumPy's are C-contiguous float64, and long computations let other Python threads run.
-void bind_chains(py::module_& module);
-void bind_mechanism(py::module_& module);
+// One function a room, in bind_<room>.cpp. Arguments are named, arrays cross without copies where
+// NumPy's are C-contiguous float64, and long computations let other Python threads run.
+void bind_model(py::module_& module);
 void bind_kinematics(py::module_& module);
 void bind_symmetry(py::module_& module);
-void bind_workspace(py::module_& module);
-void bind_observability(py::module_& module);
+void bind_estimation(py::module_& module);
 void bind_design(py::module_& module);
-void bind_simulation(py::module_& module);
-void bind_identification(py::module_& module);
-void bind_diagnosis(py::module_& module);
-void bind_evaluation(py::module_& module);
 
 // An array that is read as a copy: a view of it would dangle once the member is set anew.
 template <typename Class, typename Array>

@@ -47,15 +47,9 @@ PYBIND11_MODULE(_core, module) {
     }
   });
   symkin::set_interrupt_hook(&raise_signals);
-  bind_chains(module);
-  bind_mechanism(module);
+  bind_model(module);
   bind_kinematics(module);
-  bind_workspace(module);
   bind_symmetry(module);
-  bind_observability(module);
+  bind_estimation(module);
   bind_design(module);
-  bind_simulation(module);
-  bind_identification(module);
-  bind_diagnosis(module);
-  bind_evaluation(module);
 }

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "bindings.hpp"
+#include "symkin/estimation/accuracy.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/estimation/diagnosis.hpp"
+#include "symkin/estimation/evaluation.hpp"
+#include "symkin/estimation/identification.hpp"
+#include "symkin/estimation/observability.hpp"
+#include "symkin/estimation/simulation.hpp"
+#include "symkin/support/error.hpp"
+
+namespace {
+
+void bind_observability(py::module_& module) {
+  using symkin::AccuracyWeights;
+  using symkin::MeasurementNoise;
+  using symkin::Observability;
+  using symkin::RowKind;
+  using symkin::Tolerances;
+
+  py::class_<MeasurementNoise>(module, "MeasurementNoise")
+      .def(py::init([](double position, double orientation, double reading) {
+             const MeasurementNoise noise{position, orientation, reading};
+             noise.check();
+             return noise;
+           }),
+           py::arg("position"), py::arg("orientation"), py::arg("reading"));
+  py::class_<Tolerances>(module, "Tolerances")
+      .def(py::init([](double length, double angle, double gain) {
+             const Tolerances tolerances{length, angle, gain};
+             tolerances.check();
+             return tolerances;
+           }),
+           py::arg("length"), py::arg("angle"), py::arg("gain"))
+      .def(
+          "deviations",
+          [](const Tolerances& self, const symkin::Mechanism& mechanism, symkin::Index leg) {
+            return self.deviations(mechanism.model().info(), mechanism.leg(leg).parameters);
+          },
+          py::arg("mechanism"), py::arg("leg"));
+
+  py::enum_<RowKind>(module, "RowKind")
+      .value("paper", RowKind::paper)
+      .value("noise_aware", RowKind::noise_aware);
+  module.def("observability_rows", &symkin::observability_rows, py::arg("mechanism"),
+             py::arg("leg"), py::arg("poses"), py::arg("kind"), py::arg("noise"), ReleaseGil());
+  module.def("mechanism_rows", &symkin::mechanism_rows, py::arg("mechanism"), py::arg("poses"),
+             py::arg("kind"), py::arg("noise"), ReleaseGil());
+  py::class_<Observability>(module, "Observability")
+      .def_readonly("r_diagonal", &Observability::r_diagonal)
+      .def_readonly("indices", &Observability::indices)
+      .def_readonly("singular_values", &Observability::singular_values)
+      .def_readonly("condition", &Observability::condition)
+      .def_readonly("rank", &Observability::rank)
+      .def_readonly("null_directions", &Observability::null_directions);
+  module.def("analyse_observability", &symkin::analyse_observability, py::arg("rows"),
+             py::arg("scale"), ReleaseGil());
+
+  py::class_<AccuracyWeights>(module, "AccuracyWeights")
+      .def_readonly("position", &AccuracyWeights::position)
+      .def_readonly("orientation", &AccuracyWeights::orientation)
+      .def_readonly("evaluated", &AccuracyWeights::evaluated)
+      .def_readonly("failed", &AccuracyWeights::failed);
+  module.def("accuracy_weights", &symkin::accuracy_weights, py::arg("mechanism"), py::arg("poses"),
+             ReleaseGil());
+  module.def(
+      "expected_accuracy",
+      [](const AccuracyWeights& weights, symkin::ConstRows covariance) {
+        const auto accuracy = symkin::expected_accuracy(weights, covariance);
+        return std::make_pair(accuracy.position, accuracy.orientation);
+      },
+      py::arg("weights"), py::arg("covariance"));
+}
+
+void check_shape(const symkin::MeasurementSet& set) {
+  const auto rows = set.poses.rows();
+  const auto sets = static_cast<symkin::Index>(set.leg_sets.size());
+  if (set.readings.rows() != rows || sets != rows) {
+    throw symkin::InvalidInput("readings have " + std::to_string(set.readings.rows()) +
+                               " rows and leg_sets " + std::to_string(sets) + "; expected " +
+                               std::to_string(rows) + ", one a pose");
+  }
+  const auto legs = set.readings.cols();
+  for (const symkin::Index leg : set.leg_sets) {
+    if (leg < -1 || leg >= legs) {
+      throw symkin::InvalidInput("leg_sets has leg " + std::to_string(leg) + "; expected 0 to " +
+                                 std::to_string(legs - 1) + ", or -1 for all");
+    }
+  }
+}
+
+void bind_simulation(py::module_& module) {
+  using symkin::MeasurementSet;
+  using symkin::PoseSet;
+  using symkin::Simulation;
+
+  py::class_<MeasurementSet>(module, "MeasurementSet")
+      .def(py::init([](symkin::RowMatrix poses, symkin::RowMatrix readings,
+                       std::vector<symkin::Index> leg_sets) {
+             MeasurementSet set{std::move(poses), std::move(readings), std::move(leg_sets)};
+             check_shape(set);
+             return set;
+           }),
+           py::arg("poses"), py::arg("readings"), py::arg("leg_sets"))
+      .def_readonly("poses", &MeasurementSet::poses)
+      .def_readonly("readings", &MeasurementSet::readings)
+      .def_readonly("leg_sets", &MeasurementSet::leg_sets);
+  py::class_<PoseSet>(module, "PoseSet")
+      .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted) {
+             return PoseSet{leg, std::move(poses), wanted};
+           }),
+           py::arg("leg"), py::arg("poses"), py::arg("wanted"));
+  py::class_<Simulation>(module, "Simulation")
+      .def_readonly("measurements", &Simulation::measurements)
+      .def_readonly("replaced", &Simulation::replaced);
+  module.def("disturb", &symkin::disturb, py::arg("nominal"), py::arg("tolerances"),
+             py::arg("seed"));
+  module.def("simulate", &symkin::simulate, py::arg("actual"), py::arg("model"), py::arg("sets"),
+             py::arg("noise"), py::arg("seed"), ReleaseGil());
+}
+
+void bind_identification(py::module_& module) {
+  using symkin::Estimator;
+  using symkin::GoodnessOfFit;
+  using symkin::Identification;
+  using symkin::IdentificationOptions;
+  using symkin::LegIdentification;
+  using symkin::PoseUse;
+  using symkin::RobustLoss;
+
+  py::enum_<Estimator>(module, "Estimator")
+      .value("paper", Estimator::paper)
+      .value("inverse", Estimator::inverse)
+      .value("implicit", Estimator::implicit)
+      .value("joint", Estimator::joint);
+  py::enum_<PoseUse>(module, "PoseUse").value("all", PoseUse::all).value("own", PoseUse::own);
+  py::enum_<RobustLoss::Kind>(module, "LossKind")
+      .value("none", RobustLoss::Kind::none)
+      .value("huber", RobustLoss::Kind::huber)
+      .value("cauchy", RobustLoss::Kind::cauchy)
+      .value("tukey", RobustLoss::Kind::tukey);
+
+  py::class_<LegIdentification>(module, "LegIdentification")
+      .def_readonly("rows", &LegIdentification::rows)
+      .def_readonly("residuals", &LegIdentification::residuals)
+      .def_readonly("standardised", &LegIdentification::standardised)
+      .def_readonly("rejected", &LegIdentification::rejected)
+      .def_readonly("converged", &LegIdentification::converged)
+      .def_readonly("failure", &LegIdentification::failure)
+      .def_readonly("iterations", &LegIdentification::iterations)
+      .def_readonly("condition", &LegIdentification::condition);
+  py::class_<GoodnessOfFit>(module, "GoodnessOfFit")
+      .def_readonly("legs", &GoodnessOfFit::legs)
+      .def_readonly("chi_square", &GoodnessOfFit::chi_square)
+      .def_readonly("degrees_of_freedom", &GoodnessOfFit::degrees_of_freedom)
+      .def_readonly("limit", &GoodnessOfFit::limit)
+      .def_readonly("least", &GoodnessOfFit::least);
+  py::class_<Identification>(module, "Identification")
+      .def_readonly("parameters", &Identification::parameters)
+      .def_readonly("covariance", &Identification::covariance)
+      .def_readonly("legs", &Identification::legs)
+      .def_readonly("goodness", &Identification::goodness)
+      .def_readonly("converged", &Identification::converged)
+      .def_readonly("residual_rms", &Identification::residual_rms)
+      .def_readonly("residual_max", &Identification::residual_max);
+  module.def(
+      "identify",
+      [](const symkin::Mechanism& mechanism, const symkin::MeasurementSet& measurements,
+         Estimator estimator, PoseUse use, const symkin::MeasurementNoise& noise,
+         RobustLoss::Kind loss, double loss_scale, int max_iterations) {
+        const IdentificationOptions options{
+            estimator, use, noise, {loss, loss_scale}, max_iterations};
+        return symkin::identify(mechanism, measurements, options);
+      },
+      py::arg("mechanism"), py::arg("measurements"), py::arg("estimator"), py::arg("use"),
+      py::arg("noise"), py::arg("loss"), py::arg("loss_scale"), py::arg("max_iterations"),
+      ReleaseGil());
+}
+
+void bind_diagnosis(py::module_& module) {
+  using symkin::Diagnosis;
+  using symkin::ResidualTest;
+  using symkin::Suspect;
+
+  py::enum_<Suspect>(module, "Suspect")
+      .value("sensor_curvature", Suspect::sensor_curvature)
+      .value("sensor_eccentricity", Suspect::sensor_eccentricity)
+      .value("geometry", Suspect::geometry)
+      .value("order", Suspect::order)
+      .value("legs", Suspect::legs)
+      .value("estimators", Suspect::estimators);
+  py::class_<ResidualTest>(module, "ResidualTest")
+      .def_readonly("suspect", &ResidualTest::suspect)
+      .def_readonly("leg", &ResidualTest::leg)
+      .def_readonly("other", &ResidualTest::other)
+      .def_readonly("statistic", &ResidualTest::statistic)
+      .def_readonly("terms", &ResidualTest::terms)
+      .def_readonly("spare", &ResidualTest::spare)
+      .def_readonly("p_value", &ResidualTest::p_value)
+      .def_readonly("size", &ResidualTest::size);
+  py::class_<Diagnosis>(module, "Diagnosis")
+      .def_readonly("tests", &Diagnosis::tests)
+      .def_readonly("student", &Diagnosis::student)
+      .def_readonly("student_p", &Diagnosis::student_p)
+      .def_readonly("pose_p", &Diagnosis::pose_p)
+      .def_readonly("chi_square", &Diagnosis::chi_square)
+      .def_readonly("degrees_of_freedom", &Diagnosis::degrees_of_freedom);
+  module.def("chi_square_tail", &symkin::chi_square_tail, py::arg("value"),
+             py::arg("degrees_of_freedom"));
+  module.def("diagnose", &symkin::diagnose, py::arg("estimate"), py::arg("measurements"),
+             py::arg("noise"), py::arg("rejected"), py::arg("turning_sensor"), py::arg("alarm"),
+             ReleaseGil());
+}
+
+void bind_evaluation(py::module_& module) {
+  using symkin::PoseErrors;
+  py::class_<PoseErrors>(module, "PoseErrors")
+      .def_readonly("differences", &PoseErrors::differences)
+      .def_readonly("evaluated", &PoseErrors::evaluated)
+      .def_readonly("failed", &PoseErrors::failed)
+      .def_readonly("position_rms", &PoseErrors::position_rms)
+      .def_readonly("position_max", &PoseErrors::position_max)
+      .def_readonly("orientation_rms", &PoseErrors::orientation_rms)
+      .def_readonly("orientation_max", &PoseErrors::orientation_max);
+  module.def("command_errors", &symkin::command_errors, py::arg("actual"), py::arg("model"),
+             py::arg("commanded"), ReleaseGil());
+  module.def("measurement_errors", &symkin::measurement_errors, py::arg("model"),
+             py::arg("measured"), py::arg("readings"), ReleaseGil());
+}
+
+}  // namespace
+
+void bind_estimation(py::module_& module) {
+  bind_observability(module);
+  bind_simulation(module);
+  bind_identification(module);
+  bind_diagnosis(module);
+  bind_evaluation(module);
+}
