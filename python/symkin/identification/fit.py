@@ -180,10 +180,10 @@ class Fit(Value):
             result = _core.identify(
                 mechanism.core,
                 core_measurements(measurements),
-                one_of("estimator", options.estimator, _core.Estimator.__members__),
-                one_of("poses", options.poses, _core.PoseUse.__members__),
+                _core.Estimator.__members__[options.estimator],
+                _core.PoseUse.__members__[options.poses],
                 noise_of(options.noise or mechanism.noise),
-                one_of("loss", options.loss, _core.LossKind.__members__),
+                _core.LossKind.__members__[options.loss],
                 options.loss_scale or 0.0,
                 options.max_iterations,
             )
