@@ -5,6 +5,7 @@
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/evaluation.hpp"
 #include "symkin/estimation/identification.hpp"
+#include "symkin/estimation/joint.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/estimation/simulation.hpp"
 #include "symkin/support/error.hpp"
@@ -177,6 +178,119 @@ void bind_identification(py::module_& module) {
       ReleaseGil());
 }
 
+void bind_joint(py::module_& module) {
+  using symkin::Frame;
+  using symkin::Gauge;
+  using symkin::JointFit;
+  using symkin::JointOptions;
+  using symkin::Layout;
+  using symkin::Observations;
+  using symkin::Observed;
+  using symkin::RobustLoss;
+  using symkin::RowFit;
+  using symkin::Setup;
+
+  py::class_<Frame>(module, "Frame")
+      .def(py::init([](const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
+             return Frame{position, rotation};
+           }),
+           py::arg("position"), py::arg("rotation"))
+      .def_readonly("position", &Frame::position)
+      .def_readonly("rotation", &Frame::rotation);
+  py::class_<Setup>(module, "Setup")
+      .def(py::init([](const symkin::Mechanism& mechanism, const symkin::RowMatrix& curvature,
+                       const Frame& base, const Frame& target, const symkin::RowMatrix& points,
+                       const symkin::RowMatrix& anchors, const Eigen::Vector3d& plane) {
+             Setup setup = Setup::of(mechanism);
+             if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
+                 points.cols() != 3 || anchors.cols() != 3) {
+               throw symkin::InvalidInput(
+                   "expected the curvature as legs x 3, points and anchors as n x 3");
+             }
+             setup.curvature = curvature;
+             setup.base = base;
+             setup.target = target;
+             setup.points = points;
+             setup.anchors = anchors;
+             setup.plane = plane;
+             return setup;
+           }),
+           py::arg("mechanism"), py::arg("curvature"), py::arg("base"), py::arg("target"),
+           py::arg("points"), py::arg("anchors"), py::arg("plane"))
+      .def_readonly("parameters", &Setup::parameters)
+      .def_readonly("curvature", &Setup::curvature)
+      .def_readonly("base", &Setup::base)
+      .def_readonly("target", &Setup::target)
+      .def_readonly("points", &Setup::points)
+      .def_readonly("anchors", &Setup::anchors)
+      .def_readonly("plane", &Setup::plane);
+  module.def("unknown_names", &symkin::unknown_names, py::arg("mechanism"), py::arg("setup"));
+
+  py::class_<Observed>(module, "Observed")
+      .def(py::init([](symkin::RowMatrix values, symkin::RowMatrix deviations) {
+             return Observed{std::move(values), std::move(deviations)};
+           }),
+           py::arg("values"), py::arg("deviations"))
+      .def_readonly("values", &Observed::values)
+      .def_readonly("deviations", &Observed::deviations);
+  py::class_<Observations>(module, "Observations")
+      .def(py::init([](Observed readings, Observed poses, Observed reported, Observed points,
+                       Observed distances, Observed heights) {
+             return Observations{std::move(readings), std::move(poses),     std::move(reported),
+                                 std::move(points),   std::move(distances), std::move(heights)};
+           }),
+           py::arg("readings"), py::arg("poses"), py::arg("reported"), py::arg("points"),
+           py::arg("distances"), py::arg("heights"));
+
+  py::class_<RowFit>(module, "RowFit")
+      .def_readonly("pose", &RowFit::pose)
+      .def_readonly("kind", &RowFit::kind)
+      .def_readonly("index", &RowFit::index)
+      .def_readonly("residual", &RowFit::residual)
+      .def_readonly("t", &RowFit::t)
+      .def_readonly("blunder", &RowFit::blunder);
+  py::class_<JointFit>(module, "JointFit")
+      .def_readonly("setup", &JointFit::setup)
+      .def_readonly("change", &JointFit::change)
+      .def_readonly("covariance", &JointFit::covariance)
+      .def_readonly("poses", &JointFit::poses)
+      .def_readonly("reading_errors", &JointFit::reading_errors)
+      .def_readonly("rows", &JointFit::rows)
+      .def_readonly("conditions", &JointFit::conditions)
+      .def_readonly("chi_squares", &JointFit::chi_squares)
+      .def_readonly("loss_weights", &JointFit::loss_weights)
+      .def_readonly("aside", &JointFit::aside)
+      .def_readonly("chi_square_data", &JointFit::chi_square_data)
+      .def_readonly("chi_square_prior", &JointFit::chi_square_prior)
+      .def_readonly("goodness", &JointFit::goodness)
+      .def_readonly("rank", &JointFit::rank)
+      .def_readonly("data_rank", &JointFit::data_rank)
+      .def_readonly("unseen", &JointFit::unseen)
+      .def_readonly("gauge_directions", &JointFit::gauge_directions)
+      .def_readonly("converged", &JointFit::converged)
+      .def_readonly("failure", &JointFit::failure)
+      .def_readonly("iterations", &JointFit::iterations);
+  module.def(
+      "fit_jointly",
+      [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
+         std::vector<symkin::Index> column, symkin::Vector prior, RobustLoss::Kind loss,
+         double loss_scale, double loss_spread, int max_iterations, bool nearest,
+         symkin::Vector tolerances, symkin::RowMatrix start) {
+        const Layout layout{std::move(column), std::move(prior)};
+        const JointOptions options{{loss, loss_scale},
+                                   loss_spread,
+                                   max_iterations,
+                                   nearest ? Gauge::nominal : Gauge::refuse,
+                                   std::move(tolerances),
+                                   std::move(start)};
+        return symkin::fit_jointly(mechanism, setup, observations, layout, options);
+      },
+      py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
+      py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
+      py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
+      ReleaseGil());
+}
+
 void bind_diagnosis(py::module_& module) {
   using symkin::Diagnosis;
   using symkin::ResidualTest;
@@ -234,6 +348,7 @@ void bind_estimation(py::module_& module) {
   bind_observability(module);
   bind_simulation(module);
   bind_identification(module);
+  bind_joint(module);
   bind_diagnosis(module);
   bind_evaluation(module);
 }

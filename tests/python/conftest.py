@@ -42,3 +42,12 @@ def reference_file() -> Path:
     if not path.exists():
         pytest.skip("the reference numbers are not at hand")
     return path
+
+
+@pytest.fixture(scope="session")
+def shared_reference() -> Path:
+    """The folder of reference numbers, made independently of the project."""
+    path = SHARED / "reference"
+    if not path.is_dir():
+        pytest.skip("the reference numbers are not at hand")
+    return path

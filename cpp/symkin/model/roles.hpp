@@ -35,6 +35,7 @@ enum class ParameterKind {
   direction_distance,  // m, of a guide from the origin along its normal; of either sign
   gain,                // active joint variable per sensor reading
   offset,              // active joint variable at zero reading; see ActiveJoint
+  curvature,           // of a sensor, beside its gain and offset
 };
 
 struct ParameterRole {
@@ -57,7 +58,8 @@ constexpr bool is_angle(ParameterKind kind) {
 }
 
 constexpr bool is_sensor(ParameterKind kind) {
-  return kind == ParameterKind::gain || kind == ParameterKind::offset;
+  return kind == ParameterKind::gain || kind == ParameterKind::offset ||
+         kind == ParameterKind::curvature;
 }
 
 struct ParameterInfo {

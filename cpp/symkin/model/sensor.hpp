@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "symkin/model/pose_space.hpp"
 #include "symkin/model/roles.hpp"
@@ -46,6 +47,31 @@ struct LinearSensor {
   }
 
   double gain, offset;
+};
+
+// A sensor that is not quite straight, q = gain * psi + offset + c psi^2 + a cos psi + b sin psi:
+// spools and soft drives bend (c), an eccentric encoder errs once a turn (a, b; psi in radians).
+struct CurvedSensor {
+  static constexpr std::array<ParameterInfo, 3> kCurvatureInfos{
+      {{"sensor_quadratic", {End::none, ParameterKind::curvature}},
+       {"sensor_cosine", {End::none, ParameterKind::curvature}},
+       {"sensor_sine", {End::none, ParameterKind::curvature}}}};
+
+  double active_joint(double reading) const {
+    return straight.active_joint(reading) + quadratic * reading * reading +
+           cosine * std::cos(reading) + sine * std::sin(reading);
+  }
+  double by_reading(double reading) const {
+    return straight.gain + 2 * quadratic * reading - cosine * std::sin(reading) +
+           sine * std::cos(reading);
+  }
+  // gain, offset, quadratic, cosine, sine
+  static std::array<double, 5> by_parameters(double reading) {
+    return {reading, 1, reading * reading, std::cos(reading), std::sin(reading)};
+  }
+
+  LinearSensor straight;
+  double quadratic, cosine, sine;
 };
 
 }  // namespace symkin

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/latent_problem.hpp"
+
+#include <ceres/loss_function.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "symkin/estimation/detail/factors.hpp"
+#include "symkin/model/sensor.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+namespace {
+
+CurvedSensor sensor_of(const Setup& setup, Index leg) {
+  const Index gain = setup.parameters.cols() - LinearSensor::kParameters;
+  return {LinearSensor(&setup.parameters(leg, gain)), setup.curvature(leg, 0),
+          setup.curvature(leg, 1), setup.curvature(leg, 2)};
+}
+
+// The rows of a pose, gathered one by one.
+class RowList {
+ public:
+  RowList(const Layout& layout, Index dof) : layout_(layout), dof_(dof) {}
+
+  Index add(RowOrigin origin, double misfit, double variance) {
+    const Index row = count_++;
+    if (row == by_pose.rows()) {
+      const Index more = std::max<Index>(2 * row, 16);
+      by_pose.conservativeResize(more, dof_);
+      by_unknowns.conservativeResize(more, layout_.columns());
+      misfits.conservativeResize(more);
+      variances.conservativeResize(more);
+    }
+    by_pose.row(row).setZero();
+    by_unknowns.row(row).setZero();
+    misfits[row] = misfit;
+    variances[row] = variance;
+    origins.push_back(origin);
+    return row;
+  }
+
+  void set(Index row, Index scalar, double derivative) {
+    const Index column = layout_.column[static_cast<std::size_t>(scalar)];
+    if (column >= 0) {
+      by_unknowns(row, column) += derivative;
+    }
+  }
+
+  Index count() const { return count_; }
+
+  std::vector<RowOrigin> origins;
+  Eigen::MatrixXd by_pose, by_unknowns;
+  Vector misfits, variances;
+
+ private:
+  const Layout& layout_;
+  Index dof_;
+  Index count_ = 0;
+};
+
+// Rows of one kind of observation at one pose, those of its components that were measured:
+// `component` of the kRows, or -1 for none, goes with each measured value's deviation.
+template <typename Factor>
+void add_factor(const factors::Scene<factors::Scalar>& scene, const std::vector<Index>& slots,
+                const UnknownList& list, const double* own, Index own_scalar,
+                const double* measured, const double* deviations, RowOrigin::Kind kind,
+                Index first_index, const std::vector<Index>& components, RowList& rows) {
+  using factors::Scalar;
+  factors::Vec3<Scalar> own_values{Scalar(0.0), Scalar(0.0), Scalar(0.0)};
+  if constexpr (Factor::kOwn) {
+    for (int i = 0; i < 3; ++i) {
+      own_values[static_cast<std::size_t>(i)] = Scalar(own[i], 18 + i);
+    }
+  }
+  const auto misfit = Factor::template misfit<Scalar>(scene, own_values, measured);
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    const double deviation = deviations[k];
+    if (!std::isfinite(deviation)) {
+      continue;
+    }
+    const Scalar& y = misfit[static_cast<std::size_t>(components[k])];
+    const Index row = rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a,
+                               deviation * deviation);
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      rows.by_pose(row, static_cast<Index>(i)) = y.v[static_cast<std::size_t>(slots[i])];
+    }
+    for (Index i = 0; i < 6; ++i) {
+      rows.set(row, list.base() + i, y.v[static_cast<std::size_t>(6 + i)]);
+      rows.set(row, list.target() + i, y.v[static_cast<std::size_t>(12 + i)]);
+    }
+    for (Index i = 0; Factor::kOwn && i < 3; ++i) {
+      rows.set(row, own_scalar + i, y.v[static_cast<std::size_t>(18 + i)]);
+    }
+  }
+}
+
+// Where a value is missing there is no row: marked by a deviation that is not finite.
+std::vector<double> deviations_where_measured(const double* values, const double* deviations,
+                                              Index count) {
+  std::vector<double> found(static_cast<std::size_t>(count));
+  for (Index i = 0; i < count; ++i) {
+    found[static_cast<std::size_t>(i)] =
+        std::isfinite(values[i]) ? deviations[i] : std::numeric_limits<double>::quiet_NaN();
+  }
+  return found;
+}
+
+}  // namespace
+
+LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& observations,
+                             const Layout& layout, Setup setup, RowMatrix poses,
+                             std::vector<bool> aside, const RobustLoss& loss, double spread)
+    : mechanism_(mechanism),
+      observations_(observations),
+      layout_(layout),
+      list_(setup),
+      loss_(loss),
+      spread_(spread),
+      aside_(std::move(aside)),
+      constraints_(0, layout.columns()),
+      legs_(static_cast<std::size_t>(mechanism.leg_count())),
+      linear_(static_cast<std::size_t>(observations.count())) {
+  state_.setup = std::move(setup);
+  state_.change = Vector::Zero(layout.columns());
+  state_.errors = RowMatrix::Zero(poses.rows(), mechanism.leg_count());
+  state_.poses = std::move(poses);
+}
+
+void LatentProblem::take_in(Index pose, const double* start) {
+  aside_[static_cast<std::size_t>(pose)] = false;
+  state_.poses.row(pose) = Eigen::Map<const Eigen::RowVectorXd>(start, state_.poses.cols());
+  state_.errors.row(pose).setZero();
+}
+
+void LatentProblem::linearise_legs() {
+  const Index n = observations_.count();
+  Vector joints(n);
+  for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
+    const CurvedSensor sensor = sensor_of(state_.setup, leg);
+    for (Index i = 0; i < n; ++i) {
+      const double reading = observations_.readings.values(i, leg) + state_.errors(i, leg);
+      joints[i] = std::isfinite(reading) ? sensor.active_joint(reading) : 0;
+    }
+    Vector straight = state_.setup.parameters.row(leg);
+    straight.tail<2>() << 1, 0;
+    mechanism_.model().linearise(straight, state_.poses, joints,
+                                 legs_[static_cast<std::size_t>(leg)]);
+  }
+}
+
+void LatentProblem::assemble(Index pose, LinearPose& linear) const {
+  const PoseSpace space = mechanism_.pose_space();
+  const Index dof = mechanism_.dof();
+  const Index closures = mechanism_.model().info().closures;
+  const Index geometry = mechanism_.parameter_count() - LinearSensor::kParameters;
+  RowList rows(layout_, dof);
+
+  for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
+    const double measured = observations_.readings.values(pose, leg);
+    if (!std::isfinite(measured)) {
+      continue;
+    }
+    const double error = state_.errors(pose, leg);
+    const double deviation = observations_.readings.deviations(pose, leg);
+    const CurvedSensor sensor = sensor_of(state_.setup, leg);
+    const double gain = sensor.by_reading(measured + error);
+    const auto by_sensor = CurvedSensor::by_parameters(measured + error);
+    const ClosureRows& of_leg = legs_[static_cast<std::size_t>(leg)];
+    for (Index c = 0; c < closures; ++c) {
+      const Index at = pose * closures + c;
+      const double by_joint = of_leg.by_reading[at];
+      const double g = by_joint * gain;
+      const Index row =
+          rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
+                   g * g * deviation * deviation);
+      rows.by_pose.row(row) = of_leg.by_pose.row(at);
+      for (Index i = 0; i < geometry; ++i) {
+        rows.set(row, list_.leg(leg) + i, of_leg.by_parameters(at, i));
+      }
+      for (std::size_t i = 0; i < by_sensor.size(); ++i) {
+        rows.set(row, list_.leg(leg) + geometry + static_cast<Index>(i), by_sensor[i] * by_joint);
+      }
+    }
+  }
+
+  const Setup& setup = state_.setup;
+  const std::vector<Index>& slots = pose_slots(space);
+  const Index dimensions = position_size(space);
+  std::vector<Index> positions, turns;  // components of the misfits that exist
+  for (const Index slot : slots) {
+    (slot < 3 ? positions : turns).push_back(slot < 3 ? slot : slot - 3);
+  }
+  const bool others = observations_.poses.any() || observations_.reported.any() ||
+                      observations_.points.any() || observations_.distances.any() ||
+                      observations_.heights.any();
+  if (others) {
+    const auto scene = factors::scene_of(frame_of_pose(space, state_.poses.row(pose).data()),
+                                         setup.base, setup.target);
+    const auto add_pose = [&](const Observed& observed, RowOrigin::Kind kind, auto position,
+                              auto orientation) {
+      if (!observed.any()) {
+        return;
+      }
+      const double* values = observed.values.row(pose).data();
+      const double* deviations = observed.deviations.row(pose).data();
+      Vector known = Eigen::Map<const Vector>(values, observed.values.cols());
+      const bool turned = known.tail(known.size() - dimensions).allFinite();
+      if (!turned) {
+        known.tail(known.size() - dimensions) =
+            identity_pose(space).tail(known.size() - dimensions);
+      }
+      const Frame frame = frame_of_pose(space, known.data());
+      double measured[12];
+      std::copy_n(frame.position.data(), 3, measured);
+      const Eigen::Matrix3d by_rows = frame.rotation.transpose();
+      std::copy_n(by_rows.data(), 9, measured + 3);
+      const std::vector<double> at = deviations_where_measured(values, deviations, dimensions);
+      add_factor<decltype(position)>(scene, slots, list_, nullptr, 0, measured, at.data(), kind, 0,
+                                     positions, rows);
+      if (turned && !turns.empty()) {
+        add_factor<decltype(orientation)>(scene, slots, list_, nullptr, 0, measured,
+                                          deviations + dimensions, kind, dimensions, turns, rows);
+      }
+    };
+    add_pose(observations_.poses, RowOrigin::Kind::pose, factors::MeasuredPosition(),
+             factors::MeasuredOrientation());
+    add_pose(observations_.reported, RowOrigin::Kind::reported, factors::ReportedPosition(),
+             factors::ReportedOrientation());
+    for (Index i = 0; observations_.points.any() && i < setup.points.rows(); ++i) {
+      const Index first = i * dimensions;
+      const double* values = &observations_.points.values(pose, first);
+      double measured[3] = {0, 0, 0};
+      std::copy(values, values + dimensions, measured);
+      const std::vector<double> at = deviations_where_measured(
+          values, &observations_.points.deviations(pose, first), dimensions);
+      add_factor<factors::TargetPoint>(scene, slots, list_, setup.points.row(i).data(),
+                                       list_.point(i), measured, at.data(), RowOrigin::Kind::point,
+                                       first, positions, rows);
+    }
+    for (Index i = 0; observations_.distances.any() && i < setup.anchors.rows(); ++i) {
+      const double* values = &observations_.distances.values(pose, i);
+      const std::vector<double> at =
+          deviations_where_measured(values, &observations_.distances.deviations(pose, i), 1);
+      add_factor<factors::Distance>(scene, slots, list_, setup.anchors.row(i).data(),
+                                    list_.anchor(i), values, at.data(), RowOrigin::Kind::distance,
+                                    i, {0}, rows);
+    }
+    if (observations_.heights.any()) {
+      const double* values = observations_.heights.values.row(pose).data();
+      const std::vector<double> at = deviations_where_measured(
+          values, observations_.heights.deviations.row(pose).data(), 1);
+      add_factor<factors::Height>(scene, slots, list_, setup.plane.data(), list_.plane(), values,
+                                  at.data(), RowOrigin::Kind::height, 0, {0}, rows);
+    }
+  }
+
+  const Index m = rows.count();
+  linear.origins = std::move(rows.origins);
+  linear.misfit = rows.misfits.head(m);
+  linear.variances = rows.variances.head(m);
+  linear.by_unknowns = rows.by_unknowns.topRows(m);
+  linear.elimination = eliminate_pose(rows.by_pose.topRows(m), linear.variances, pose);
+  const Eigen::MatrixXd& g = linear.elimination.conditions;
+  linear.conditions = g.transpose() * linear.misfit;
+  linear.jacobian = g.transpose() * linear.by_unknowns;
+}
+
+bool LatentProblem::linearise(NormalEquations& equations) {
+  check_interrupt();
+  const Index columns = layout_.columns();
+  linearise_legs();
+  equations.reset(columns);
+  for (Index i = 0; i < observations_.count(); ++i) {
+    LinearPose& linear = linear_[static_cast<std::size_t>(i)];
+    if (aside_[static_cast<std::size_t>(i)]) {
+      linear = LinearPose();
+      linear.jacobian.resize(0, columns);
+      continue;
+    }
+    assemble(i, linear);
+    const double square = linear.chi_square();
+    if (!std::isfinite(square) || !linear.jacobian.allFinite()) {
+      return false;
+    }
+    double cost = square;
+    linear.weight = 1;
+    if (loss_.kind != RobustLoss::Kind::none && linear.count() > 0) {
+      const auto loss = loss_.make(spread_ * std::sqrt(static_cast<double>(linear.count())));
+      double rho[3];
+      loss->Evaluate(square, rho);
+      cost = rho[0];
+      linear.weight = rho[1];
+    }
+    equations.cost += cost;
+    equations.information.noalias() +=
+        linear.weight * linear.jacobian.transpose() * linear.jacobian;
+    equations.gradient.noalias() +=
+        linear.weight * linear.jacobian.transpose() * linear.conditions;
+  }
+  for (Index i = 0; i < columns; ++i) {
+    const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
+    equations.information(i, i) += precision;
+    equations.gradient[i] += precision * state_.change[i];
+    equations.cost += precision * state_.change[i] * state_.change[i];
+  }
+  const Vector off = constraints_ * state_.change;
+  equations.information.noalias() += constraints_.transpose() * constraints_;
+  equations.gradient.noalias() += constraints_.transpose() * off;
+  equations.cost += off.squaredNorm();
+  return std::isfinite(equations.cost);
+}
+
+void LatentProblem::step(const Vector& d) {
+  constexpr double kLargest = 0.3;  // m or rad
+  saved_ = state_;
+  largest_move_ = 0;
+  for (Index i = 0; i < observations_.count(); ++i) {
+    const LinearPose& linear = linear_[static_cast<std::size_t>(i)];
+    if (linear.misfit.size() == 0) {
+      continue;
+    }
+    const Vector errors =
+        -linear.variances.cwiseProduct(linear.elimination.conditions *
+                                       (linear.conditions + linear.jacobian * d));
+    Vector move =
+        linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+    const double size = move.lpNorm<Eigen::Infinity>();
+    if (size > kLargest) {
+      move *= kLargest / size;
+    }
+    // A pose that says nothing of the parameters may wander about a double root.
+    if (linear.count() > 0) {
+      largest_move_ = std::max(largest_move_, size);
+    }
+    move_pose(mechanism_.pose_space(), move.data(), state_.poses.row(i).data());
+    for (std::size_t row = 0; row < linear.origins.size(); ++row) {
+      const RowOrigin& origin = linear.origins[row];
+      if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
+        state_.errors(i, origin.index) = errors[static_cast<Index>(row)] / origin.by_error;
+      }
+    }
+  }
+  state_.setup = moved(state_.setup, layout_, d);
+  state_.change += d;
+}
+
+void LatentProblem::undo() { state_ = saved_; }
+
+}  // namespace symkin

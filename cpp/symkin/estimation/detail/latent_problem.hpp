@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
+#include "symkin/estimation/detail/pose_elimination.hpp"
+#include "symkin/estimation/observations.hpp"
+#include "symkin/estimation/robust_loss.hpp"
+#include "symkin/estimation/unknowns.hpp"
+
+namespace symkin {
+
+// What one row of a latent pose is of.
+struct RowOrigin {
+  enum class Kind { closure, pose, reported, point, distance, height };
+  Kind kind;
+  Index index;      // the leg, the component of the tangent, the point's coordinate, the anchor
+  double by_error;  // of a closure: dh/dpsi, its deviation per deviation of the reading
+};
+
+// One latent pose, linearised at the present state, and what is left of it (see PoseElimination).
+struct LinearPose {
+  std::vector<RowOrigin> origins;  // of its m rows
+  Vector misfit, variances;        // y and V
+  Eigen::MatrixXd by_unknowns;     // C, m x columns
+  PoseElimination elimination;
+  Vector conditions;         // rho
+  Eigen::MatrixXd jacobian;  // J
+  double weight = 1;         // of the robust loss
+
+  Index count() const { return conditions.size(); }
+  double chi_square() const { return conditions.squaredNorm(); }
+};
+
+// Maximum likelihood of all columns of a layout, the poses and the errors of their readings, which
+// move together: poses converged for fixed parameters need not exist.
+class LatentProblem {
+ public:
+  // `poses` are where the latent poses start; those in `aside` stay out. A loss is one of the pose
+  // and bends at its scale times `spread` times the root of the number of conditions.
+  LatentProblem(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
+                Setup setup, RowMatrix poses, std::vector<bool> aside, const RobustLoss& loss,
+                double spread);
+
+  // Rows of the problem beside the poses and the priors: A z = 0, z the change since the start.
+  void constrain(const RowMatrix& rows) { constraints_ = rows; }
+  void set_spread(double spread) { spread_ = spread; }
+  void take_in(Index pose, const double* start);
+
+  Index size() const { return layout_.columns(); }
+  bool linearise(NormalEquations& equations);
+  void step(const Vector& d);
+  void undo();
+  // Whether the last step left the latent poses where they were.
+  bool still() const { return largest_move_ < 1e-11; }
+
+  const Setup& setup() const { return state_.setup; }
+  const Vector& change() const { return state_.change; }
+  const RowMatrix& poses() const { return state_.poses; }
+  const RowMatrix& reading_errors() const { return state_.errors; }
+  const std::vector<bool>& aside() const { return aside_; }
+  // Of the last linearisation; those set aside are empty.
+  const std::vector<LinearPose>& linear() const { return linear_; }
+
+ private:
+  struct State {
+    Setup setup;
+    Vector change;     // of the columns since the start
+    RowMatrix poses;   // N x coordinates
+    RowMatrix errors;  // N x legs, of the readings
+  };
+
+  void linearise_legs();
+  void assemble(Index pose, LinearPose& linear) const;
+
+  const Mechanism& mechanism_;
+  const Observations& observations_;
+  const Layout& layout_;
+  UnknownList list_;
+  RobustLoss loss_;
+  double spread_;
+  std::vector<bool> aside_;
+  RowMatrix constraints_;
+  State state_, saved_;
+  std::vector<ClosureRows> legs_;  // at the present state, of a sensor that shows q itself
+  std::vector<LinearPose> linear_;
+  double largest_move_ = 0;
+};
+
+}  // namespace symkin

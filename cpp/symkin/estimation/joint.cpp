@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/support/dense.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/not_identifiable.hpp"
+#include "symkin/support/null_directions.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// The rows of all poses, weighted by the loss, and below them those of the priors.
+RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& priors) {
+  Index count = 0;
+  for (const LinearPose& pose : poses) {
+    count += pose.count();
+  }
+  const Index columns = priors.size();
+  RowMatrix rows = RowMatrix::Zero(count + columns, columns);
+  Index first = 0;
+  for (const LinearPose& pose : poses) {
+    rows.middleRows(first, pose.count()) = std::sqrt(pose.weight) * pose.jacobian;
+    first += pose.count();
+  }
+  rows.bottomRows(columns).diagonal() = priors.cwiseInverse();
+  return rows;
+}
+
+// What rows (m x p) do not show, as directions of columns in `scale`, and their rank.
+struct Sight {
+  Index rank;
+  RowMatrix unseen;  // p x (p - rank), in scale
+};
+
+Sight sight_of(const RowMatrix& rows, const Vector& scale) {
+  constexpr double kRank = 1e-9;
+  const Index p = rows.cols();
+  RowMatrix tall = RowMatrix::Zero(std::max(rows.rows(), p), p);
+  tall.topRows(rows.rows()) = rows * scale.asDiagonal();
+  const RightSingular svd = right_singular(triangular_factor(tall));
+  const Index rank =
+      svd.values.size() == 0 ? 0 : (svd.values.array() > kRank * svd.values[0]).count();
+  return {rank, svd.vectors.rightCols(p - rank)};
+}
+
+// Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
+// `scale`, and so is the result once a row is divided by it.
+RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances,
+                           const Vector& scale) {
+  // In z / scale: W = 1 / tolerance^2 becomes (scale / tolerance)^2, one or, without tolerance,
+  // next to nothing: a direction of frames alone has to be held somehow.
+  constexpr double kFree = 1e-6;
+  Vector weights(scale.size());
+  for (Index i = 0; i < scale.size(); ++i) {
+    weights[i] = tolerances[i] > 0 ? 1 : kFree * kFree;
+  }
+  return unseen.transpose() * weights.asDiagonal() * scale.cwiseInverse().asDiagonal();
+}
+
+// The covariance of the solution that obeys the rows A z = 0 exactly, from any that obeys them.
+RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
+  const RowMatrix scaled = rows * scale.asDiagonal();
+  const Vector lengths = inverse_column_lengths(scaled);
+  const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
+  const RowMatrix half = scale.cwiseProduct(lengths).asDiagonal() *
+                         lower_inverse(factor.transpose()).transpose();
+  return half * half.transpose();
+}
+
+Vector typical_sizes(const Layout& layout, const JointOptions& options) {
+  constexpr double kFrame = 1e-3;  // m or rad, where nothing is known
+  Vector sizes = Vector::Constant(layout.columns(), kFrame);
+  for (Index i = 0; i < layout.columns(); ++i) {
+    if (i < options.tolerances.size() && options.tolerances[i] > 0) {
+      sizes[i] = options.tolerances[i];
+    } else if (std::isfinite(layout.prior[i])) {
+      sizes[i] = layout.prior[i];
+    }
+  }
+  return sizes;
+}
+
+Vector tolerances_of(const Layout& layout, const JointOptions& options) {
+  return options.tolerances.size() == 0 ? Vector(Vector::Zero(layout.columns()))
+                                        : options.tolerances;
+}
+
+void check_options(const Mechanism& mechanism, const Observations& observations,
+                   const Layout& layout, const JointOptions& options) {
+  options.loss.check();
+  if (options.tolerances.size() != 0 && options.tolerances.size() != layout.columns()) {
+    throw InvalidInput("there are " + std::to_string(options.tolerances.size()) +
+                       " tolerances; expected one a column, " + std::to_string(layout.columns()));
+  }
+  if (options.start.rows() != observations.count() ||
+      options.start.cols() != coordinate_count(mechanism.pose_space())) {
+    throw InvalidInput("the poses to start from are " + std::to_string(options.start.rows()) +
+                       " x " + std::to_string(options.start.cols()) + "; expected " +
+                       std::to_string(observations.count()) + " x " +
+                       std::to_string(coordinate_count(mechanism.pose_space())));
+  }
+}
+
+[[noreturn]] void refuse(const RowMatrix& unseen, const Vector& scale) {
+  throw NotIdentifiable("the observations do not show all of the " + std::to_string(scale.size()) +
+                            " unknowns, and no prior holds the rest",
+                        named_directions(unseen, scale));
+}
+
+// How much larger than standard normal the conditions are.
+double spread_of(const RobustLoss& loss, const std::vector<LinearPose>& poses) {
+  std::vector<double> all;
+  for (const LinearPose& pose : poses) {
+    all.insert(all.end(), pose.conditions.data(), pose.conditions.data() + pose.count());
+  }
+  return all.empty() ? 1
+                     : loss.spread(Eigen::Map<const Vector>(all.data(),
+                                                            static_cast<Index>(all.size())));
+}
+
+// Statistics of the rows of one pose; `covariance` is that of the columns without scaling.
+void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
+              std::vector<RowFit>& rows) {
+  const Index r = pose.count();
+  const Eigen::MatrixXd& g = pose.elimination.conditions;
+  const Eigen::MatrixXd left =
+      Eigen::MatrixXd::Identity(r, r) - pose.jacobian * covariance * pose.jacobian.transpose();
+  const Vector multipliers = g * pose.conditions;
+  const Vector errors = -pose.variances.cwiseProduct(multipliers);
+  constexpr double kSilent = 1e-9;  // of the row's own variance
+  for (Index k = 0; k < pose.misfit.size(); ++k) {
+    const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
+    const double all = g.row(k).squaredNorm();
+    const double variance = g.row(k) * left * g.row(k).transpose();
+    const bool reading = origin.kind == RowOrigin::Kind::closure;
+    const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
+    RowFit row{index,
+               static_cast<int>(origin.kind),
+               origin.index,
+               errors[k] / unit,
+               kNaN,
+               kNaN};
+    if (r > 0 && variance > kSilent * all) {
+      row.t = -multipliers[k] / std::sqrt(variance) * (unit < 0 ? -1 : 1);
+      row.blunder = multipliers[k] / all / unit;
+    }
+    rows.push_back(row);
+  }
+}
+
+GoodnessOfFit goodness_of(const JointFit& fit, Index rank, Index priors) {
+  constexpr double kFalseAlarms = 1e-3;
+  GoodnessOfFit goodness;
+  for (Index leg = 0; leg < fit.setup.parameters.rows(); ++leg) {
+    goodness.legs.push_back(leg);
+  }
+  goodness.chi_square = fit.chi_square_prior;
+  goodness.degrees_of_freedom = priors - rank;
+  for (std::size_t k = 0; k < fit.conditions.size(); ++k) {
+    if (fit.loss_weights[static_cast<Index>(k)] >= kRejectedWeight) {
+      goodness.chi_square += fit.chi_squares[static_cast<Index>(k)];
+      goodness.degrees_of_freedom += fit.conditions[k];
+    }
+  }
+  goodness.limit = goodness.least = kNaN;
+  if (goodness.degrees_of_freedom > 0) {
+    goodness.limit = chi_square_limit(goodness.degrees_of_freedom, kFalseAlarms);
+    goodness.least = chi_square_limit(goodness.degrees_of_freedom, 1 - kFalseAlarms);
+  }
+  return goodness;
+}
+
+// Everything that is said of the fit at the problem's present state.
+void describe(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
+              const Vector& scale, JointFit& fit) {
+  fit.setup = problem.setup();
+  fit.change = problem.change();
+  fit.poses = problem.poses();
+  fit.reading_errors = problem.reading_errors();
+  const auto& linear = problem.linear();
+  const auto count = static_cast<Index>(linear.size());
+  fit.chi_squares = Vector::Zero(count);
+  fit.loss_weights = Vector::Ones(count);
+  for (Index k = 0; k < count; ++k) {
+    const LinearPose& pose = linear[static_cast<std::size_t>(k)];
+    fit.conditions.push_back(pose.count());
+    fit.chi_squares[k] = pose.chi_square();
+    fit.loss_weights[k] = pose.weight;
+    if (problem.aside()[static_cast<std::size_t>(k)]) {
+      fit.aside.push_back(k);
+      fit.poses.row(k).setConstant(kNaN);
+    }
+  }
+  fit.chi_square_data = fit.chi_squares.sum();
+  fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
+
+  const RowMatrix rows = stacked_rows(linear, layout.prior);
+  const RowMatrix data = rows.topRows(rows.rows() - layout.columns());
+  const Sight of_data = sight_of(data, scale);
+  const Sight of_all = sight_of(rows, scale);
+  fit.data_rank = of_data.rank;
+  fit.rank = of_all.rank;
+  fit.unseen = of_data.unseen.cols() > 0
+                   ? named_directions(of_data.unseen, Vector::Ones(scale.size()))
+                   : of_data.unseen;
+  fit.gauge_directions = of_all.unseen.cols();
+  const Index priors = (layout.prior.array() < std::numeric_limits<double>::infinity()).count();
+  fit.goodness = goodness_of(fit, fit.rank, priors);
+
+  // What no row shows is held by rows of its own, and taken out again.
+  const RowMatrix held = nearest_to_start(of_all.unseen, tolerances, scale);
+  RowMatrix full(rows.rows() + held.rows(), rows.cols());
+  full << rows, held;
+  const auto projected = [&](RowMatrix covariance) {
+    if (held.rows() > 0) {
+      const RowMatrix n = scale.asDiagonal() * of_all.unseen;
+      const RowMatrix onto = RowMatrix::Identity(scale.size(), scale.size()) -
+                             n * inverse(held * n) * held;
+      covariance = onto * covariance * onto.transpose();
+    }
+    return covariance;
+  };
+  const RowMatrix covariance = projected(inverse_of(full, scale));
+  for (Index k = 0; k < count; ++k) {
+    add_rows(k, linear[static_cast<std::size_t>(k)], covariance, fit.rows);
+  }
+  const double spread = fit.goodness.spread();
+  if (spread > 1) {
+    full.topRows(data.rows()) /= spread;
+    fit.covariance = projected(inverse_of(full, scale));
+  } else {
+    fit.covariance = covariance;
+  }
+}
+
+}  // namespace
+
+JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
+                     const Observations& observations, const Layout& layout,
+                     const JointOptions& options) {
+  constexpr int kMaxPasses = 20;
+  constexpr double kStill = 1e-9;  // of the columns, in their typical sizes
+  observations.check(mechanism, start);
+  layout.check(mechanism, start);
+  check_options(mechanism, observations, layout, options);
+  const Vector scale = typical_sizes(layout, options);
+  const Vector tolerances = tolerances_of(layout, options);
+
+  std::vector<bool> aside;
+  RowMatrix poses = options.start;
+  for (Index i = 0; i < poses.rows(); ++i) {
+    aside.push_back(!poses.row(i).allFinite());
+    if (aside.back()) {
+      poses.row(i) = identity_pose(mechanism.pose_space());
+    }
+  }
+  const bool robust = options.loss.kind != RobustLoss::Kind::none;
+  LatentProblem problem(mechanism, observations, layout, start, std::move(poses), std::move(aside),
+                        options.loss, options.loss_spread > 0 ? options.loss_spread : 1);
+
+  JointFit fit;
+  NormalEquations equations;
+  if (!problem.linearise(equations)) {
+    throw InvalidInput("the observations cannot be explained at the start: a residual is not finite");
+  }
+  SolverOutcome outcome;
+  Vector before = problem.change();
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
+    const Sight sight = sight_of(stacked_rows(problem.linear(), layout.prior), scale);
+    if (sight.unseen.cols() > 0 && options.gauge == Gauge::refuse) {
+      refuse(sight.unseen, scale);
+    }
+    problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
+    if (robust && options.loss_spread == 0) {
+      problem.set_spread(spread_of(options.loss, problem.linear()));
+    }
+    outcome = minimise(problem, options.max_iterations);
+    fit.iterations += outcome.iterations;
+    const double change =
+        (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
+    before = problem.change();
+    const bool depends = sight.unseen.cols() > 0 || (robust && options.loss_spread == 0);
+    if (!outcome.converged || !depends || change < kStill) {
+      break;
+    }
+  }
+  fit.converged = outcome.converged;
+  fit.failure = outcome.failure;
+  describe(problem, layout, tolerances, scale, fit);
+  return fit;
+}
+
+}  // namespace symkin

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/observations.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "symkin/support/error.hpp"
+
+namespace symkin {
+namespace {
+
+void check_observed(const Observed& observed, const char* what, Index poses, Index columns,
+                    Index deviations) {
+  const auto shape = [](const RowMatrix& matrix) {
+    return std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols());
+  };
+  if (observed.values.rows() != poses || observed.values.cols() != columns ||
+      observed.deviations.rows() != poses || observed.deviations.cols() != deviations) {
+    throw InvalidInput(std::string(what) + " are " + shape(observed.values) + " with deviations " +
+                       shape(observed.deviations) + "; expected " + std::to_string(poses) + " x " +
+                       std::to_string(columns) + " with deviations " + std::to_string(poses) +
+                       " x " + std::to_string(deviations));
+  }
+  for (Index i = 0; i < poses; ++i) {
+    for (Index k = 0; k < columns; ++k) {
+      const double deviation = observed.deviations(i, std::min(k, deviations - 1));
+      if (std::isinf(observed.values(i, k)) ||
+          (std::isfinite(observed.values(i, k)) && !(deviation >= 0 && std::isfinite(deviation)))) {
+        throw InvalidInput(std::string(what) + ", pose " + std::to_string(i + 1) + ", column " +
+                           std::to_string(k + 1) +
+                           ": expected a finite value, or NaN if it was not measured, and a "
+                           "standard deviation of zero or more");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void Observations::check(const Mechanism& mechanism, const Setup& setup) const {
+  const PoseSpace space = mechanism.pose_space();
+  const Index n = count();
+  if (n == 0) {
+    throw InvalidInput("there are no observations");
+  }
+  check_observed(readings, "readings", n, mechanism.leg_count(), mechanism.leg_count());
+  const Index points_expected = setup.points.rows() * position_size(space);
+  const struct {
+    const Observed& observed;
+    const char* what;
+    Index columns, deviations;
+  } kinds[] = {
+      {poses, "poses", coordinate_count(space), mechanism.dof()},
+      {reported, "reported poses", coordinate_count(space), mechanism.dof()},
+      {points, "points", points_expected, points_expected},
+      {distances, "distances", setup.anchors.rows(), setup.anchors.rows()},
+      {heights, "heights", 1, 1},
+  };
+  for (const auto& kind : kinds) {
+    if (kind.observed.any()) {
+      check_observed(kind.observed, kind.what, n, kind.columns, kind.deviations);
+    }
+  }
+  if (heights.any() && position_size(space) != 3) {
+    throw InvalidInput("heights above a plane are for mechanisms in space; this one is planar");
+  }
+}
+
+}  // namespace symkin

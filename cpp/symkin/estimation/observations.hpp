@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/estimation/unknowns.hpp"
+#include "symkin/model/mechanism.hpp"
+
+namespace symkin {
+
+// Values with their standard deviations, a row a pose; NaN where nothing was measured. Without
+// columns, nothing of the kind was.
+struct Observed {
+  RowMatrix values;
+  RowMatrix deviations;  // as many rows; zero: exact
+
+  bool any() const { return values.cols() > 0; }
+};
+
+// What was observed at N poses, whose true values nobody knows: any mixture, each with its noise.
+struct Observations {
+  Observed readings;  // N x legs
+  // The target's pose in the device's frame: coordinates as in PoseSpace, any of them missing (a
+  // quaternion as a whole); deviations N x dof.
+  Observed poses;
+  // The platform's pose in the base's frame, as a controller reports it; the same columns.
+  Observed reported;
+  Observed points;     // N x (points * dimensions), device's frame
+  Observed distances;  // N x anchors, from the target
+  Observed heights;    // N x 1, of the target above the plane: 0 where a probe touches it
+
+  Index count() const { return readings.values.rows(); }
+  void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
+};
+
+}  // namespace symkin

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/unknowns.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "symkin/model/sensor.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr const char* kAxes[] = {"x", "y", "z", "rx", "ry", "rz"};
+
+}  // namespace
+
+Setup Setup::of(const Mechanism& mechanism) {
+  Setup setup;
+  setup.parameters = mechanism.parameters();
+  setup.curvature = RowMatrix::Zero(mechanism.leg_count(), UnknownList::kCurvature);
+  setup.points.resize(0, 3);
+  setup.anchors.resize(0, 3);
+  return setup;
+}
+
+UnknownList::UnknownList(const Setup& setup)
+    : legs_(setup.parameters.rows()),
+      parameters_(setup.parameters.cols()),
+      points_(setup.points.rows()),
+      anchors_(setup.anchors.rows()) {}
+
+std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup) {
+  const UnknownList list(setup);
+  const PoseSpace space = mechanism.pose_space();
+  const bool planar = position_size(space) == 2;
+  std::vector<std::string> names(static_cast<std::size_t>(list.size()));
+  const auto set = [&](Index scalar, const std::string& name) {
+    names[static_cast<std::size_t>(scalar)] = name;
+  };
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const std::string block = "leg" + std::to_string(leg + 1) + ".";
+    Index scalar = list.leg(leg);
+    for (const ParameterInfo& parameter : mechanism.model().info().parameters) {
+      set(scalar++, block + std::string(parameter.name));
+    }
+    for (const ParameterInfo& term : CurvedSensor::kCurvatureInfos) {
+      set(scalar++, block + std::string(term.name));
+    }
+  }
+  for (const Index slot : frame_slots(space)) {
+    const std::string axis = planar && slot == 5 ? "phi" : kAxes[slot];
+    set(list.base() + slot, "base." + axis);
+    set(list.target() + slot, "target." + axis);
+  }
+  for (Index axis = 0; axis < position_size(space); ++axis) {
+    for (Index i = 0; i < setup.points.rows(); ++i) {
+      set(list.point(i) + axis, "point" + std::to_string(i + 1) + "." + kAxes[axis]);
+    }
+    for (Index i = 0; i < setup.anchors.rows(); ++i) {
+      set(list.anchor(i) + axis, "anchor" + std::to_string(i + 1) + "." + kAxes[axis]);
+    }
+  }
+  for (Index i = 0; !planar && i < 3; ++i) {
+    set(list.plane() + i, "plane.c" + std::to_string(i));
+  }
+  return names;
+}
+
+void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
+  const std::vector<std::string> names = unknown_names(mechanism, setup);
+  if (column.size() != names.size()) {
+    throw InvalidInput("the layout has " + std::to_string(column.size()) +
+                       " scalars; expected " + std::to_string(names.size()));
+  }
+  std::vector<bool> used(static_cast<std::size_t>(columns()), false);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (column[i] < -1 || column[i] >= columns()) {
+      throw InvalidInput("scalar " + std::to_string(i) + " moves with column " +
+                         std::to_string(column[i]) + "; expected -1 to " +
+                         std::to_string(columns() - 1));
+    }
+    if (column[i] >= 0 && names[i].empty()) {
+      throw InvalidInput("scalar " + std::to_string(i) + " does not exist in a " +
+                         std::string(to_string(mechanism.pose_space())) + " mechanism");
+    }
+    if (column[i] >= 0) {
+      used[static_cast<std::size_t>(column[i])] = true;
+    }
+  }
+  if (std::find(used.begin(), used.end(), false) != used.end()) {
+    throw InvalidInput("a column of the layout moves no scalar");
+  }
+  if (!(prior.array() > 0).all()) {
+    throw InvalidInput("a prior's standard deviation is not positive");
+  }
+}
+
+Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
+  const UnknownList list(setup);
+  Vector steps(list.size());
+  for (Index i = 0; i < list.size(); ++i) {
+    const Index column = layout.column[static_cast<std::size_t>(i)];
+    steps[i] = column < 0 ? 0 : change[column];
+  }
+  Setup result = setup;
+  const Index p = setup.parameters.cols();
+  for (Index leg = 0; leg < setup.parameters.rows(); ++leg) {
+    result.parameters.row(leg) += steps.segment(list.leg(leg), p);
+    result.curvature.row(leg) += steps.segment(list.curvature(leg), UnknownList::kCurvature);
+  }
+  result.base = moved(setup.base, steps.segment<6>(list.base()));
+  result.target = moved(setup.target, steps.segment<6>(list.target()));
+  for (Index i = 0; i < setup.points.rows(); ++i) {
+    result.points.row(i) += steps.segment<3>(list.point(i));
+  }
+  for (Index i = 0; i < setup.anchors.rows(); ++i) {
+    result.anchors.row(i) += steps.segment<3>(list.anchor(i));
+  }
+  result.plane += steps.segment<3>(list.plane());
+  return result;
+}
+
+}  // namespace symkin

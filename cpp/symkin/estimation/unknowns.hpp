@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "symkin/model/frame.hpp"
+#include "symkin/model/mechanism.hpp"
+
+namespace symkin {
+
+// The robot as it is measured: its legs, what their sensors do beside a straight line, and what
+// stands around it. Every scalar of it may be unknown.
+struct Setup {
+  RowMatrix parameters;  // legs x p
+  RowMatrix curvature;   // legs x 3, see CurvedSensor
+  Frame base;            // the robot's base in the frame of the measuring device
+  Frame target;          // what the device measures the pose of, in the platform's frame
+  RowMatrix points;      // n x 3, further targets in the platform's frame, metres
+  RowMatrix anchors;     // n x 3, fixed points that distances are measured from, device's frame
+  // (c0, c1, c2) of the plane z = c0 + c1 x + c2 y of the base frame that a probe touches.
+  Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+
+  // The drawing: straight sensors, the device in the robot's own frames, nothing else.
+  static Setup of(const Mechanism& mechanism);
+};
+
+// Every scalar of a setup, in one order: of each leg its parameters and the three terms of its
+// sensor's curvature; the base frame and the target frame, six components of the tangent each; the
+// points, the anchors, the plane.
+class UnknownList {
+ public:
+  explicit UnknownList(const Setup& setup);
+
+  Index size() const { return plane() + 3; }
+  Index leg(Index leg) const { return leg * (parameters_ + kCurvature); }
+  Index curvature(Index leg) const { return this->leg(leg) + parameters_; }
+  Index base() const { return leg(legs_); }
+  Index target() const { return base() + 6; }
+  Index point(Index i) const { return target() + 6 + 3 * i; }
+  Index anchor(Index i) const { return point(points_) + 3 * i; }
+  Index plane() const { return anchor(anchors_); }
+
+  static constexpr Index kCurvature = 3;
+
+ private:
+  Index legs_, parameters_, points_, anchors_;
+};
+
+// Names as files and options say them: "leg2.distal_length", "base.x", "target.rz", "point1.x",
+// "anchor1.y", "plane.c1". Empty for a scalar that the mechanism does not have, such as the z of a
+// planar frame.
+std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup);
+
+// Which scalars are estimated. A column of the estimate moves all scalars that name it by the same
+// amount (shared over legs); a scalar without one is held.
+struct Layout {
+  std::vector<Index> column;  // of each scalar of the UnknownList; -1: held
+  Vector prior;               // a column: standard deviation about the start, infinite: none
+  Index columns() const { return prior.size(); }
+
+  void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
+};
+
+// The setup with its columns moved by `change`; rotations by R <- exp([w]) R.
+Setup moved(const Setup& setup, const Layout& layout, ConstVector change);
+
+}  // namespace symkin
