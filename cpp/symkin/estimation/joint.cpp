@@ -283,7 +283,7 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
     if (robust && options.loss_spread == 0) {
       problem.set_spread(spread_of(options.loss, problem.linear()));
     }
-    outcome = minimise(problem, options.max_iterations);
+    outcome = minimise(problem, {options.max_iterations});
     fit.iterations += outcome.iterations;
     const double change =
         (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();

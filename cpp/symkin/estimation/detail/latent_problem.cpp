@@ -122,7 +122,8 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
       legs_(static_cast<std::size_t>(mechanism.leg_count())),
-      linear_(static_cast<std::size_t>(observations.count())) {
+      linear_(static_cast<std::size_t>(observations.count())),
+      saved_linear_(linear_.size()) {
   state_.setup = std::move(setup);
   state_.change = Vector::Zero(layout.columns());
   state_.errors = RowMatrix::Zero(poses.rows(), mechanism.leg_count());
@@ -316,9 +317,10 @@ bool LatentProblem::linearise(NormalEquations& equations) {
 void LatentProblem::step(const Vector& d) {
   constexpr double kLargest = 0.3;  // m or rad
   saved_ = state_;
+  saved_linear_.swap(linear_);
   largest_move_ = 0;
   for (Index i = 0; i < observations_.count(); ++i) {
-    const LinearPose& linear = linear_[static_cast<std::size_t>(i)];
+    const LinearPose& linear = saved_linear_[static_cast<std::size_t>(i)];
     if (linear.misfit.size() == 0) {
       continue;
     }
@@ -347,6 +349,9 @@ void LatentProblem::step(const Vector& d) {
   state_.change += d;
 }
 
-void LatentProblem::undo() { state_ = saved_; }
+void LatentProblem::undo() {
+  state_ = saved_;
+  linear_.swap(saved_linear_);
+}
 
 }  // namespace symkin

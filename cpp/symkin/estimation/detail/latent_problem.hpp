@@ -52,6 +52,10 @@ class LatentProblem {
   bool linearise(NormalEquations& equations);
   void step(const Vector& d);
   void undo();
+  // In the typical sizes of the columns.
+  double extent(const Vector& d) const {
+    return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff();
+  }
   // Whether the last step left the latent poses where they were.
   bool still() const { return largest_move_ < 1e-11; }
 
@@ -84,7 +88,7 @@ class LatentProblem {
   RowMatrix constraints_;
   State state_, saved_;
   std::vector<ClosureRows> legs_;  // at the present state, of a sensor that shows q itself
-  std::vector<LinearPose> linear_;
+  std::vector<LinearPose> linear_, saved_linear_;
   double largest_move_ = 0;
 };
 

@@ -4,17 +4,11 @@
 #include <ceres/problem.h>
 
 #include <functional>
-#include <string>
 
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/support/types.hpp"
 
 namespace symkin {
-
-struct SolverOutcome {
-  bool converged = false;
-  int iterations = 0;  // accepted steps
-  std::string failure;
-};
 
 // Minimises a small dense problem to the last useful digit, silently, on one thread.
 SolverOutcome solve_dense(ceres::Problem& problem, int max_iterations);

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "symkin/support/interrupt.hpp"
+#include "symkin/support/types.hpp"
+
+namespace symkin {
+
+struct SolverOutcome {
+  bool converged = false;
+  int iterations = 0;  // accepted steps
+  std::string failure;
+};
+
+struct SolverOptions {
+  int max_iterations = 100;  // steps tried
+  double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
+};
+
+// Weighted least squares linearised at the present state, residuals rho and weights W.
+struct NormalEquations {
+  RowMatrix information;  // J'W J, of which the lower triangle is read
+  Vector gradient;        // J'W rho
+  double cost = 0;        // what steps lower: d from here by -(2 d'gradient + d'Hd), predicted
+  // What of the last change of the cost comes from weights that changed with the state: a step is
+  // judged by the weights that it was computed with.
+  double by_new_weights = 0;
+
+  void reset(Index size) {
+    information.setZero(size, size);
+    gradient.setZero(size);
+    cost = 0;
+  }
+};
+
+// Steps from normal equations whose columns are brought to unit length, so that neither units nor
+// the sizes of parameters matter.
+class ScaledSteps {
+ public:
+  void set(const NormalEquations& equations);
+
+  struct Step {
+    double decrease;  // of the cost, predicted; negative if there is no step
+    bool accurate;    // the pivots are far above rounding
+  };
+  // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
+  // shortest d by eigenvalues: what the data does not show does not move.
+  Step solve(double damping, Vector& step);
+
+ private:
+  Step shortest(Vector& step) const;
+
+  RowMatrix information_;  // unit diagonal, lower triangle
+  Vector gradient_;        // scaled
+  Vector scale_;
+  RowMatrix factor_;
+};
+
+namespace detail {
+
+template <typename Problem, typename = void>
+struct HasOrthogonalStep : std::false_type {};
+template <typename Problem>
+struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().orthogonal_step(
+                                      std::declval<Vector&>()))>> : std::true_type {};
+
+}  // namespace detail
+
+// Minimises a nonlinear least-squares problem by Levenberg-Marquardt, to the last useful digit and
+// silently. A problem has a state, of which the parameters may be a part, and
+//   Index size() const;                     its parameters
+//   bool linearise(NormalEquations&);       at the present state; false where that is not finite
+//   void step(const Vector& d);             moves the state
+//   void undo();                            takes the last step back, with all that depends on it
+//   double extent(const Vector& d) const;   how far a step goes, relative to the state (or 1 m,
+//   rad) bool still() const;                     whether what the state holds beside the parameters
+//   was
+//                                           left where it was by the last step
+// and may have
+//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, which is asked
+//   for
+//                                           where the normal equations are too coarse; false: none
+// The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
+template <typename Problem>
+SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
+  constexpr double kStill = 1e-11;      // extent of a step
+  constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
+  constexpr double kRounding = 1e-7;
+  constexpr double kNear = 1e-2;
+  constexpr double kSlack = 1e-10;        // of the cost, by which rounding may raise it
+  constexpr double kLeastDamping = 1e-4;  // after a step that failed
+  SolverOutcome outcome;
+  NormalEquations now;
+  NormalEquations next;
+  ScaledSteps steps;
+  Vector step(problem.size());
+  if (!problem.linearise(now)) {
+    outcome.failure = "the residuals are not finite at the start";
+    return outcome;
+  }
+  double damping = options.damping;
+  double last_distance = std::numeric_limits<double>::infinity();
+  bool failed = false;  // the last step
+  for (int tried = 0;; ++tried) {
+    check_interrupt();
+    if (!failed) {
+      steps.set(now);
+    }
+    double decrease = -1;
+    if (!failed) {
+      const ScaledSteps::Step newton = steps.solve(0, step);
+      decrease = newton.decrease;
+      if constexpr (detail::HasOrthogonalStep<Problem>::value) {
+        if (!newton.accurate && problem.orthogonal_step(step)) {
+          decrease = -now.gradient.dot(step);
+        }
+      }
+      const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
+      if (decrease >= 0 && problem.still() &&
+          (distance < kConverged || problem.extent(step) < kStill ||
+           (distance < kRounding && distance >= last_distance))) {
+        outcome.converged = true;
+        return outcome;
+      }
+      last_distance = distance;
+      if (distance < kNear) {
+        damping = 0;
+      }
+    }
+    if (tried >= options.max_iterations) {
+      outcome.failure = "no convergence in " + std::to_string(tried) + " steps";
+      return outcome;
+    }
+    if (damping > 0 || decrease < 0) {
+      damping = std::max(damping, kLeastDamping);
+      decrease = steps.solve(damping, step).decrease;
+      if (!(decrease >= 0) || problem.extent(step) < kStill) {
+        outcome.failure = "no step lowers the cost";
+        return outcome;
+      }
+    }
+    problem.step(step);
+    failed = !problem.linearise(next) ||
+             !(next.cost - next.by_new_weights <= now.cost + kSlack * (now.cost + 1));
+    if (failed) {
+      problem.undo();
+      damping = std::max(8 * damping, kLeastDamping);
+    } else {
+      std::swap(now, next);
+      ++outcome.iterations;
+      damping /= 10;
+    }
+  }
+}
+
+}  // namespace symkin
