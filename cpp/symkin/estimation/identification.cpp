@@ -164,12 +164,10 @@ JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements
     return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
   };
   Observations observations;
-  observations.readings =
-      everywhere(measurements.readings,
-                 Vector::Constant(mechanism.leg_count(), options.noise.reading));
-  observations.poses =
-      everywhere(measurements.poses,
-                 options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
+  observations.readings = everywhere(
+      measurements.readings, Vector::Constant(mechanism.leg_count(), options.noise.reading));
+  observations.poses = everywhere(measurements.poses,
+                                  options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
   Setup setup = Setup::of(mechanism);
   setup.parameters = start;
   JointOptions how;
