@@ -139,6 +139,20 @@ class Table:
                 )
         return values
 
+    def labels(self, name: str) -> list[str]:
+        """Return a column of names, which may be numbers; none is empty."""
+        column = self._columns[name]
+        if isinstance(column, str):
+            raise self.error(f'column "{name}" holds {column}; expected names or numbers')
+        if isinstance(column, tuple):
+            column = [
+                None if empty else f"{value:.15g}" for value, empty in zip(*column, strict=True)
+            ]
+        labels = [label or "" for label in column]
+        if "" in labels:
+            raise self.row_error(labels.index(""), f'is empty in column "{name}"; expected a name')
+        return labels
+
     def _parsed(self, name: str, cells: list[str | None]) -> NDArray[np.float64]:
         values = np.full(len(cells), np.nan)
         for index, cell in enumerate(cells):
@@ -267,7 +281,10 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else repr(value).removesuffix(".0")
-    return str(value)
+    text = str(value)
+    if any(mark in text for mark in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
 
 
 def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
