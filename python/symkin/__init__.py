@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from symkin.checks import check_mechanism
     from symkin.errors import SymkinError
     from symkin.evaluation import evaluate
-    from symkin.identification import cross_validate, identify
-    from symkin.io.measurements import read_measurements, write_measurements
+    from symkin.identification import cross_validate, identify, identify_many
+    from symkin.io.measurements import read_fleet, read_measurements, write_measurements
     from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
     from symkin.io.mechanism_schema import mechanism_schema
     from symkin.io.mechanism_writer import save_mechanism
@@ -70,6 +70,7 @@ __all__ = [
     "detect_symmetry",
     "evaluate",
     "identify",
+    "identify_many",
     "load",
     "load_columns",
     "load_mechanism",
@@ -77,6 +78,7 @@ __all__ = [
     "mechanism_schema",
     "pose_count_curve",
     "predict_accuracy",
+    "read_fleet",
     "read_measurements",
     "read_plan",
     "read_results",
@@ -104,6 +106,7 @@ _MODULES = {
     "detect_symmetry": "symmetry",
     "evaluate": "evaluation",
     "identify": "identification",
+    "identify_many": "identification",
     "load": "io.mechanism_file",
     "load_columns": "io.mechanism_file",
     "load_mechanism": "io.mechanism_file",
@@ -111,6 +114,7 @@ _MODULES = {
     "mechanism_schema": "io.mechanism_schema",
     "pose_count_curve": "planning",
     "predict_accuracy": "planning",
+    "read_fleet": "io.measurements",
     "read_measurements": "io.measurements",
     "read_plan": "io.plans",
     "read_results": "io.results",

@@ -384,9 +384,7 @@ def _identified(
     fits = 1 if job.options.estimator == "joint" else legs
     widths = (legs * parameters, legs * parameters, fits, fits, fits, fits)
     shapes = [(len(robots), width) for width in widths] + [(len(robots),)] * 2
-    found = {
-        name: np.full(shape, np.nan) for name, shape in zip(_COLUMNS, shapes, strict=True)
-    }
+    found = {name: np.full(shape, np.nan) for name, shape in zip(_COLUMNS, shapes, strict=True)}
     for rows, (why, columns) in _computed(job, usable, workers, scheduler):
         for row, failure in zip(rows, why, strict=True):
             failures[row] = failure

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/leg_estimators.hpp"
 
+#include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
