@@ -285,7 +285,10 @@ class StudyDefinition:
         SymkinError
             For a file that cannot be read, or two mechanisms of one name.
         """
-        given = [*self.mechanisms, *(each for cell in self.cell for each in cell.get("mechanisms", ()))]
+        given = [
+            *self.mechanisms,
+            *(each for cell in self.cell for each in cell.get("mechanisms", ())),
+        ]
         found: dict[str, Mechanism] = {}
         for each in given:
             mechanism = self._mechanism(each)
@@ -366,8 +369,8 @@ class StudyDefinition:
             combinations = list(itertools.product(*lists.values()))
             if "id" in group and len(combinations) > 1:
                 raise SymkinError(
-                    f'cell[{place + 1}].id: "{group["id"]}" names {len(combinations)} combinations; '
-                    "expected one"
+                    f'cell[{place + 1}].id: "{group["id"]}" names {len(combinations)} '
+                    "combinations; expected one"
                 )
             for values in combinations:
                 yield self._cell(dict(zip(lists, values, strict=True)), group.get("id", ""))
