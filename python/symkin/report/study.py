@@ -70,8 +70,8 @@ def cost_page(result: CostResult) -> Page:
             "The first leg of each mechanism is repeated to n legs. Times are medians of "
             f"{plural(result.definition.repetitions, 'repetition')} on one thread, the tasks "
             "taking turns. Identified leg by leg, each leg has its own poses; together, all legs "
-            "have as many poses as one leg has then. The exponent is that of a power of n, with its 95% "
-            "interval from the scatter about the line."
+            "have as many poses as one leg has then. The exponent is that of a power of n, with its "
+            "95% interval from the scatter about the line."
         ],
         sections=sections,
     )

@@ -305,8 +305,9 @@ class StudyDefinition:
         Raises
         ------
         SymkinError
-            For combinations that occur twice, or an ``id`` of several.
+            For combinations that occur twice, an ``id`` of several, or as `loaded`.
         """
+        _ = self.loaded  # two mechanisms of one name would look like cells that occur twice
         cells = tuple(self._cells())
         repeated = [name for name, count in Counter(each.id for each in cells).items() if count > 1]
         if repeated:
