@@ -12,7 +12,8 @@ RowMatrix rows(Index columns) {
   RowMatrix matrix(20, columns);
   for (Index i = 0; i < matrix.rows(); ++i) {
     for (Index j = 0; j < columns; ++j) {
-      matrix(i, j) = std::sin(1.7 * static_cast<double>(i * columns + j)) *
+      const auto k = static_cast<double>(i * columns + j);
+      matrix(i, j) = std::sin(k * k) *
                      std::pow(10.0, static_cast<double>(j % 4));
     }
   }
