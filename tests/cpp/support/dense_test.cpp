@@ -13,8 +13,7 @@ RowMatrix rows(Index columns) {
   for (Index i = 0; i < matrix.rows(); ++i) {
     for (Index j = 0; j < columns; ++j) {
       const auto k = static_cast<double>(i * columns + j);
-      matrix(i, j) = std::sin(k * k) *
-                     std::pow(10.0, static_cast<double>(j % 4));
+      matrix(i, j) = std::sin(k * k) * std::pow(10.0, static_cast<double>(j % 4));
     }
   }
   return matrix;
