@@ -5,7 +5,8 @@ Usage: OMP_NUM_THREADS=1 taskset -c 0 .venv/bin/python benchmarks/identification
 
 The 3-RRR of the paper, three legs with 24 poses of their own, estimator `implicit`. SciPy gets the
 whitened closures and their derivatives from symkin's batched functions, and passes with fixed
-weights until the parameters stay still; both are asked for the covariance. Processor times, best of
+weights until the parameters stay still, by its default method and by MINPACK's; both are asked for
+the covariance. Processor times, best of
 three runs, and the largest difference of the estimates in standard deviations.
 """
 
@@ -27,7 +28,9 @@ Array = NDArray[np.float64]
 _LONGEST = 20  # robots that SciPy gets
 
 
-def by_scipy(mechanism: symkin.Mechanism, measured: symkin.Measurements) -> tuple[Array, Array]:
+def by_scipy(
+    mechanism: symkin.Mechanism, measured: symkin.Measurements, method: str
+) -> tuple[Array, Array]:
     """Parameters and standard deviations, shape (legs, p)."""
     noise = mechanism.noise
     variances = np.array([noise.position**2, noise.position**2, noise.orientation**2])
@@ -56,7 +59,7 @@ def by_scipy(mechanism: symkin.Mechanism, measured: symkin.Measurements) -> tupl
                 lambda p, f=factors, g=linearised: g(p).closure * f,
                 parameters,
                 jac=lambda p, f=factors, g=linearised: g(p).by_parameters * f[:, None],
-                method="lm",
+                method=method,
                 x_scale="jac",
                 ftol=1e-12,
                 xtol=1e-12,
@@ -93,7 +96,10 @@ def main(count: int) -> None:
     mechanism = symkin.load_mechanism("3RRR")
     fleet = robots(mechanism, count)
     few = list(fleet.values())[:_LONGEST]
-    scipy = best(lambda: [by_scipy(mechanism, each) for each in few], len(few))
+    scipy, minpack = (
+        best(lambda: [by_scipy(mechanism, each, method) for each in few], len(few))  # noqa: B023
+        for method in ("trf", "lm")
+    )
     core = [core_measurements(each) for each in few]
     options = (
         _core.Estimator.implicit,
@@ -113,11 +119,12 @@ def main(count: int) -> None:
     found = symkin.identify_many(mechanism, fleet, poses="own", threads=1)
     off = 0.0
     for row, each in enumerate(few):
-        parameters, deviations = by_scipy(mechanism, each)
+        parameters, deviations = by_scipy(mechanism, each, "trf")
         off = max(off, float(np.max(np.abs(found.parameters[row] - parameters) / deviations)))
     print(f"{'':44} {'us a robot':>10} {'robots/s':>9} {'SciPy over it':>14}")
     for name, seconds in (
         ("SciPy's least_squares, same reweighting", scipy),
+        ('the same with method="lm", which is MINPACK', minpack),
         ("one call of the core", single),
         ("symkin.identify, calibrated mechanism included", whole),
         (f"symkin.identify_many, {count} robots", many),

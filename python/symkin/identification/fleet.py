@@ -42,7 +42,6 @@ Array = NDArray[np.float64]
 Robots = Mapping[str, Measurements | str]
 
 _CHUNK = 250  # robots that travel to a worker together
-_AHEAD = 3  # chunks that every worker has or waits for
 _LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
 
 
@@ -404,31 +403,21 @@ def _computed(
         for chunk in chunks:
             yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
         return
-    from symkin.study.execution import dask_client
+    import symkin
+    from symkin.study.execution import dask_client, spread
 
     job.threads = 1
     with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
-        from distributed import as_completed
-
-        left = iter(chunks)
-
-        def submitted(waiting: int) -> list[Any]:
-            wanted = _AHEAD * max(sum(client.nthreads().values()), 1) - waiting
-            taken = [chunk for chunk, _ in zip(left, range(wanted), strict=False)]
-            return [client.submit(_chunk, job, chunk, pure=False) for chunk in taken]
-
-        ready = as_completed(submitted(0))
-        for future in ready:
-            result = future.result()
-            future.release()
-            ready.update(submitted(ready.count()))
-            yield result
+        yield from spread(client, _chunk, ((symkin.__version__, job, chunk) for chunk in chunks))
 
 
 def _chunk(
-    job: _Job, robots: list[tuple[int, Measurements]]
+    version: str, job: _Job, robots: list[tuple[int, Measurements]]
 ) -> tuple[list[int], tuple[list[str], dict[str, Array]]]:
     """What a worker does."""
+    from symkin.study.execution import require_version
+
+    require_version(version)
     return [number for number, _ in robots], job.identify([each for _, each in robots])
 
 

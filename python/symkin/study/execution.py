@@ -7,7 +7,7 @@ import contextlib
 import functools
 import itertools
 import pickle
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.study.robots import Job
 
-__all__ = ["Chunk", "compute", "dask_client"]
+__all__ = ["Chunk", "compute", "dask_client", "require_version", "spread"]
 
 Chunk = tuple[int, int]  # first robot, and the one behind the last
 Columns = dict[str, NDArray[Any]]
@@ -52,7 +52,11 @@ def compute(
             yield chunk, job.chunk(*chunk)
         return
     with dask_client(min(workers, len(chunks)), scheduler) as client:
-        yield from _distributed(client, job, chunks)
+        import symkin
+
+        # The job goes with every chunk: data of its own would be lost with its worker.
+        parcel = pickle.dumps(job.light())
+        yield from spread(client, _chunk, ((symkin.__version__, parcel, chunk) for chunk in chunks))
 
 
 @contextlib.contextmanager
@@ -94,40 +98,46 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
         yield client
 
 
-def _distributed(client: Any, job: Job, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Columns]]:
-    """Keep all workers busy; Dask gives the chunks of one that dies to others."""
+def spread(
+    client: Any, function: Callable[..., Any], calls: Iterable[tuple[Any, ...]]
+) -> Iterator[Any]:
+    """Results of calls of a function, in whatever order they are ready.
+
+    Keeps all workers busy; Dask gives the calls of one that dies to others.
+    """
     from distributed import as_completed
 
-    import symkin
-
-    # The job goes with every chunk: data of its own would be lost with the worker that holds it.
-    parcel = pickle.dumps(job.light())
-    left = iter(chunks)
+    left = iter(calls)
 
     def submitted(waiting: int) -> list[Any]:
-        """More chunks, so many as the cores that there are now can do soon."""
+        """More calls, so many as the cores that there are now can do soon."""
         cores = max(sum(client.nthreads().values()), 1)
         return [
-            client.submit(_chunk, symkin.__version__, parcel, chunk, pure=False)
-            for chunk in itertools.islice(left, max(_AHEAD * cores - waiting, 0))
+            client.submit(function, *call, pure=False)
+            for call in itertools.islice(left, max(_AHEAD * cores - waiting, 0))
         ]
 
-    ready = as_completed(submitted(0))
+    ready: Any = as_completed(submitted(0))
     for future in ready:
-        chunk, columns = future.result()
+        result = future.result()
         future.release()
         ready.update(submitted(ready.count()))
-        yield chunk, columns
+        yield result
 
 
-def _chunk(version: str, parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:
-    """What a worker does."""
+def require_version(version: str) -> None:
+    """Refuse to work for another version of symkin."""
     import symkin
 
     if symkin.__version__ != version:
         raise SymkinError(
             f"a worker has symkin {symkin.__version__}; expected {version}, as where it was started"
         )
+
+
+def _chunk(version: str, parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:
+    """What a worker does."""
+    require_version(version)
     return chunk, _unpacked(parcel).chunk(*chunk)
 
 

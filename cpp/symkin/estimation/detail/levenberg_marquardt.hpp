@@ -130,7 +130,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       return outcome;
     }
     if (damping > 0 || decrease < 0) {
-      damping = std::max(damping, kLeastDamping);
+      if (decrease < 0) {
+        damping = std::max(damping, kLeastDamping);
+      }
       decrease = steps.solve(now, damping, step).decrease;
       if (!(decrease >= 0) || problem.extent(step) < kStill) {
         outcome.failure = "no step lowers the cost";
