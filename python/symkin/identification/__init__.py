@@ -9,12 +9,14 @@ from symkin.identification.estimate import (
     identify,
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
+from symkin.identification.fleet import Fleet, identify_many
 
 __all__ = [
     "CrossValidation",
     "Diagnosis",
     "Estimator",
     "FitOptions",
+    "Fleet",
     "GoodnessOfFit",
     "Identification",
     "LegFit",
@@ -24,4 +26,5 @@ __all__ = [
     "ResidualTest",
     "cross_validate",
     "identify",
+    "identify_many",
 ]

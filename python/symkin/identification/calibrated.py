@@ -20,6 +20,7 @@ __all__ = [
     "calibrated_mechanism",
     "canonical",
     "changed_settings",
+    "possible_mechanism",
     "with_usable_home",
 ]
 
@@ -59,6 +60,19 @@ def calibrated_mechanism(
         If no mechanism has such parameters.
     """
     values, signs = canonical(nominal, parameters)
+    covariance = covariance * np.outer(signs, signs)
+    made = possible_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
+    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
+
+
+def possible_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
+    """Return the nominal mechanism with estimated parameters.
+
+    Raises
+    ------
+    FailedFitError
+        If no mechanism has such parameters.
+    """
     far = np.argwhere(~(np.abs(values) < _FARTHEST))
     if len(far):
         leg, parameter = far[0]
@@ -66,15 +80,12 @@ def calibrated_mechanism(
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
-    covariance = covariance * np.outer(signs, signs)
-    deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
     try:
-        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+        return nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
-    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
@@ -88,7 +99,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     mechanism : Mechanism
         Whose chain it is, and whose angles are stayed near.
     parameters : ndarray, shape (legs, p)
-        Of the same chain.
+        Of the same chain; or of many robots, leg by leg, robot by robot.
 
     Returns
     -------
@@ -100,7 +111,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     names, roles = list(mechanism.parameter_names), mechanism.parameter_roles
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
-    near = mechanism.parameters
+    near = np.tile(mechanism.parameters, (len(values) // len(mechanism.legs), 1))
     for end in ("base", "platform"):
         if anchor(mechanism, end) != "point":
             continue

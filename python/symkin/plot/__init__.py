@@ -40,6 +40,12 @@ from symkin.plot.estimates import (  # noqa: E402
     pose_count,
     residuals,
 )
+from symkin.plot.studies import (  # noqa: E402
+    study_cells,
+    study_cost,
+    study_curves,
+    study_protocols,
+)
 from symkin.plot.workspaces import active_joints, poses, workspace  # noqa: E402
 
 __all__ = [
@@ -55,5 +61,9 @@ __all__ = [
     "pose_count",
     "poses",
     "residuals",
+    "study_cells",
+    "study_cost",
+    "study_curves",
+    "study_protocols",
     "workspace",
 ]

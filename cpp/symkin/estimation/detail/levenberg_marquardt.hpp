@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 #include "symkin/support/types.hpp"
 
@@ -42,25 +43,18 @@ struct NormalEquations {
 
 // Steps from normal equations whose columns are brought to unit length, so that neither units nor
 // the sizes of parameters matter.
-class ScaledSteps {
+class NormalSteps {
  public:
-  void set(const NormalEquations& equations);
-
   struct Step {
     double decrease;  // of the cost, predicted; negative if there is no step
     bool accurate;    // the pivots are far above rounding
   };
   // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
   // shortest d by eigenvalues: what the data does not show does not move.
-  Step solve(double damping, Vector& step);
+  Step solve(const NormalEquations& equations, double damping, Vector& step);
 
  private:
-  Step shortest(Vector& step) const;
-
-  RowMatrix information_;  // unit diagonal, lower triangle
-  Vector gradient_;        // scaled
-  Vector scale_;
-  RowMatrix factor_;
+  ScaledCholesky cholesky_;
 };
 
 namespace detail {
@@ -99,7 +93,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   SolverOutcome outcome;
   NormalEquations now;
   NormalEquations next;
-  ScaledSteps steps;
+  NormalSteps steps;
   Vector step(problem.size());
   if (!problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
@@ -110,12 +104,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   bool failed = false;  // the last step
   for (int tried = 0;; ++tried) {
     check_interrupt();
-    if (!failed) {
-      steps.set(now);
-    }
     double decrease = -1;
     if (!failed) {
-      const ScaledSteps::Step newton = steps.solve(0, step);
+      const NormalSteps::Step newton = steps.solve(now, 0, step);
       decrease = newton.decrease;
       if constexpr (detail::HasOrthogonalStep<Problem>::value) {
         if (!newton.accurate && problem.orthogonal_step(step)) {
@@ -142,7 +133,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       if (decrease < 0) {
         damping = std::max(damping, kLeastDamping);
       }
-      decrease = steps.solve(damping, step).decrease;
+      decrease = steps.solve(now, damping, step).decrease;
       if (!(decrease >= 0) || problem.extent(step) < kStill) {
         outcome.failure = "no step lowers the cost";
         return outcome;
