@@ -14,14 +14,8 @@ import symkin
 from symkin.chains import chain_info
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
-from symkin.io.mechanism_schema import (
-    COORDINATES,
-    HEADER,
-    MEASUREMENTS,
-    mechanism_table,
-    read_table,
-    table,
-)
+from symkin.io.kinds import read_table, table
+from symkin.io.mechanism_schema import COORDINATES, HEADER, MEASUREMENTS, mechanism_table
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
 from symkin.settings import (
