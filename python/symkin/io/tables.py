@@ -24,6 +24,7 @@ __all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")
+_SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
 _MOST_BYTES = 1_000_000_000  # of what was compressed
 # Text, None where a cell is empty; or numbers and where they are missing; or what else it holds.
@@ -267,7 +268,10 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else repr(value).removesuffix(".0")
-    return str(value)
+    text = str(value)
+    if not _SPECIAL.intersection(text):
+        return text
+    return '"' + text.replace('"', '""') + '"'
 
 
 def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
