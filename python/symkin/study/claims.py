@@ -41,8 +41,12 @@ class Claim(Value):
 
     Attributes
     ----------
+    name : str
+        What it is about.
     place : str
         Section, and equation or figure.
+    figure : int
+        The paper's figure, 6 to 10, beside which it is told.
     quotation : str
         The paper's words.
     verdict : {"holds", "holds partly", "does not hold", "not decided"}
@@ -51,7 +55,9 @@ class Claim(Value):
         The figures.
     """
 
+    name: str
     place: str
+    figure: int
     quotation: str
     verdict: Verdict
     sentence: str
@@ -177,9 +183,9 @@ class Evidence(Value):
 def judge(evidence: Evidence) -> tuple[Claim, ...]:
     """Judge every claim, in the order of the paper."""
     claims = []
-    for place, quotation, judged in CLAIMS:
+    for name, place, figure, quotation, judged in CLAIMS:
         found = judged(evidence)
-        claims.append(Claim(place, quotation, found.verdict, found.sentence))
+        claims.append(Claim(name, place, figure, quotation, found.verdict, found.sentence))
     return tuple(claims)
 
 
@@ -396,8 +402,8 @@ def symmetrical_selection(found: Evidence) -> Judgement:
     """Sections 5.2 and 7: mapped poses instead of independent ones."""
     ratios = found.against_independent
     sentence = (
-        f"With mapped poses the error is {_times(ratios[0])} in position and {_times(ratios[1])} in "
-        "orientation that with poses chosen for every leg."
+        f"With mapped poses the error is {_times(ratios[0])} in position and {_times(ratios[1])} "
+        "in orientation that with poses chosen for every leg."
     )
     apart = any(each.low > 1 + _NEARLY_ALIKE or each.high < 1 - _NEARLY_ALIKE for each in ratios)
     if not apart and not all(_within(each, _NEARLY_ALIKE) for each in ratios):
@@ -427,8 +433,8 @@ def poses_can_be_taken(found: Evidence) -> Judgement:
     return _graded(
         found.replaced == found.unreachable == 0,
         max(commanded, evaluated) < _RARE,
-        f"{100 * commanded:.2g}% of the commanded poses, and {100 * evaluated:.2g}% of those of the "
-        "workspace, are beyond what a robot with these errors can take (spares replaced the "
+        f"{100 * commanded:.2g}% of the commanded poses, and {100 * evaluated:.2g}% of those of "
+        "the workspace, are beyond what a robot with these errors can take (spares replaced the "
         "former): the pool keeps no distance for the errors of the robot.",
     )
 
@@ -463,65 +469,85 @@ def _times(ratio: Ratio) -> str:
 
 
 _FIGURE_6 = "section 6.2, Fig. 6a"
-_REPORTED = "section 2, Fig. 9"
+_REPORTED = "section 2, advantage 3, Fig. 9"
 
-CLAIMS: tuple[tuple[str, str, Callable[[Evidence], Judgement]], ...] = (
+CLAIMS: tuple[tuple[str, str, int, str, Callable[[Evidence], Judgement]], ...] = (
     (
+        "Symmetry of the workspace",
         "sections 4.1 and 6.1, Eq. 2",
+        6,
         "The actuation of the symmetrical group G_M on the end-effector workspace will make the "
         "workspace superimpose with itself.",
         workspace_theorem,
     ),
     (
+        "Conjecture of the active joints",
         "sections 4.2 and 6.2, Eq. 5, Fig. 6a",
+        6,
         "A numerical calculation of the active-joints workspace is performed to validate the "
         "symmetrical conjecture.",
         joint_conjecture,
     ),
     (
+        "Symmetrical observability",
         "section 5, Eq. 10, and section 6.4, Fig. 8",
+        8,
         "In Fig. 8 the symmetrical observability of the legs is verified by the calculation of the "
         "observability index, Eq. 10.",
         observability,
     ),
     (
+        "Cost of the selection",
         "section 5.1",
+        7,
         "By the symmetrical planning [...] it is possible to reduce the optimal posture selection "
         "to 1/n of the original searching.",
         selection_cost,
     ),
     (
+        "Number of poses",
         "section 5.1, PS2",
+        7,
         "As a rule of thumb the number of identification poses should be two or three times larger "
         "than the number of parameters to be estimated.",
         rule_of_thumb,
     ),
     (
+        "Mapped poses",
         "section 5.1, Eq. 14, and section 6.4, Eq. 22",
+        7,
         "R_\N{GREEK SMALL LETTER KAPPA} = \N{GREEK SMALL LETTER LAMDA}\N{GREEK SMALL LETTER KAPPA}"
         "(R_1), P_\N{GREEK SMALL LETTER KAPPA} = P_1",
         same_orientations,
     ),
     (
+        "Group of the structure",
         "section 6.1, Eq. 18",
+        6,
         "The first three elements of G_M represent rotations about the Z-axis [...] and the last "
         "three elements of G_M denote reflections.",
         structure_group,
     ),
     (
+        "Conditions of sections 4 and 5",
         "sections 6.1 and 6.3",
-        "The 3RRR symmetrical parallel mechanism satisfies the workspace symmetry conditions (1) to "
-        "(4) [...] Consequently with the conditions (1)-(7) [...] we configure this set of "
+        6,
+        "The 3RRR symmetrical parallel mechanism satisfies the workspace symmetry conditions (1) "
+        "to (4) [...] Consequently with the conditions (1)-(7) [...] we configure this set of "
         "parameters to be symmetrically observable.",
         conditions,
     ),
     (
+        "Sensor offsets",
         "section 6.2, Eq. 19",
+        6,
         "The mechanism is configured symmetrically positioning the active-joints measuring system.",
         sensor_offsets,
     ),
     (
+        "Group of the active joints",
         _FIGURE_6,
+        6,
         "The symmetry group of the active-joint workspace corresponds to rotations of 0 rad, "
         "2\N{GREEK SMALL LETTER PI}/3 rad, and 4\N{GREEK SMALL LETTER PI}/3 rad around the axis "
         "\N{GREEK SMALL LETTER PSI}1 = \N{GREEK SMALL LETTER PSI}2 = "
@@ -529,58 +555,78 @@ CLAIMS: tuple[tuple[str, str, Callable[[Evidence], Judgement]], ...] = (
         joint_group,
     ),
     (
+        "Constant orientations",
         "section 6.2, Figs. 6b to 6d",
+        6,
         "Three constant orientation workspaces are evaluated.",
         constant_orientations,
     ),
     (
+        "Optimal poses",
         "section 6.4, PS2, Fig. 7",
+        7,
         "A set of 24 optimal identification poses [...] is selected using the robot calibration "
         "algorithm of Sun and Hollerbach.",
         optimal_poses,
     ),
     (
+        "Iteration of the estimate",
         "section 6.5, Eqs. 24 to 26",
+        9,
         "The estimation is achieved using a iterative linear least-squares solution of Eq. 24.",
         printed_iteration,
     ),
     (
+        "Poses without singularities",
         "section 6.5",
+        9,
         "The set of measured poses corresponds to the set of 30 000 poses used to design the "
         "identification experiments.",
         poses_can_be_taken,
     ),
     (
+        "Before and after",
         "section 6.5, Fig. 9",
+        9,
         "RMSE of the end-effector pose estimated for the workspace without singularities before "
         "and after calibration.",
         calibration_helps,
     ),
     (
+        "Better than the traditional method",
         _REPORTED,
+        9,
         "Calibrating the kinematic model with the identified set of parameters results in a better "
-        "end-effector accuracy with respect to calibrations by means of other traditional kinematic "
-        "identification methods.",
+        "end-effector accuracy with respect to calibrations by means of other traditional "
+        "kinematic identification methods.",
         better_than_traditional,
     ),
     (
+        "The same at equal measuring effort",
         f"{_REPORTED}, as many poses being measured",
+        9,
         "The same, for the traditional method with as many measured poses.",
         better_at_equal_effort,
     ),
     (
+        "Mapped instead of independent poses",
         "section 5.2, Fig. 9",
+        9,
         "The identification poses are optimized for a reference leg and the remaining n - 1 "
         "sets are calculated by symmetry operations.",
         symmetrical_selection,
     ),
     (
+        "Local errors",
         "section 6.5, Fig. 10",
+        10,
         "Local end-effector position errors calculated for constant orientation workspaces.",
         local_errors,
     ),
     (
+        "Cost of the identification",
         "section 5.2, DC2, and section 7",
+        9,
         "The reduction of kinematic identification computational costs by the identification of "
         "reduced sets of parameters.",
         numerical_efficiency,

@@ -40,7 +40,7 @@ ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
 _OFFSETS = np.deg2rad([30.0, 150.0, -90.0])  # Eq. 19
 _ITERATIONS = 4  # of Eqs. 24 to 26 in either direction
 _REPETITIONS = 5  # of what is timed, the fastest of which counts
-_RESOLUTION = 61  # cells a side of the maps of local errors
+_RESOLUTION = 121  # cells a side of the maps of local errors
 _MAPPED_ROBOTS = 100  # whose errors they show
 
 # Names of its cells: the paper's protocol, and what it is compared with.

@@ -23,6 +23,7 @@ from symkin.study.robots import Job
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
+    from symkin.study.paper import PaperFindings
 
 __all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio", "StudyResult"]
 
@@ -178,6 +179,13 @@ class StudyResult(Result):
         """The cells by name, in their order."""
         return {cell.id: self._summary(cell) for cell in self.definition.cells}
 
+    @cached_property
+    def paper(self) -> PaperFindings | None:
+        """What it says of the paper; None of any study but the built-in one of that name."""
+        from symkin.study.paper import is_paper, study_paper
+
+        return study_paper(self) if is_paper(self) else None
+
     def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
         """Return the rows of a cell, a robot each."""
         place = self._place(cell)
@@ -235,8 +243,9 @@ class StudyResult(Result):
     def page(self) -> Page:
         """Return what there is to say of it."""
         from symkin.report.study import study_page
+        from symkin.report.study_paper import paper_page
 
-        return study_page(self)
+        return study_page(self) if self.paper is None else paper_page(self, self.paper)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the cells' figures."""
@@ -249,6 +258,7 @@ class StudyResult(Result):
             "robots": self.robots,
             "seed": self.definition.seed,
             "cells": [summary.to_dict() for summary in self.cells.values()],
+            **({} if self.paper is None else {"paper": self.paper.to_dict()}),
         }
 
     def columns(self) -> Mapping[str, Any]:
