@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
 from numpy.typing import ArrayLike
 
 from symkin.planning import Plan
@@ -147,7 +148,7 @@ def local_errors(errors: Sequence[LocalErrors], *, figure: FigureBase | None = N
     -------
     Figure or SubFigure
     """
-    figure = new_figure(0.9 + 2.75 * len(errors), 5.6, figure)
+    figure = new_figure(1.0 + 2.75 * len(errors), 5.0, figure)
     places = figure.add_gridspec(2, len(errors))
     ways = ("traditional", "divided")
     names = {"traditional": "traditional", "divided": "divide and conquer"}
@@ -183,6 +184,7 @@ def _draw_errors(axes: Axes, errors: Sequence[ErrorFigure], *, before: bool) -> 
     reach = np.abs(np.nan_to_num([rms - low, high - rms]))
     if before:
         axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         start = _MILLI * errors[0].before
         axes.plot(start, 0, "s", color=BEFORE, markersize=6)
         _say(axes, start, 0)
@@ -194,7 +196,7 @@ def _draw_errors(axes: Axes, errors: Sequence[ErrorFigure], *, before: bool) -> 
     axes.errorbar(rms, places, xerr=reach, fmt="o", color=AFTER, markersize=5, capsize=2.5)
     axes.plot(predicted, places, "|", color=INK, markersize=11, markeredgewidth=1.5)
     for place, value, end in zip(places, rms, np.fmax(high, predicted), strict=True):
-        _say(axes, value, place, end)
+        _say(axes, value, float(place), end)
 
 
 def _say(axes: Axes, value: float, place: float, end: float | None = None) -> None:

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import NONE, fixed, milli, plural, setting, significant
-from symkin.study.claims import Claim
+from symkin.study.claims import Claim, Verdict
 from symkin.study.paper import (
     EACH_LEG,
     EQUAL_EFFORT,
@@ -19,10 +19,23 @@ from symkin.study.paper import (
     study_paper,
 )
 from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
+from symkin.workspace.sample import least_reach_margin
 
 __all__ = ["HEADLINE_CELLS", "paper_page"]
 
-_VERDICTS = ("holds", "holds partly", "does not hold", "not decided")
+_PLURALS: dict[Verdict, str] = {
+    "holds": "hold:",
+    "holds partly": "hold partly:",
+    "does not hold": "do not hold:",
+    "not decided": "not decided by so few robots:",
+}
+
+_COLUMNS = (
+    "Errors are root mean squares over robots and poses of the workspace, in brackets their 95% "
+    "intervals, beside them their ratio to what is expected to first order, with its standard "
+    "error. Intervals hold: the share of the parameters' 95% intervals that hold the true value. "
+    "Every protocol has the same robots."
+)
 
 # What the figures call the cells of Fig. 9.
 _FIG_9 = {
@@ -50,8 +63,8 @@ _TOLERANCES = (
     ("paper, large errors", "traditional, large errors"),
 )
 _FURTHER = {
-    "The five-bar (5R) of the authors' earlier paper; its dimensions are symkin's": "5bar: ",
-    "The hexapod Jugglebot": "hexapod: ",
+    "Five-bar (the 5R of the authors' earlier paper; dimensions are symkin's)": "5bar: ",
+    "Hexapod (Jugglebot)": "hexapod: ",
 }
 
 
@@ -70,27 +83,18 @@ def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Pag
     Page
     """
     found = study_paper(study) if findings is None else findings
-    verdicts = Counter(claim.verdict for claim in found.claims)
-    told = ", ".join(
-        f"{verdicts[each]} {each if verdicts[each] != 1 else _singular(each)}"
-        for each in _VERDICTS
-        if verdicts[each]
-    )
     evidence = found.evidence
     return Page(
         title="The paper, done again and judged",
         subtitle="Durango et al. (2010), Symmetrical Observability of Kinematic Parameters in "
         f"Symmetrical Parallel Mechanisms, sections 4 to 6; {plural(study.robots, 'robot')} a cell",
         headlines=[
-            ("Claims", str(len(found.claims)), told),
-            _ratio_headline("Divide and conquer / traditional", evidence.against_traditional,
-                            "72 measured poses against 24"),
-            _ratio_headline("At equal measuring effort", evidence.against_equal_effort,
-                            "72 measured poses in both"),
+            _headline("Divide and conquer over traditional", evidence.against_traditional, 72, 24),
+            _headline("The same at equal effort", evidence.against_equal_effort, 72, 72),
             *_our_headlines(study),
         ],
         judgement=_judgement(found),
-        paragraphs=_in_short(study),
+        paragraphs=[_counted(found.claims), *_in_short(study)],
         sections=[
             _overview(found),
             _identification(study, found),
@@ -105,8 +109,13 @@ def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Pag
     )  # fmt: skip
 
 
-def _singular(verdict: str) -> str:
-    return verdict
+def _counted(claims: Sequence[Claim]) -> str:
+    verdicts = Counter(claim.verdict for claim in claims)
+    told = [f"{_PLURALS[each]} {verdicts[each]}" for each in _PLURALS if verdicts[each]]
+    return (
+        f"{len(claims)} claims of sections 4 to 6 were judged by figures, each told below beside "
+        f"the paper's words: {'; '.join(told)}."
+    )
 
 
 def _judgement(found: PaperFindings) -> str:
@@ -124,20 +133,23 @@ def _as_told(claim: Claim) -> str:
     return "is not decided" if claim.verdict == "not decided" else claim.verdict
 
 
-def _ratio_headline(name: str, ratios: tuple[Ratio, Ratio], remark: str) -> tuple[str, str, str]:
-    position, orientation = (significant(each.value, 2) for each in ratios)
-    return name, f"{position} in position, {orientation} in orientation", remark
+def _headline(
+    name: str, ratios: tuple[Ratio, Ratio], measured: int, compared: int
+) -> tuple[str, str, str]:
+    position, orientation = (f"{each.value:.2f}" for each in ratios)
+    remark = f"times, position and orientation; {measured} measured poses against {compared}"
+    return name, f"{position}, {orientation}", remark
 
 
 def _our_headlines(study: StudyResult) -> list[tuple[str, str, str]]:
     headlines = []
     for name, cell in (
-        ("Joint / paper", "joint, the paper's poses"),
-        ("Orbits / paper", "joint, orbits of 24 poses"),
+        ("Joint estimate over the paper's", "joint, the paper's poses"),
+        ("Joint, orbits, over the paper's", "joint, orbits of 24 poses"),
     ):
-        found, measured = study.compare(cell, PAPER), study.cells[cell].measured_poses
-        remark = f"{measured} measured poses against {study.cells[PAPER].measured_poses}"
-        headlines.append(_ratio_headline(name, (found.position, found.orientation), remark))
+        found = study.compare(cell, PAPER)
+        measured = [study.cells[each].measured_poses for each in (cell, PAPER)]
+        headlines.append(_headline(name, (found.position, found.orientation), *measured))
     return headlines
 
 
@@ -188,9 +200,9 @@ def _identification(study: StudyResult, found: PaperFindings) -> Section:
         "before (mm and mrad) and after identification.",
         plotted("protocol_errors", cells),
     )
-    table = _cell_table("Errors after identification", study, _FIG_9.values())
+    table = _cell_table("Errors after identification", study, _FIG_9.values(), brief=True)
     return Section(
-        "identification", "Identification (section 6.5, Fig. 9)", (),
+        "identification", "Identification (section 6.5, Fig. 9)", [_COLUMNS],
         [figure, table, _claims(found, 9)],
     )  # fmt: skip
 
@@ -206,55 +218,58 @@ def _improvements(study: StudyResult) -> Section:
     )
     rows = []
     for cell in _OURS:
-        compared, summary = study.compare(cell, PAPER), study.cells[cell]
-        ratios = [_interval(each) for each in (compared.position, compared.orientation)]
+        found, summary = study.compare(cell, PAPER), study.cells[cell]
+        ratios = [_interval(each) for each in (found.position, found.orientation)]
         rows.append((cell, str(summary.measured_poses), *ratios))
     columns = ("Protocol", "Measured poses", "Position", "Orientation")
-    compared = Table(
+    ratios_table = Table(
         "Error over that of the paper's protocol with 72 measured poses, the same robots (95% "
         "interval)", columns, [Group(rows)], brief=True,
     )  # fmt: skip
     paragraphs = [
         "The paper identifies a leg from its own third of the poses, counts every closure alike, "
-        "and treats the legs as if they shared no measured pose. `implicit` uses all poses for "
-        "every leg and weighs closures by what the noise does to them; `joint` takes the noise that "
-        "the legs share into account; orbits are poses that serve all legs at once; and the "
-        "expected error, instead of O_1, is what the poses are chosen by.",
+        "and treats the legs as if they shared no measured pose. The estimator implicit uses all "
+        "poses for every leg and weighs closures by what the noise does to them; joint takes into "
+        "account that the legs share the noise of a pose; orbits are poses that serve all legs at "
+        "once; and symkin's own poses are chosen by the expected error, not by O_1.",
     ]
     return Section(
         "improvements", "What symkin does about it", paragraphs,
-        [figure, compared, _cell_table("Errors after identification", study, _OURS)],
+        [figure, ratios_table, _cell_table("Errors after identification", study, _OURS, brief=True)],
     )  # fmt: skip
 
 
-def _cell_table(caption: str, study: StudyResult, names: Sequence[str] | object) -> Table:
-    rows = []
-    for name in names:  # type: ignore[attr-defined]
-        cell = study.cells[name]
-        rows.append(
-            (name, str(cell.measured_poses), *_figures(cell.position, "m"),
-             *_figures(cell.orientation, "rad"),
-             f"{100 * cell.coverage:.1f}%", str(cell.failed))
-        )  # fmt: skip
-    columns = (
-        "Protocol", "Measured poses", "Position (95% interval)", "Simulated / expected",
-        "Orientation (95% interval)", "Simulated / expected", "Intervals that hold", "Failed",
+def _cell_table(
+    caption: str, study: StudyResult, names: Iterable[str], *, brief: bool = False
+) -> Table:
+    cells = {name: study.cells[name] for name in names}
+    kinds = [("Position, mm", [each.position for each in cells.values()])]
+    turns = [each.orientation for each in cells.values()]
+    if any(each.rms > 0 for each in turns):
+        kinds.append(("Orientation, mrad", turns))
+    rows = [[name, str(cell.measured_poses)] for name, cell in cells.items()]
+    columns = ["Protocol", "Measured"]
+    for label, errors in kinds:
+        columns += [label, "Over expected"]
+        for row, error in zip(rows, errors, strict=True):
+            row += _figures(error)
+    for row, cell in zip(rows, cells.values(), strict=True):
+        row += [f"{100 * cell.coverage:.1f}%", str(cell.failed)]
+    return Table(
+        caption, [*columns, "Intervals hold", "Failed"], [Group(rows)], brief=brief
     )  # fmt: skip
-    return Table(caption, columns, [Group(rows)], brief=True)
 
 
-def _figures(error: ErrorFigure, unit: str) -> tuple[str, str]:
-    if not error.rms > 0:
-        return NONE, NONE
-    low, high = (significant(1e3 * each) for each in (error.low, error.high))
+def _figures(error: ErrorFigure) -> tuple[str, str]:
+    value, low, high = (significant(1e3 * each) for each in (error.rms, error.low, error.high))
     return (
-        f"{milli(error.rms, unit)} ({low} to {high})",
+        f"{value} ({low}{NONE}{high})",
         f"{fixed(error.ratio, 3)} \N{PLUS-MINUS SIGN} {fixed(error.ratio_error, 3)}",
     )
 
 
 def _interval(ratio: Ratio) -> str:
-    return f"{fixed(ratio.value, 3)} ({fixed(ratio.low, 3)} to {fixed(ratio.high, 3)})"
+    return f"{fixed(ratio.value, 3)} ({fixed(ratio.low, 3)}{NONE}{fixed(ratio.high, 3)})"
 
 
 def _local(found: PaperFindings) -> Section:
@@ -301,7 +316,7 @@ def _observability(found: PaperFindings) -> Section:
     figure = Image(
         "fig8",
         "Bars of the observability of each parameter, alike for all legs.",
-        "After Fig. 8: |R_ii| of the three legs at their poses, in rad per m, per rad and per gain.",
+        "After Fig. 8: |R_ii| of the three legs at their poses, in rad per m, rad and gain.",
         plotted("observability", names, found.r_diagonals),
     )
     return Section(
@@ -319,9 +334,9 @@ def _assumptions(study: StudyResult, mechanism: Mechanism) -> Section:
          f"{milli(tolerances.length, 'm')}, {milli(tolerances.angle, 'rad')}, "
          f"{setting(tolerances.gain)} of the gain", "see the table below"),
         ("Limits of the workspace",
-         f"legs {milli(workspace.reach_margin, 'm')} from the end of their reach, condition "
+         f"legs {milli(least_reach_margin(mechanism), 'm')} from the end of their reach, condition "
          f"number up to {setting(workspace.conditioning_limit)}, the box of the mechanism's file",
-         "that of `3RRR`; all of its poses are candidates (`--margin-sigmas 0`)"),
+         "of 3RRR; all of its poses are candidates (--margin-sigmas 0)"),
         ("Sign of the working mode", "-1 turns the elbow to the right",
          "with the other sign a singularity parts the paper's three slices"),
         ("Noise of the readings", "none", "the paper has noise of the measured poses only"),
@@ -336,14 +351,14 @@ def _assumptions(study: StudyResult, mechanism: Mechanism) -> Section:
         level = study.definition.cells[[c.id for c in study.definition.cells].index(divided)]
         compared = study.compare(divided, traditional)
         levels.append(
-            (f"{setting(level.tolerance_level, digits=2)} times",
+            (setting(level.tolerance_level, digits=2),
              milli(study.cells[divided].position.before, "m"), _errors(study.cells[divided]),
              _interval(compared.position), _interval(compared.orientation),
              str(study.cells[divided].replaced))
         )  # fmt: skip
     columns = (
-        "Kinematic errors", "Position before", "Paper's protocol",
-        "Position over traditional (24 poses)", "Orientation", "Poses replaced",
+        "Kinematic errors, times these", "Position before", "Paper's protocol",
+        "Position over traditional, 24", "Orientation over it", "Poses replaced",
     )  # fmt: skip
     sensitivity = Table("What depends on the kinematic errors", columns, [Group(levels)])
     return Section(
@@ -353,15 +368,26 @@ def _assumptions(study: StudyResult, mechanism: Mechanism) -> Section:
 
 
 def _further(study: StudyResult) -> list[Section]:
-    parts = []
+    parts, paragraphs = [], [
+        "The same protocols on mechanisms with two and six legs, whose files are shipped."
+    ]  # fmt: skip
     for caption, prefix in _FURTHER.items():
         names = [name for name in study.cells if name.startswith(prefix)]
         if names:
             parts.append(_cell_table(caption, study, names))
-    if not parts:
-        return []
-    paragraph = (
-        "The same protocols on mechanisms with two and six legs, whose files are shipped. With more "
-        "legs the paper's protocol measures more poses, of which each leg uses a smaller part."
+            paragraphs.append(_against_paper(study, caption.partition(" (")[0], names))
+    return [Section("further", "Further mechanisms", paragraphs, parts)] if parts else []
+
+
+def _against_paper(study: StudyResult, title: str, names: Sequence[str]) -> str:
+    """The position errors of other protocols over those of the first, the paper's."""
+    paper, *others = names
+    told = [
+        f"{name.partition(': ')[2]} ({study.cells[name].measured_poses} measured poses) "
+        f"{significant(study.compare(name, paper).position.value, 2)} times"
+        for name in others
+    ]
+    return (
+        f"{title}: over the position error of the paper's protocol "
+        f"({study.cells[paper].measured_poses} measured poses) have {', '.join(told)}."
     )
-    return [Section("further", "Further mechanisms", [paragraph], parts)]

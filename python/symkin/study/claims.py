@@ -405,10 +405,10 @@ def symmetrical_selection(found: Evidence) -> Judgement:
         f"With mapped poses the error is {_times(ratios[0])} in position and {_times(ratios[1])} "
         "in orientation that with poses chosen for every leg."
     )
-    apart = any(each.low > 1 + _NEARLY_ALIKE or each.high < 1 - _NEARLY_ALIKE for each in ratios)
-    if not apart and not all(_within(each, _NEARLY_ALIKE) for each in ratios):
+    states = {_likeness(each) for each in ratios}
+    if "apart" not in states and "not told" in states:
         return Judgement("not decided", sentence)
-    return _graded(all(_within(each, _ALIKE) for each in ratios), not apart, sentence)
+    return _graded(states == {"alike"}, "apart" not in states, sentence)
 
 
 def local_errors(found: Evidence) -> Judgement:
@@ -458,8 +458,20 @@ def _compared(ratios: tuple[Ratio, Ratio], effort: str) -> Judgement:
     return _graded(set(words) == {"better"}, "better" in words, sentence)
 
 
-def _within(ratio: Ratio, limit: float) -> bool:
-    return 1 - limit < ratio.low and ratio.high < 1 + limit
+def _likeness(ratio: Ratio) -> Literal["alike", "nearly", "apart", "not told"]:
+    """How near to 1 a ratio is, as far as its interval tells."""
+
+    def within(limit: float) -> bool:
+        return 1 - limit < ratio.low and ratio.high < 1 + limit
+
+    def beyond(limit: float) -> bool:
+        return ratio.high < 1 - limit or 1 + limit < ratio.low
+
+    if within(_ALIKE):
+        return "alike"
+    if beyond(_NEARLY_ALIKE):
+        return "apart"
+    return "nearly" if within(_NEARLY_ALIKE) and beyond(_ALIKE) else "not told"
 
 
 def _times(ratio: Ratio) -> str:
