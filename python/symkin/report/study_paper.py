@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, fixed, milli, plural, setting, significant
+from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, setting, significant
 from symkin.study.claims import Claim, Verdict
 from symkin.study.paper import (
     EACH_LEG,
@@ -31,10 +31,10 @@ _PLURALS: dict[Verdict, str] = {
 }
 
 _COLUMNS = (
-    "Errors are root mean squares over robots and poses of the workspace, in brackets their 95% "
-    "intervals, beside them their ratio to what is expected to first order, with its standard "
-    "error. Intervals hold: the share of the parameters' 95% intervals that hold the true value. "
-    "Every protocol has the same robots."
+    "Errors are root mean squares over robots and poses of the workspace, with 95% intervals, and "
+    "beside them their ratio to what is expected to first order, with its standard error. "
+    "Intervals hold: the share of the parameters' 95% intervals that hold the true value. Every "
+    "protocol has the same robots."
 )
 
 # What the figures call the cells of Fig. 9.
@@ -226,6 +226,7 @@ def _improvements(study: StudyResult) -> Section:
         "Error over that of the paper's protocol with 72 measured poses, the same robots (95% "
         "interval)", columns, [Group(rows)], brief=True,
     )  # fmt: skip
+    errors = _cell_table("Errors after identification", study, _OURS, brief=True)
     paragraphs = [
         "The paper identifies a leg from its own third of the poses, counts every closure alike, "
         "and treats the legs as if they shared no measured pose. The estimator implicit uses all "
@@ -235,7 +236,7 @@ def _improvements(study: StudyResult) -> Section:
     ]
     return Section(
         "improvements", "What symkin does about it", paragraphs,
-        [figure, ratios_table, _cell_table("Errors after identification", study, _OURS, brief=True)],
+        [figure, ratios_table, errors],
     )  # fmt: skip
 
 
@@ -261,11 +262,16 @@ def _cell_table(
 
 
 def _figures(error: ErrorFigure) -> tuple[str, str]:
-    value, low, high = (significant(1e3 * each) for each in (error.rms, error.low, error.high))
+    reach = 1e3 * (error.high - error.low) / 2
+    decimals = decimals_of(reach)
     return (
-        f"{value} ({low}{NONE}{high})",
-        f"{fixed(error.ratio, 3)} \N{PLUS-MINUS SIGN} {fixed(error.ratio_error, 3)}",
+        _with_reach(fixed(1e3 * error.rms, decimals), fixed(reach, decimals)),
+        _with_reach(fixed(error.ratio, 3), fixed(error.ratio_error, 3)),
     )
+
+
+def _with_reach(value: str, reach: str) -> str:
+    return f"{value}\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}{reach}"
 
 
 def _interval(ratio: Ratio) -> str:

@@ -25,6 +25,7 @@ from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Value, field, record
 from symkin.simulation import simulate
 from symkin.study.claims import Claim, Evidence, SliceErrors, judge
+from symkin.study.definition import StudyDefinition, load_study
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
@@ -46,7 +47,6 @@ _MAPPED_ROBOTS = 100  # whose errors they show
 # Names of its cells: the paper's protocol, and what it is compared with.
 PAPER, EACH_LEG = "paper", "paper, each leg"
 TRADITIONAL, EQUAL_EFFORT = "traditional, 24 poses", "traditional, 72 poses"
-_CELLS = (PAPER, EACH_LEG, TRADITIONAL, EQUAL_EFFORT)
 
 # How the paper chooses poses.
 _PROTOCOL: dict[str, Any] = {"rows": "paper", "method": "sun_hollerbach", "margin_sigmas": 0.0}
@@ -183,9 +183,12 @@ class PaperFindings(Value):
 
 
 def is_paper(study: StudyResult) -> bool:
-    """Whether a study has the cells by which the paper is judged."""
-    cells = {cell.id: cell.mechanism for cell in study.definition.cells}
-    return all(cells.get(each) == "3RRR" for each in _CELLS)
+    """Whether a study has all cells of the built-in study ``"paper"``."""
+
+    def cells(definition: StudyDefinition) -> set[tuple[str, str]]:
+        return {(cell.id, cell.mechanism) for cell in definition.cells}
+
+    return cells(load_study("paper")) <= cells(study.definition)
 
 
 def study_paper(
@@ -212,9 +215,7 @@ def study_paper(
         For a study without the cells of the paper.
     """
     if not is_paper(study):
-        raise SymkinError(
-            f"the paper cannot be judged without the cells {', '.join(map(repr, _CELLS))}"
-        )
+        raise SymkinError('the paper is judged by the cells of the built-in study "paper" alone')
     plan, seed = study.plan(PAPER), study.definition.seed
     mechanism = plan.mechanism
     workspace = study_workspace(mechanism, ORIENTATIONS, poses, seed)
