@@ -23,11 +23,12 @@ from symkin.workspace.sample import least_reach_margin
 
 __all__ = ["HEADLINE_CELLS", "paper_page"]
 
-_PLURALS: dict[Verdict, str] = {
-    "holds": "hold:",
-    "holds partly": "hold partly:",
-    "does not hold": "do not hold:",
-    "not decided": "not decided by so few robots:",
+# Of one claim, and of several.
+_TOLD: dict[Verdict, tuple[str, str]] = {
+    "holds": ("holds", "hold"),
+    "holds partly": ("holds partly", "hold partly"),
+    "does not hold": ("does not hold", "do not hold"),
+    "not decided": ("is not decided by so few robots", "are not decided by so few robots"),
 }
 
 _COLUMNS = (
@@ -111,10 +112,10 @@ def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Pag
 
 def _counted(claims: Sequence[Claim]) -> str:
     verdicts = Counter(claim.verdict for claim in claims)
-    told = [f"{_PLURALS[each]} {verdicts[each]}" for each in _PLURALS if verdicts[each]]
+    told = [f"{number} {_TOLD[each][number > 1]}" for each in _TOLD if (number := verdicts[each])]
     return (
-        f"{len(claims)} claims of sections 4 to 6 were judged by figures, each told below beside "
-        f"the paper's words: {'; '.join(told)}."
+        f"Of {len(claims)} claims in sections 4 to 6, judged by figures and told below beside the "
+        f"paper's words, {', '.join(told)}."
     )
 
 
