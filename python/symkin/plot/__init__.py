@@ -41,6 +41,12 @@ from symkin.plot.estimates import (  # noqa: E402
     residuals,
 )
 from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
+from symkin.plot.studies import (  # noqa: E402
+    study_cells,
+    study_cost,
+    study_curves,
+    study_protocols,
+)
 from symkin.plot.workspaces import active_joints, poses, workspace  # noqa: E402
 
 __all__ = [
@@ -59,5 +65,9 @@ __all__ = [
     "poses",
     "protocol_errors",
     "residuals",
+    "study_cells",
+    "study_cost",
+    "study_curves",
+    "study_protocols",
     "workspace",
 ]

@@ -8,7 +8,7 @@ import math
 import os
 import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -21,7 +21,7 @@ from symkin.identification.fit import Fit, FitOptions
 from symkin.mechanism import Mechanism
 from symkin.planning import make_plan
 from symkin.planning.selection import LegRows, select_poses
-from symkin.result import Result, Value, field, record
+from symkin.result import Result, Value, record
 from symkin.settings import DeclaredSymmetry
 from symkin.simulation import simulate
 from symkin.study.definition import StudyDefinition
@@ -142,8 +142,15 @@ class CostResult(Result):
 
 
 def with_legs(mechanism: Mechanism, count: int) -> Mechanism:
-    """Return the mechanism with its first leg repeated by rotations, so many times in all."""
+    """Return the mechanism with its first leg repeated, so many times in all.
+
+    Rotations carry it to the others. Two legs opposite each other would be in line at the centre,
+    so they are mirror images, a third of a turn apart.
+    """
     symmetry = DeclaredSymmetry(f"C{count}")
+    if count == 2:
+        azimuth = mechanism.parameter_roles.index(("base", "azimuth"))
+        symmetry = DeclaredSymmetry("D1", axis=mechanism.parameters[0, azimuth] + math.pi / 3)
     legs = generate_legs(mechanism.legs[0], symmetry, count)
     return mechanism.replace(legs=legs, symmetry=symmetry, name=f"{mechanism.name} x {count}")
 
@@ -190,17 +197,17 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
     # As many readings of a leg as it has poses of its own, so that only the way differs.
     some = measured.subset(np.arange(0, len(measured.poses), len(legs))).for_all_legs()
 
-    def select(leg: int) -> None:
-        select_poses(LegRows(mechanism, leg, poses, cell.rows), cell.pose_count, seed, threads=1)
+    def select(chosen_for: Sequence[int]) -> None:
+        for leg in chosen_for:
+            rows = LegRows(mechanism, leg, poses, cell.rows)
+            select_poses(rows, cell.pose_count, seed, threads=1)
 
     def plan_with(use_symmetry: bool) -> None:
-        make_plan(
-            mechanism, poses, cell.pose_count, seed, use_symmetry=use_symmetry, **settings
-        )
+        make_plan(mechanism, poses, cell.pose_count, seed, use_symmetry=use_symmetry, **settings)
 
     tasks: dict[str, Callable[[], object]] = {
-        "select_reference_s": lambda: select(0),
-        "select_each_s": lambda: [select(leg) for leg in legs],
+        "select_reference_s": lambda: select(legs[:1]),
+        "select_each_s": lambda: select(legs),
         "plan_mapped_s": lambda: plan_with(True),
         "plan_each_s": lambda: plan_with(False),
         "identify_legs_s": lambda: Fit.of(mechanism, measured, FitOptions("implicit", "own")),

@@ -285,7 +285,10 @@ class StudyDefinition:
         SymkinError
             For a file that cannot be read, or two mechanisms of one name.
         """
-        given = [*self.mechanisms, *(each for cell in self.cell for each in cell.get("mechanisms", ()))]
+        given = [
+            *self.mechanisms,
+            *(each for cell in self.cell for each in cell.get("mechanisms", ())),
+        ]
         found: dict[str, Mechanism] = {}
         for each in given:
             mechanism = self._mechanism(each)
@@ -302,8 +305,9 @@ class StudyDefinition:
         Raises
         ------
         SymkinError
-            For combinations that occur twice, or an ``id`` of several.
+            For combinations that occur twice, an ``id`` of several, or as `loaded`.
         """
+        _ = self.loaded  # two mechanisms of one name would look like cells that occur twice
         cells = tuple(self._cells())
         repeated = [name for name, count in Counter(each.id for each in cells).items() if count > 1]
         if repeated:
@@ -366,8 +370,8 @@ class StudyDefinition:
             combinations = list(itertools.product(*lists.values()))
             if "id" in group and len(combinations) > 1:
                 raise SymkinError(
-                    f'cell[{place + 1}].id: "{group["id"]}" names {len(combinations)} combinations; '
-                    "expected one"
+                    f'cell[{place + 1}].id: "{group["id"]}" names {len(combinations)} '
+                    "combinations; expected one"
                 )
             for values in combinations:
                 yield self._cell(dict(zip(lists, values, strict=True)), group.get("id", ""))

@@ -94,9 +94,7 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
         yield client
 
 
-def _distributed(
-    client: Any, job: Job, chunks: Sequence[Chunk]
-) -> Iterator[tuple[Chunk, Columns]]:
+def _distributed(client: Any, job: Job, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Columns]]:
     """Keep all workers busy; Dask gives the chunks of one that dies to others."""
     from distributed import as_completed
 

@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError, did_you_mean
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import Plan, predict_accuracy
-from symkin.result import Result, Value, field, record
+from symkin.planning.prediction import check_wanted
+from symkin.result import Result, Value, field, plain, record
+from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, reading_curves
 from symkin.study.definition import Cell, StudyDefinition
+from symkin.study.recommendation import Recommendation, recommend
 from symkin.study.robots import Job
 
 if TYPE_CHECKING:
@@ -161,11 +164,15 @@ class StudyResult(Result):
         A row a robot and cell, in their order: see `symkin.study.robots.COLUMNS`.
     job : Job
         The mechanisms, plans and poses of the cells.
+    wanted : (float or None, float or None)
+        Root mean square error of position (m) and orientation (rad) for which `recommendations`
+        look.
     """
 
     definition: StudyDefinition
     table: Mapping[str, NDArray[Any]]
     job: Job
+    wanted: tuple[float | None, float | None] = (None, None)
 
     FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
 
@@ -240,12 +247,49 @@ class StudyResult(Result):
         ]
         return PairedComparison(first, second, int(both.sum()), *ratios)
 
+    def for_accuracy(
+        self, position: float | None = None, orientation: float | None = None
+    ) -> StudyResult:
+        """Return it with recommendations for a wanted accuracy.
+
+        Parameters
+        ----------
+        position, orientation : float, optional
+            Root mean square end-effector error that is wanted, m and rad; at least one of them.
+
+        Raises
+        ------
+        SymkinError
+            For nothing wanted, an error that is not positive, or the orientation of a point.
+        """
+        for mechanism in self.definition.loaded.values():
+            check_wanted(mechanism, position, orientation)
+        return dataclasses.replace(self, wanted=(position, orientation))
+
+    @cached_property
+    def recommendations(self) -> tuple[Recommendation, ...]:
+        """For each mechanism, what each protocol needs for the wanted accuracy; empty without."""
+        if self.wanted == (None, None):
+            return ()
+        return tuple(recommend(self, name, *self.wanted) for name in self.definition.loaded)
+
+    @cached_property
+    def curves(self) -> Mapping[str, tuple[Curve, ...]]:
+        """Of a study of symmetry: what is lost to asymmetry, to joint noise, and to linearising."""
+        if self.definition.kind != "symmetry":
+            return {}
+        return {
+            "asymmetry": asymmetry_curves(self),
+            "readings": reading_curves(self),
+            "noise": linearity_curves(self, "noise_level"),
+            "errors": linearity_curves(self, "tolerance_level"),
+        }
+
     def page(self) -> Page:
         """Return what there is to say of it."""
         from symkin.report.study import study_page
-        from symkin.report.study_paper import paper_page
 
-        return study_page(self) if self.paper is None else paper_page(self, self.paper)
+        return study_page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the cells' figures."""
@@ -258,6 +302,8 @@ class StudyResult(Result):
             "robots": self.robots,
             "seed": self.definition.seed,
             "cells": [summary.to_dict() for summary in self.cells.values()],
+            "recommendations": [each.to_dict() for each in self.recommendations],
+            "curves": plain(self.curves),
             **({} if self.paper is None else {"paper": self.paper.to_dict()}),
         }
 
@@ -299,20 +345,22 @@ class StudyResult(Result):
         before = [rows[name][good] for name in ("position_before_m", "orientation_before_rad")]
         expected = self._predicted(cell)
         predicted = [expected.position, expected.orientation] if expected else [math.nan] * 2
-        for values in (after, before, predicted):
-            values.append(np.hypot(values[0], length * values[1]))
-        figures = map(_figure, after, before, map(float, predicted))
+        after.append(np.hypot(after[0], length * after[1]))
+        before.append(np.hypot(before[0], length * before[1]))
+        predicted.append(math.hypot(predicted[0], length * predicted[1]))
         reasons, counts = np.unique(rows["failure"][~good], return_counts=True)
+        position, orientation, combined = map(_figure, after, before, predicted)
         inside = rows["inside_95"][good]
-        measured = rows["measured_poses"]
         return CellSummary(
-            cell,
-            len(good),
-            int(np.count_nonzero(~good)),
-            dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
-            int(measured.max()),
-            int(rows["replaced"].sum()),
-            *figures,
+            cell=cell,
+            robots=len(good),
+            failed=int(np.count_nonzero(~good)),
+            failures=dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
+            measured_poses=int(rows["measured_poses"].max()),
+            replaced=int(rows["replaced"].sum()),
+            position=position,
+            orientation=orientation,
+            combined=combined,
             coverage=_mean(inside),
             coverage_error=_standard_error(inside),
             chi_square=_mean(rows["chi_square_ratio"][good]),

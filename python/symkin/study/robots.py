@@ -135,7 +135,9 @@ class Job:
     def chunk(self, first: int, end: int) -> dict[str, NDArray[Any]]:
         """The rows of some robots as columns; `cell` is the number of the cell, from 0."""
         rows = [row for robot in range(first, end) for row in self.rows(robot)]
-        columns = {name: np.array([row[name] for row in rows]) for name in COLUMNS if name != "cell"}
+        columns = {
+            name: np.array([row[name] for row in rows]) for name in COLUMNS if name != "cell"
+        }
         return {"cell": np.tile(np.arange(len(self.cells)), end - first), **columns}
 
     @functools.cached_property
@@ -185,9 +187,7 @@ class _Robot:
         self._known: dict[tuple[Any, ...], Any] = {}
 
     def rows(self, robot: int) -> list[dict[str, Any]]:
-        return [
-            {"robot": robot, "seed": self._seed, **self._row(cell)} for cell in self._job.cells
-        ]
+        return [{"robot": robot, "seed": self._seed, **self._row(cell)} for cell in self._job.cells]
 
     def _row(self, cell: Cell) -> dict[str, Any]:
         row: dict[str, Any] = {

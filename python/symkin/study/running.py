@@ -120,7 +120,7 @@ def _simulated(
     job = Job.of(definition, tell)
     found: dict[Chunk, Columns] = {}
     for chunk in _chunks(definition):
-        known = parts and parts.read(chunk)
+        known = None if parts is None else parts.read(chunk)
         if known is not None:
             found[chunk] = known
     left = [chunk for chunk in _chunks(definition) if chunk not in found]
@@ -194,7 +194,10 @@ class _Parts:
 
     def write(self, chunk: Chunk, columns: Columns) -> None:
         """Write a chunk, whole or not at all."""
-        with OutputFiles(overwrite=True) as outputs, outputs.file(self._path(chunk)).open("wb") as file:
+        with (
+            OutputFiles(overwrite=True) as outputs,
+            outputs.file(self._path(chunk)).open("wb") as file,
+        ):
             np.savez_compressed(file, **columns)  # type: ignore[arg-type]
 
     def _path(self, chunk: Chunk) -> Path:
