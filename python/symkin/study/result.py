@@ -291,6 +291,12 @@ class StudyResult(Result):
 
         return study_page(self)
 
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.study import study_summary
+
+        return study_summary(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the cells' figures."""
         return {
