@@ -8,6 +8,7 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -186,7 +187,8 @@ class _Parts:
     def read(self, chunk: Chunk) -> Columns | None:
         """A chunk that was computed already, if it is there and whole."""
         try:
-            with np.load(self._path(chunk), allow_pickle=False) as stored:
+            whole = BytesIO(self._path(chunk).read_bytes())
+            with np.load(whole, allow_pickle=False) as stored:
                 columns = {name: stored[name] for name in COLUMNS}
         except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
             return None
