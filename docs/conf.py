@@ -24,6 +24,7 @@ release = re.search(
     r"project\(\s*symkin\s+VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
 ).group(1)
 
+exclude_patterns = ["figures/*.md"]  # included by pages
 extensions = [
     "mathml",
     "matplotlib.sphinxext.plot_directive",
@@ -33,7 +34,8 @@ extensions = [
 ]
 
 html_math_renderer = "mathml"
-myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_enable_exclude_patterns = ["figures/*.md"]  # included by pages
+extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 # Backticks in a docstring link to what is documented, and are code otherwise.

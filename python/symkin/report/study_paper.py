@@ -21,7 +21,7 @@ from symkin.study.paper import (
 from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
 from symkin.workspace.sample import least_reach_margin
 
-__all__ = ["HEADLINE_CELLS", "paper_page"]
+__all__ = ["FIG_9_CELLS", "HEADLINE_CELLS", "paper_page"]
 
 # Of one claim, and of several.
 _TOLD: dict[Verdict, tuple[str, str]] = {
@@ -39,7 +39,7 @@ _COLUMNS = (
 )
 
 # What the figures call the cells of Fig. 9.
-_FIG_9 = {
+FIG_9_CELLS = {
     "traditional, 24 poses": TRADITIONAL,
     "traditional, 72 poses": EQUAL_EFFORT,
     "divide and conquer,\nchosen for each leg, 72 poses": EACH_LEG,
@@ -192,7 +192,7 @@ def _claims(found: PaperFindings, figure: int) -> Table:
 
 
 def _identification(study: StudyResult, found: PaperFindings) -> Section:
-    cells = {name: study.cells[cell] for name, cell in _FIG_9.items()}
+    cells = {name: study.cells[cell] for name, cell in FIG_9_CELLS.items()}
     figure = Image(
         "fig9",
         "Errors before and after identification by four protocols, logarithmic scale.",
@@ -201,7 +201,7 @@ def _identification(study: StudyResult, found: PaperFindings) -> Section:
         "before (mm and mrad) and after identification.",
         plotted("protocol_errors", cells),
     )
-    table = _cell_table("Errors after identification", study, _FIG_9.values(), brief=True)
+    table = _cell_table("Errors after identification", study, FIG_9_CELLS.values(), brief=True)
     return Section(
         "identification", "Identification (section 6.5, Fig. 9)", [_COLUMNS],
         [figure, table, _claims(found, 9)],

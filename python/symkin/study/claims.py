@@ -617,7 +617,7 @@ CLAIMS: tuple[tuple[str, str, int, str, Callable[[Evidence], Judgement]], ...] =
         "The same at equal measuring effort",
         f"{_REPORTED}, as many poses being measured",
         9,
-        "The same, for the traditional method with as many measured poses.",
+        "[...] results in a better end-effector accuracy [...]",
         better_at_equal_effort,
     ),
     (
