@@ -34,8 +34,7 @@ extensions = [
 ]
 
 html_math_renderer = "mathml"
-myst_enable_exclude_patterns = ["figures/*.md"]  # included by pages
-extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
+myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 # Backticks in a docstring link to what is documented, and are code otherwise.
