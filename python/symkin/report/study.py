@@ -75,9 +75,9 @@ def cost_page(result: CostResult) -> Page:
         paragraphs=[
             "The first leg of each mechanism is repeated to n legs. Times are medians of "
             f"{plural(result.definition.repetitions, 'repetition')} on one thread, the tasks "
-            "taking turns. Identified leg by leg, each leg has its own poses; together, all legs "
-            "have as many poses as one leg has then. The exponent is that of a power of n, with its "
-            "95% interval from the scatter about the line."
+            "taking turns. Identified leg by leg, each leg has poses of its own; together, as many "
+            "poses serve all legs, chosen for all of them. The exponent is that of a power of n, "
+            "with its 95% interval from the scatter about the line."
         ],
         sections=sections,
     )
@@ -127,13 +127,22 @@ def _headlines(result: StudyResult) -> list[Headline]:
 
 
 def _judgement(result: StudyResult, off: Sequence[CellSummary]) -> str:
+    lost = result.curves.get("asymmetry", ())
+    if lost:
+        level = lost[0].reaches(LOSSES[0])
+        if math.isnan(level):
+            return f"Mapped poses lose less than {100 * LOSSES[0]:g}{_PERCENT} at every level"
+        return (
+            f"Mapped poses lose {100 * LOSSES[0]:g}{_PERCENT} of their efficiency where robots are "
+            f"{significant(level, 2)} times as far from the drawing as the tolerances say"
+        )
     told = [each for each in result.cells.values() if each.position.ratio == each.position.ratio]
     if not told:
         return "No cell has a prediction to compare with"
     right = len(told) - len(off)
     return (
-        f"{count(right)} of {plural(len(told), 'cell')} within 5{_PERCENT} of the prediction of "
-        "first order, as far as the robots tell"
+        f"{count(right)} of {plural(len(told), 'cell')} agree with the prediction of first order "
+        f"within 5{_PERCENT} and chance"
     )
 
 
@@ -372,13 +381,11 @@ def _curves(result: StudyResult) -> list[Section]:
             [Group([_answers(curve, losses) for curve in curves])],
             brief=True,
         )
-        points = Table(
-            f"{value.capitalize()} at each level",
-            ["Level", *(f"{each.mechanism}: {each.of}" for each in curves)],
-            [Group(_points(curves))],
-        )
-        parts: list[Table | Image] = [figure, answers]
-        sections.append(Section(name, title, [text], [*parts, points] if _alike(curves) else parts))
+        points = [
+            Table(f"{each.mechanism}: {each.of}", ["Level", value.capitalize()], [_points(each)])
+            for each in curves
+        ]
+        sections.append(Section(name, title, [text], [figure, answers, *points]))
     return sections
 
 
@@ -390,15 +397,8 @@ def _answers(curve: Curve, losses: Sequence[float]) -> list[str]:
     return [name, *shown, f"{curve.levels[0]:g} to {most:g}"]
 
 
-def _alike(curves: Sequence[Curve]) -> bool:
-    return len({tuple(each.levels.tolist()) for each in curves}) == 1
-
-
-def _points(curves: Sequence[Curve]) -> list[list[str]]:
-    return [
-        [f"{level:g}", *(_point(curve, at) for curve in curves)]
-        for at, level in enumerate(curves[0].levels)
-    ]
+def _points(curve: Curve) -> Group:
+    return Group([[f"{level:g}", _point(curve, at)] for at, level in enumerate(curve.levels)])
 
 
 def _point(curve: Curve, at: int) -> str:

@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.fit import Fit, FitOptions
+from symkin.identification.fit import Estimator, PoseUse, core_measurements
 from symkin.mechanism import Mechanism
-from symkin.planning import make_plan
+from symkin.observability import noise_of
+from symkin.planning import Design, make_plan
 from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Result, Value, record
 from symkin.settings import DeclaredSymmetry
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 __all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "with_legs"]
 
 Array = NDArray[np.float64]
+
+_FEW = 2000
 
 # What is timed, in the order of the columns, and what the theory says of n legs.
 TASKS: dict[str, str] = {
@@ -192,10 +196,21 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
     candidates = definition.candidates or mechanism.protocol.candidates
     poses = sample_workspace(mechanism, candidates, seed).poses
     settings: dict[str, Any] = {"rows": cell.rows, "criterion": cell.criterion, "threads": 1}
-    plan = make_plan(mechanism, poses, cell.pose_count, seed, **settings)
-    measured = simulate(mechanism, plan, seed).measurements
-    # As many readings of a leg as it has poses of its own, so that only the way differs.
-    some = measured.subset(np.arange(0, len(measured.poses), len(legs))).for_all_legs()
+
+    def identification(design: Design, estimator: Estimator, use: PoseUse) -> Callable[[], object]:
+        few = poses[:_FEW]  # the choice is not timed
+        plan = make_plan(mechanism, few, cell.pose_count, seed, design=design, **settings)
+        measured = core_measurements(simulate(mechanism, plan, seed).measurements)
+        return lambda: _core.identify(
+            mechanism.core,
+            measured,
+            _core.Estimator.__members__[estimator],
+            _core.PoseUse.__members__[use],
+            noise_of(mechanism.noise),
+            _core.LossKind.none,
+            0.0,
+            100,
+        )
 
     def select(chosen_for: Sequence[int]) -> None:
         for leg in chosen_for:
@@ -210,8 +225,8 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
         "select_each_s": lambda: select(legs),
         "plan_mapped_s": lambda: plan_with(True),
         "plan_each_s": lambda: plan_with(False),
-        "identify_legs_s": lambda: Fit.of(mechanism, measured, FitOptions("implicit", "own")),
-        "identify_together_s": lambda: Fit.of(mechanism, some, FitOptions("joint", "all")),
+        "identify_legs_s": identification("legs", "implicit", "own"),
+        "identify_together_s": identification("mechanism", "joint", "all"),
     }
     assert tasks.keys() == TASKS.keys()
     runs = [
