@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from symkin.mechanism import Mechanism
+from symkin.measurements import pose_rows
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, setting, significant
 from symkin.study.claims import Claim, Verdict
@@ -104,7 +104,7 @@ def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Pag
             _workspace(found),
             _selection(found),
             _observability(found),
-            _assumptions(study, found.mechanism),
+            _assumptions(study, found),
             *_further(study),
         ],
     )  # fmt: skip
@@ -332,8 +332,9 @@ def _observability(found: PaperFindings) -> Section:
     )  # fmt: skip
 
 
-def _assumptions(study: StudyResult, mechanism: Mechanism) -> Section:
+def _assumptions(study: StudyResult, found: PaperFindings) -> Section:
     """What the paper does not say, and what depends on it."""
+    mechanism = found.mechanism
     tolerances, workspace = mechanism.tolerances, mechanism.workspace
     assert workspace is not None
     rows = [
@@ -343,7 +344,8 @@ def _assumptions(study: StudyResult, mechanism: Mechanism) -> Section:
         ("Limits of the workspace",
          f"legs {milli(least_reach_margin(mechanism), 'm')} from the end of their reach, condition "
          f"number up to {setting(workspace.conditioning_limit)}, the box of the mechanism's file",
-         "of 3RRR; all of its poses are candidates (--margin-sigmas 0)"),
+         f"of 3RRR; all {plural(len(pose_rows(found.plan.candidates)), 'pose')} drawn from it are "
+         "candidates (--margin-sigmas 0)"),
         ("Sign of the working mode", "-1 turns the elbow to the right",
          "with the other sign a singularity parts the paper's three slices"),
         ("Noise of the readings", "none", "the paper has noise of the measured poses only"),

@@ -25,7 +25,7 @@ from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Value, field, record
 from symkin.simulation import simulate
 from symkin.study.claims import Claim, Evidence, SliceErrors, judge
-from symkin.study.definition import StudyDefinition, load_study
+from symkin.study.definition import load_study
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
@@ -183,12 +183,8 @@ class PaperFindings(Value):
 
 
 def is_paper(study: StudyResult) -> bool:
-    """Whether a study has all cells of the built-in study ``"paper"``."""
-
-    def cells(definition: StudyDefinition) -> set[tuple[str, str]]:
-        return {(cell.id, cell.mechanism) for cell in definition.cells}
-
-    return cells(load_study("paper")) <= cells(study.definition)
+    """Whether a study has all cells of the built-in study ``"paper"``, as they are there."""
+    return set(load_study("paper").cells) <= set(study.definition.cells)
 
 
 def study_paper(

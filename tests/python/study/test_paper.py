@@ -29,10 +29,7 @@ from symkin.workspace.slices import constant_orientations
 @pytest.fixture(scope="module")
 def study() -> StudyResult:
     """The study of the paper with few robots and candidates."""
-    whole = load_study("paper")
-    cells = {each["id"]: dict(each) for each in whole.cell}
-    cells["joint, 24 poses"]["criteria"] = "O1"  # the expected error would take seconds
-    small = whole.replace(cell=tuple(cells.values()), candidates=300, robots=3, evaluation_poses=50)
+    small = load_study("paper").replace(candidates=300, robots=3, evaluation_poses=50)
     found = run_study(small)
     assert isinstance(found, StudyResult)
     return found
@@ -114,11 +111,19 @@ def test_results_and_page_of_the_study_have_the_claims(study, findings, monkeypa
     assert study_page(study).title == paper_page(study, findings).title
 
 
-def test_a_study_of_other_mechanisms_does_not_judge_the_paper():
-    other = load_study("paper").replace(mechanisms=("5bar",), robots=1, candidates=100)
-    assert other.name == "paper"
-    small = other.replace(cell=({"id": "paper", "use": "own"},), pose_counts=(12,))
-    found = run_study(small)
+@pytest.mark.parametrize(
+    "cells",
+    [
+        [{"id": PAPER, "mechanisms": "5bar", "pose_counts": 12}],
+        [{"id": name, "pose_counts": 12} for name in (PAPER, EACH_LEG, TRADITIONAL, EQUAL_EFFORT)],
+    ],
+    ids=["another mechanism", "another protocol of the same name"],
+)
+def test_other_cells_do_not_judge_the_paper(cells):
+    whole = load_study("paper")
+    given = {each["id"]: dict(each) for each in whole.cell}
+    own = tuple({**given[each["id"]], **each} for each in cells)
+    found = run_study(whole.replace(cell=own, candidates=300, robots=1, evaluation_poses=20))
     assert isinstance(found, StudyResult)
     assert found.paper is None
     with pytest.raises(SymkinError, match='built-in study "paper"'):
