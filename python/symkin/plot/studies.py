@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
@@ -146,7 +147,7 @@ def study_curves(
     value: str,
     *,
     percent: Sequence[float] = (),
-    axes: Axes | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """Draw what is lost against what makes it lost.
 
@@ -158,16 +159,14 @@ def study_curves(
         Labels of the axes.
     percent : sequence of float
         Shares off one that are marked by lines.
-    axes : Axes, optional
+    ax : Axes, optional
         Where to draw, by default in a new figure.
 
     Returns
     -------
     Axes
     """
-    if axes is None:
-        figure = new_figure(6.2, 3.4)
-        axes = figure.add_subplot()
+    axes = new_figure(6.2, 3.4).add_subplot() if ax is None else ax
     dressed(axes, x=level, y=value)
     for at, curve in enumerate(curves):
         colour, marker = leg_style(at)
@@ -269,13 +268,19 @@ def _logarithmic(axes: Axes) -> None:
         _plain(axis)
 
 
-def _plain(axis: object) -> None:
-    """Ticks as plain numbers; of a short axis the minor ones too, else it has a single number."""
-    low, high = axis.get_view_interval()  # type: ignore[attr-defined]
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    axis.set_major_formatter(plain)  # type: ignore[attr-defined]
-    short = low > 0 and high / low < 12
-    axis.set_minor_formatter(plain if short else NullFormatter())  # type: ignore[attr-defined]
+def _plain(axis: Axis) -> None:
+    """Ticks as plain numbers; of a short axis minor ones too, else it may have a single number."""
+    low, high = axis.get_view_interval()
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    short = low > 0 and high / low < 30
+    axis.set_minor_formatter(FuncFormatter(_some) if short else NullFormatter())
+    axis.set_tick_params(which="minor", labelsize=SMALL, labelcolor=INK)
+
+
+def _some(value: float, _place: int) -> str:
+    """Those that have room."""
+    text = f"{value:g}"
+    return text if text.strip("0.") in ("2", "3", "5") else ""
 
 
 def _measured(summary: CellSummary) -> int:

@@ -76,7 +76,7 @@ def cost_page(result: CostResult) -> Page:
             "The first leg of each mechanism is repeated to n legs. Times are medians of "
             f"{plural(result.definition.repetitions, 'repetition')} on one thread, the tasks "
             "taking turns. Identified leg by leg, each leg has poses of its own; together, as many "
-            "poses serve all legs, chosen for all of them. The exponent is that of a power of n, "
+            "poses, of whole orbits, serve all legs. The exponent is that of a power of n, "
             "with its 95% interval from the scatter about the line."
         ],
         sections=sections,
