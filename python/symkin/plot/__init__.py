@@ -40,6 +40,7 @@ from symkin.plot.estimates import (  # noqa: E402
     pose_count,
     residuals,
 )
+from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
 from symkin.plot.studies import (  # noqa: E402
     study_cells,
     study_cost,
@@ -52,14 +53,17 @@ __all__ = [
     "INTERVAL",
     "DrawnSymmetry",
     "active_joints",
+    "chosen_readings",
     "dependence",
     "error_histogram",
     "error_map",
+    "local_errors",
     "mechanism",
     "observability",
     "parameter_errors",
     "pose_count",
     "poses",
+    "protocol_errors",
     "residuals",
     "study_cells",
     "study_cost",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from statistics import NormalDist
@@ -15,7 +16,7 @@ from symkin.study.definition import Cell
 from symkin.study.recommendation import Recommendation
 from symkin.study.result import CellSummary, ErrorFigure, StudyResult
 
-__all__ = ["cost_page", "study_page"]
+__all__ = ["cost_page", "study_page", "study_summary"]
 
 _PERCENT = "\N{NO-BREAK SPACE}%"
 _PLUS_MINUS = "\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}"
@@ -24,19 +25,25 @@ _FEW = 40  # cells that a figure can name
 
 def study_page(result: StudyResult) -> Page:
     """Describe what a study of simulated robots found."""
-    if result.definition.name == "paper":
-        from symkin.report.study_paper import content  # type: ignore[import-not-found]
+    summary = study_summary(result)
+    if result.paper is not None:
+        from symkin.report.study_paper import paper_page
 
-        page: Page = content(result)
-        return page
-    off = _off_cells(result)
-    doubts = _doubts(result, off)
+        told = paper_page(result, result.paper)
+        return dataclasses.replace(told, notes=[summary.judgement, *summary.doubts])
     sections = [
         *map(_recommendation, result.recommendations),
         *_curves(result),
         *_protocols(result),
         _cells(result),
     ]
+    return dataclasses.replace(summary, sections=sections)
+
+
+def study_summary(result: StudyResult) -> Page:
+    """Describe the robots and cells of a study, and whether they agree with the predictions."""
+    off = _off_cells(result)
+    doubts = _doubts(result, off)
     return Page(
         title=result.definition.title or result.definition.name or "Study",
         subtitle=", ".join(result.definition.loaded),
@@ -46,7 +53,6 @@ def study_page(result: StudyResult) -> Page:
         doubts=doubts,
         paragraphs=[_done(result)],
         next_step=_next(result),
-        sections=sections,
     )
 
 

@@ -26,6 +26,7 @@ from symkin.study.robots import Job
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
+    from symkin.study.paper import PaperFindings
 
 __all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio", "StudyResult"]
 
@@ -185,6 +186,13 @@ class StudyResult(Result):
         """The cells by name, in their order."""
         return {cell.id: self._summary(cell) for cell in self.definition.cells}
 
+    @cached_property
+    def paper(self) -> PaperFindings | None:
+        """What it says of the paper; None of any study but the built-in one of that name."""
+        from symkin.study.paper import is_paper, study_paper
+
+        return study_paper(self) if is_paper(self) else None
+
     def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
         """Return the rows of a cell, a robot each."""
         place = self._place(cell)
@@ -283,6 +291,12 @@ class StudyResult(Result):
 
         return study_page(self)
 
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.study import study_summary
+
+        return study_summary(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the cells' figures."""
         return {
@@ -296,6 +310,7 @@ class StudyResult(Result):
             "cells": [summary.to_dict() for summary in self.cells.values()],
             "recommendations": [each.to_dict() for each in self.recommendations],
             "curves": plain(self.curves),
+            **({} if self.paper is None else {"paper": self.paper.to_dict()}),
         }
 
     def columns(self) -> Mapping[str, Any]:
