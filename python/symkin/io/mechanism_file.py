@@ -251,7 +251,8 @@ def _columns(
 
 
 def _mapping(section: _Values) -> MeasurementColumns:
-    values: _Values = {
+    values: _Values = {"position": ()}
+    values |= {
         name: tuple(value) if isinstance(value, list) else value for name, value in section.items()
     }
     return MeasurementColumns(**values)

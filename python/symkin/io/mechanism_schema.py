@@ -258,6 +258,12 @@ def _check_group(group: str) -> str:
     return group
 
 
+def _names(raw: Any) -> dict[str, str]:
+    if not isinstance(raw, dict):
+        raise _ValueError("is not a table of keys; expected one")
+    return {name: _read_at(name, _text(), column) for name, column in raw.items()}
+
+
 _SYMMETRY = table(
     {
         "group": _text(check=_check_group),
@@ -294,8 +300,9 @@ MEASUREMENTS = table(
         "orientation_unit": _text(),
         "reading_unit": _text(),
         "leg": _text(),
+        "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
     },
-    ("position", "readings"),
+    ("readings",),
     MeasurementColumns,
 )
 _SECTIONS = (

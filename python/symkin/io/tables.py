@@ -86,6 +86,19 @@ class Table:
                 f"(columns present: {', '.join(self.names)})"
             )
 
+    def renamed(self, names: Mapping[str, str]) -> Table:
+        """Return these columns alone, under other names: the new one is the key.
+
+        Raises
+        ------
+        MeasurementError
+            If there is no such column.
+        """
+        for name, column in names.items():
+            self.require(column, name)
+        columns = [(name, self._columns[column]) for name, column in names.items()]
+        return Table(self.path, self.name, columns, self.row_numbers.tolist(), self._separator)
+
     def numbers(self, name: str, *, empty_allowed: bool = False) -> NDArray[np.float64]:
         """Return a column as float64, shape (N,).
 
