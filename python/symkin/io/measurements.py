@@ -138,7 +138,7 @@ def measurement_columns(
     columns |= {
         name: values
         for name, values in zip(names, measurements.poses.T, strict=True)
-        if not (len(values) and np.isnan(values).all())
+        if measurements.pose_deviations is not None or not np.isnan(values).all() or not len(values)
     }
     names = reading_column_names(measurements.readings.shape[1], reading_unit)
     columns |= dict(zip(names, measurements.readings.T, strict=True))

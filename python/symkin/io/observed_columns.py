@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.errors import MeasurementError, did_you_mean
 from symkin.io.columns import (
     POSITION,
     ROTATION_VECTOR,
@@ -72,11 +74,14 @@ def read_observed(
     if columns.names is not None:
         table = table.renamed(columns.names)
     points, distances = _counts(table, pose_space)
+    stems_of = _stems(pose_space, leg_count, points, distances, reading_unit)
+    for name in columns.names or ():
+        _check_name(name, pose_space, stems_of)
     pose = own_pose_columns(table, pose_space, _REPORTED, partial=True)
     found: dict[str, _Array] = {}
     if has_pose(pose):
         found["reported"] = read_pose_values(table, pose, pose_space).poses()
-    for name, stems in _stems(pose_space, leg_count, points, distances, reading_unit).items():
+    for name, stems in stems_of.items():
         present = [is_present(table, stem, None) for stem, _ in stems]
         if any(present):
             found[name] = np.full((table.row_count, len(stems)), np.nan)
@@ -168,6 +173,20 @@ def _counts(table: Table, pose_space: str) -> tuple[int, int]:
                 )
         counts.append(len(numbers))
     return counts[0], counts[1]
+
+
+def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[str, str]]]) -> None:
+    """Refuse what a mapping calls a column if symkin has no such name."""
+    known = [f"{stem}_{unit}" for stems in stems_of.values() for stem, unit in stems]
+    known += [f"{_REPORTED}{each}" for each in pose_column_names(pose_space)]
+    known += [f"{_REPORTED}{each}_rad" for each in ROTATION_VECTOR if pose_space == "spatial"]
+    stems = {each.rpartition("_")[0] for each in known}
+    stem, _, unit = name.rpartition("_")
+    if name not in known and not (stem in stems and unit in unit_names()):
+        raise MeasurementError(
+            f'names of the column mapping has "{name}"{did_you_mean(name, known)}; expected names '
+            "that symkin gives to what is observed besides poses and readings"
+        )
 
 
 def _require_value(
