@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
-from symkin.io.quantities import unit_factor, unit_names
+from symkin.io.quantities import COUNTS, counts_steps, unit_factor, unit_names
 from symkin.io.tables import Table
 from symkin.poses import quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
@@ -356,8 +356,9 @@ def _angle_columns(columns: MeasurementColumns) -> list[tuple[str, str]]:
 
 
 def _with_units(table: Table, stem: str) -> list[str]:
-    """The columns ``stem_unit`` of a table, for any unit."""
-    return [name for name in (f"{stem}_{unit}" for unit in unit_names()) if name in table.names]
+    """The columns ``stem_unit`` of a table, for any unit; readings may be counted in steps."""
+    units = (*unit_names(), *(COUNTS if stem.startswith("psi_") else ()))
+    return [name for name in (f"{stem}_{unit}" for unit in units) if name in table.names]
 
 
 def is_present(table: Table, name: str, unit: str | None) -> bool:
@@ -436,7 +437,14 @@ def _column_and_unit(
         column = candidates[0] if candidates else f"{name}_{si_unit}"
     table.require(column, purpose)
     unit = unit or column.rpartition("_")[2]
-    if unit not in unit_names():
+    if unit in COUNTS:
+        if not table.step:
+            raise table.error(
+                f'column "{column}" counts steps of unknown size; say it in the mechanism file or '
+                'the column mapping, such as reading_unit = "1/80 mm/step"'
+            )
+        unit = table.step
+    if unit not in unit_names() and not counts_steps(unit):
         raise table.error(
             f'the unit of column "{column}" is unknown; write it in the name, such as '
             f'"{column}_{si_unit}", or in the column mapping'
@@ -497,7 +505,7 @@ def _check_distinct(columns: MeasurementColumns) -> None:
 def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
     if unit is None:
         return
-    if unit not in unit_names():
+    if unit not in unit_names() and not (key == "reading_unit" and counts_steps(unit)):
         raise MeasurementError(
             f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
             "the name of a unit"

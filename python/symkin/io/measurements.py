@@ -86,7 +86,7 @@ def read_measurements(
     NotIdentifiableError
         If all legs are measured, with fewer full poses than a leg has parameters, and nothing else.
     """
-    table = read_table(source)
+    table = read_table(source, mechanism.step)
     columns = columns or _columns_for(table, mechanism)
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
     space, legs = mechanism.pose_space, len(mechanism.legs)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symkin.errors import MeasurementError, NotIdentifiableError
+from symkin.errors import MeasurementError, MechanismFileError, NotIdentifiableError
 from symkin.io.measurements import measurement_columns, read_measurements, write_measurements
 from symkin.io.mechanism_file import load_columns, load_mechanism
 from symkin.measurements import Measurements
@@ -270,6 +270,59 @@ def test_wrong_units_of_positions_without_orientation_are_found(
             read_measurements(columns, mechanism("3RRR"))
     else:
         assert len(read_measurements(columns, mechanism("3RRR")).poses) == ROWS
+
+
+def sliding(reading_unit: str) -> str:
+    """The file of a robot with sliding joints and this unit of its readings."""
+    file = Path(__file__).parents[3] / "mechanisms" / "3RPR.toml"
+    first, rest = file.read_text(encoding="utf-8").split("schema = 1", 1)
+    return f'{first}schema = 1\nreading_unit = "{reading_unit}"{rest}'
+
+
+def test_readings_may_be_counted_in_steps(write: Write, tmp_path: Path) -> None:
+    made = load_mechanism(write(sliding("1/80 mm/step")))
+    assert (made.reading_unit, made.reading_step) == ("m", pytest.approx(1.25e-5, rel=1e-15))
+    poses = made.sample_workspace(ROWS, seed=1).poses
+    steps = np.round(made.inverse_kinematics(poses) / 1.25e-5)
+    columns = dict(zip(("x_m", "y_m", "phi_rad"), poses.T, strict=True))
+    for unit in ("step", "count"):
+        counted = {f"psi_{k + 1}_{unit}": steps[:, k] for k in range(3)}
+        counted[f"psi_2_sd_{unit}"] = np.full(ROWS, 0.5)
+        read = read_measurements(columns | counted, made)
+        assert np.allclose(read.readings, steps * 1.25e-5, rtol=1e-15)
+        assert read.reading_deviations is not None
+        assert np.allclose(read.reading_deviations[:, 1], 0.625e-5)
+    made.save(tmp_path / "again.toml")
+    assert load_mechanism(tmp_path / "again.toml") == made
+
+    del counted["psi_2_sd_count"]
+    plain = load_mechanism(write(sliding("m")))
+    with pytest.raises(MeasurementError, match='"psi_1_count" counts steps of unknown size'):
+        read_measurements(columns | counted, plain)
+    mapping = MeasurementColumns(
+        ("x_m", "y_m"), tuple(counted), "phi_rad", reading_unit="0.0125 mm/step"
+    )
+    assert read_measurements(columns | counted, plain, mapping) == replace(
+        read, reading_deviations=None
+    )
+    wrong = replace(mapping, reading_unit="0.1 mm/step")
+    with pytest.raises(MeasurementError, match=r"stated in 0\.1 mm/step but fit in"):
+        read_measurements(columns | {k: v * 1.25e-5 for k, v in counted.items()}, plain, wrong)
+
+
+@pytest.mark.parametrize(
+    ("unit", "words"),
+    [
+        ("80 step/mm", 'expected a length per step such as "1/80 mm/step"'),
+        ("-1/80 mm/step", "expected a positive size of a step"),
+        ("-1.8 deg/step", "expected a positive size of a step"),
+        ("mm", "or the size of a step such as '1/80 mm/step'"),
+        ("1/80 mm/stp", "or the size of a step"),
+    ],
+)
+def test_a_step_of_no_size_is_refused(unit: str, words: str, write: Write) -> None:
+    with pytest.raises(MechanismFileError, match=f"reading_unit: .*{words}"):
+        load_mechanism(write(sliding(unit)))
 
 
 def test_observations_take_the_noise_where_a_row_has_no_deviation_of_its_own() -> None:
