@@ -20,6 +20,7 @@ __all__ = [
     "choice",
     "list_of",
     "quantity",
+    "read_at",
     "read_table",
     "table",
     "text",
@@ -121,7 +122,7 @@ def list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
             raise WrongValueError("is not a list; expected one")
         if len(raw) < least or (most is not None and len(raw) > most):
             raise WrongValueError(f"has {len(raw)} items; expected {least} to {most}")
-        return [_read_at(index, kind, item) for index, item in enumerate(raw)]
+        return [read_at(index, kind, item) for index, item in enumerate(raw)]
 
     bounds = {} if most is None else {"minItems": least, "maxItems": most}
     return Kind(read, {"type": "array", "items": kind.schema, **bounds})
@@ -140,7 +141,7 @@ def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: A
         for name in required:
             if name not in raw:
                 raise WrongValueError("this key is missing", (name,))
-        return {name: _read_at(name, kinds[name], value) for name, value in raw.items()}
+        return {name: read_at(name, kinds[name], value) for name, value in raw.items()}
 
     properties = {}
     for name, kind in kinds.items():
@@ -151,7 +152,7 @@ def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: A
     return Kind(read, schema | ({"required": list(required)} if required else {}))
 
 
-def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
+def read_at(key: str | int, kind: Kind, raw: Any) -> Any:
     try:
         return kind.read(raw)
     except WrongValueError as error:

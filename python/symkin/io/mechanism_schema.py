@@ -14,7 +14,7 @@ import json
 import math
 import re
 import sys
-from typing import Any
+from typing import Any, NamedTuple
 
 from symkin.chains import chain_info, chains
 from symkin.errors import QuantityError, did_you_mean, printable
@@ -26,10 +26,12 @@ from symkin.io.kinds import (
     choice,
     list_of,
     quantity,
+    read_at,
     table,
     text,
     whole,
 )
+from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -43,6 +45,7 @@ __all__ = [
     "COORDINATES",
     "HEADER",
     "MEASUREMENTS",
+    "ReadingUnit",
     "mechanism_schema",
     "mechanism_table",
 ]
@@ -124,6 +127,12 @@ def _check_group(group: str) -> str:
     return group
 
 
+def _names(raw: Any) -> dict[str, str]:
+    if not isinstance(raw, dict):
+        raise WrongValueError("is not a table of keys; expected one")
+    return {name: read_at(name, text(), column) for name, column in raw.items()}
+
+
 _SYMMETRY = table(
     {
         "group": text(check=_check_group),
@@ -160,21 +169,46 @@ MEASUREMENTS = table(
         "orientation_unit": text(),
         "reading_unit": text(),
         "leg": text(),
+        "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
     },
-    ("position", "readings"),
+    ("readings",),
     MeasurementColumns,
 )
 _SECTIONS = (
     "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
     "protocol", "measurements",
 )  # fmt: skip
+
+
+class ReadingUnit(NamedTuple):
+    """What sensors read, and how much of it a step or count is, if the file says that."""
+
+    unit: str
+    step: float | None = None
+
+
+def _reading_unit(raw: Any) -> ReadingUnit:
+    if raw in ("rad", "m"):
+        return ReadingUnit(raw)
+    if isinstance(raw, str) and counts_steps(raw):
+        try:
+            evaluate_quantity(raw, "rad/step")
+        except QuantityError:
+            return ReadingUnit("m", unit_factor(raw, "m"))
+        return ReadingUnit("rad", unit_factor(raw, "rad"))
+    raise WrongValueError(
+        f"is {raw!r}; expected 'rad' or 'm', or the size of a step such as '1/80 mm/step'"
+    )
+
+
+_STEP_SCHEMA = {"type": "string", "pattern": "(step|count)", "description": "size of a step"}
 # The keys that every file may have, and those that decide about the others.
 _HEADER_KINDS: dict[str, Kind] = {
     "schema": choice(1),
     "name": text(200, _check_name),
     "chain": text(),
     "platform": choice("rigid", "point"),
-    "reading_unit": choice("rad", "m"),
+    "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
 }
 HEADER = table(
     _HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema", "chain")
