@@ -153,6 +153,7 @@ def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: A
 
 
 def read_at(key: str | int, kind: Kind, raw: Any) -> Any:
+    """Read one value; an error says at which key."""
     try:
         return kind.read(raw)
     except WrongValueError as error:
