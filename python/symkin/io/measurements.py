@@ -91,8 +91,6 @@ def read_measurements(
         a quaternion that is not of unit length, a row without any reading, a repeated row, values
         whose units are evidently others than stated, or nothing observed but the readings of a
         mechanism without redundant legs.
-    NotIdentifiableError
-        If all legs are measured, with fewer full poses than a leg has parameters, and nothing else.
     """
     table = read_table(source, mechanism.step)
     measurements = _measurements_of(table, mechanism, columns)
