@@ -22,8 +22,8 @@ Verdict = Literal["holds", "holds partly", "does not hold", "not decided"]
 _ROUNDING = 1e-9  # relative, or rad: far above what rounding does to readings and |R_ii|
 _EFFICIENT = 0.9  # of the information that a pose brings where there are many
 _NEAR = 0.01  # below the best set of poses
-_ALIKE, _NEARLY_ALIKE = 0.1, 0.25  # relative differences of errors that selections may leave
-_RARE = 0.05  # share of poses that robots cannot take
+_ALIKE, _NEARLY_ALIKE = 0.05, 0.25  # relative differences of errors that selections may leave
+_RARE = 0.01  # share of poses that robots cannot take
 _SAVING = 1.2  # times cheaper
 _OPEN = "not told apart"
 

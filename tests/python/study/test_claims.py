@@ -11,7 +11,7 @@ from symkin.study.claims import Evidence, SliceErrors, judge
 from symkin.study.result import Ratio
 
 SMALLER, LARGER, OPEN = Ratio(0.5, 0.4, 0.6), Ratio(2.0, 1.5, 2.5), Ratio(1.0, 0.8, 1.25)
-ALIKE, NEARLY = Ratio(1.0, 0.95, 1.05), Ratio(1.15, 1.12, 1.2)
+ALIKE, NEARLY = Ratio(1.0, 0.97, 1.03), Ratio(1.15, 1.12, 1.2)
 BETTER, WORSE = SliceErrors(0.0, 1e-4, 2e-4), SliceErrors(0.4, 2e-4, 1e-4)
 
 # A paper whose every claim holds.

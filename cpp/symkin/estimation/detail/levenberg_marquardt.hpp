@@ -73,14 +73,12 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool linearise(NormalEquations&);       at the present state; false where that is not finite
 //   void step(const Vector& d);             moves the state
 //   void undo();                            takes the last step back, with all that depends on it
-//   double extent(const Vector& d) const;   how far a step goes, relative to the state (or 1 m,
-//   rad) bool still() const;                     whether what the state holds beside the parameters
-//   was
-//                                           left where it was by the last step
+//   double extent(const Vector& d) const;   how far a step goes, relative to the state
+//   bool still() const;                     whether the last step left what the state holds beside
+//                                           the parameters where it was
 // and may have
-//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, which is asked
-//   for
-//                                           where the normal equations are too coarse; false: none
+//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
+//                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
@@ -88,7 +86,10 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
   constexpr double kRounding = 1e-7;
   constexpr double kNear = 1e-2;
-  constexpr double kSlack = 1e-10;        // of the cost, by which rounding may raise it
+  // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
+  // more than the parameters, whose cost is that of an optimum in the rest only to first order.
+  constexpr double kSlack = 1e-10;
+  constexpr double kNearSlack = kNear * kNear;
   constexpr double kLeastDamping = 1e-4;  // after a step that failed
   SolverOutcome outcome;
   NormalEquations now;
@@ -102,6 +103,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   double damping = options.damping;
   double last_distance = std::numeric_limits<double>::infinity();
   bool failed = false;  // the last step
+  bool near = false;
   for (int tried = 0;; ++tried) {
     check_interrupt();
     double decrease = -1;
@@ -121,7 +123,8 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
         return outcome;
       }
       last_distance = distance;
-      if (distance < kNear) {
+      near = distance < kNear;
+      if (near) {
         damping = 0;
       }
     }
@@ -141,7 +144,8 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
     }
     problem.step(step);
     failed = !problem.linearise(next) ||
-             !(next.cost - next.by_new_weights <= now.cost + kSlack * (now.cost + 1));
+             !(next.cost - next.by_new_weights <=
+               now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
     if (failed) {
       problem.undo();
       damping = std::max(8 * damping, kLeastDamping);
