@@ -8,6 +8,7 @@
 #include "symkin/estimation/joint.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/estimation/simulation.hpp"
+#include "symkin/estimation/starting_point.hpp"
 #include "symkin/support/error.hpp"
 
 namespace {
@@ -242,6 +243,12 @@ void bind_joint(py::module_& module) {
            py::arg("readings"), py::arg("poses"), py::arg("reported"), py::arg("points"),
            py::arg("distances"), py::arg("heights"));
 
+  module.def("starting_poses", &symkin::starting_poses, py::arg("mechanism"), py::arg("setup"),
+             py::arg("observations"), py::arg("home"), ReleaseGil());
+  module.def("with_starting_frames", &symkin::with_starting_frames, py::arg("mechanism"),
+             py::arg("setup"), py::arg("observations"), py::arg("home"), py::arg("base"),
+             py::arg("target"), ReleaseGil());
+
   py::class_<RowFit>(module, "RowFit")
       .def_readonly("pose", &RowFit::pose)
       .def_readonly("kind", &RowFit::kind)
@@ -277,12 +284,9 @@ void bind_joint(py::module_& module) {
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
          symkin::Vector tolerances, symkin::RowMatrix start) {
         const Layout layout{std::move(column), std::move(prior)};
-        const JointOptions options{{loss, loss_scale},
-                                   loss_spread,
-                                   max_iterations,
-                                   nearest ? Gauge::nominal : Gauge::refuse,
-                                   std::move(tolerances),
-                                   std::move(start)};
+        const JointOptions options{{loss, loss_scale},    loss_spread,
+                                   max_iterations,        nearest ? Gauge::nominal : Gauge::refuse,
+                                   std::move(tolerances), std::move(start)};
         return symkin::fit_jointly(mechanism, setup, observations, layout, options);
       },
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),

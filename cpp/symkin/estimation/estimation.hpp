@@ -16,4 +16,5 @@
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/simulation.hpp"
+#include "symkin/estimation/starting_point.hpp"
 #include "symkin/estimation/unknowns.hpp"

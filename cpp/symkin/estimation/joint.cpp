@@ -54,8 +54,7 @@ Sight sight_of(const RowMatrix& rows, const Vector& scale) {
 
 // Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
 // `scale`, and so is the result once a row is divided by it.
-RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances,
-                           const Vector& scale) {
+RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances, const Vector& scale) {
   // In z / scale: W = 1 / tolerance^2 becomes (scale / tolerance)^2, one or, without tolerance,
   // next to nothing: a direction of frames alone has to be held somehow.
   constexpr double kFree = 1e-6;
@@ -71,8 +70,8 @@ RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
   const RowMatrix scaled = rows * scale.asDiagonal();
   const Vector lengths = inverse_column_lengths(scaled);
   const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
-  const RowMatrix half = scale.cwiseProduct(lengths).asDiagonal() *
-                         lower_inverse(factor.transpose()).transpose();
+  const RowMatrix half =
+      scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
   return half * half.transpose();
 }
 
@@ -122,9 +121,9 @@ double spread_of(const RobustLoss& loss, const std::vector<LinearPose>& poses) {
   for (const LinearPose& pose : poses) {
     all.insert(all.end(), pose.conditions.data(), pose.conditions.data() + pose.count());
   }
-  return all.empty() ? 1
-                     : loss.spread(Eigen::Map<const Vector>(all.data(),
-                                                            static_cast<Index>(all.size())));
+  return all.empty()
+             ? 1
+             : loss.spread(Eigen::Map<const Vector>(all.data(), static_cast<Index>(all.size())));
 }
 
 // Statistics of the rows of one pose; `covariance` is that of the columns without scaling.
@@ -143,12 +142,7 @@ void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
     const double variance = g.row(k) * left * g.row(k).transpose();
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
-    RowFit row{index,
-               static_cast<int>(origin.kind),
-               origin.index,
-               errors[k] / unit,
-               kNaN,
-               kNaN};
+    RowFit row{index, static_cast<int>(origin.kind), origin.index, errors[k] / unit, kNaN, kNaN};
     if (r > 0 && variance > kSilent * all) {
       row.t = -multipliers[k] / std::sqrt(variance) * (unit < 0 ? -1 : 1);
       row.blunder = multipliers[k] / all / unit;
@@ -223,8 +217,8 @@ void describe(const LatentProblem& problem, const Layout& layout, const Vector& 
   const auto projected = [&](RowMatrix covariance) {
     if (held.rows() > 0) {
       const RowMatrix n = scale.asDiagonal() * of_all.unseen;
-      const RowMatrix onto = RowMatrix::Identity(scale.size(), scale.size()) -
-                             n * inverse(held * n) * held;
+      const RowMatrix onto =
+          RowMatrix::Identity(scale.size(), scale.size()) - n * inverse(held * n) * held;
       covariance = onto * covariance * onto.transpose();
     }
     return covariance;
@@ -270,7 +264,8 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   JointFit fit;
   NormalEquations equations;
   if (!problem.linearise(equations)) {
-    throw InvalidInput("the observations cannot be explained at the start: a residual is not finite");
+    throw InvalidInput(
+        "the observations cannot be explained at the start: a residual is not finite");
   }
   SolverOutcome outcome;
   Vector before = problem.change();

@@ -69,8 +69,8 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   const std::vector<std::string> names = unknown_names(mechanism, setup);
   if (column.size() != names.size()) {
-    throw InvalidInput("the layout has " + std::to_string(column.size()) +
-                       " scalars; expected " + std::to_string(names.size()));
+    throw InvalidInput("the layout has " + std::to_string(column.size()) + " scalars; expected " +
+                       std::to_string(names.size()));
   }
   std::vector<bool> used(static_cast<std::size_t>(columns()), false);
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -82,8 +82,8 @@ void add_factor(const factors::Scene<factors::Scalar>& scene, const std::vector<
       continue;
     }
     const Scalar& y = misfit[static_cast<std::size_t>(components[k])];
-    const Index row = rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a,
-                               deviation * deviation);
+    const Index row =
+        rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a, deviation * deviation);
     for (std::size_t i = 0; i < slots.size(); ++i) {
       rows.by_pose(row, static_cast<Index>(i)) = y.v[static_cast<std::size_t>(slots[i])];
     }
@@ -174,9 +174,8 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
       const Index at = pose * closures + c;
       const double by_joint = of_leg.by_reading[at];
       const double g = by_joint * gain;
-      const Index row =
-          rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
-                   g * g * deviation * deviation);
+      const Index row = rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
+                                 g * g * deviation * deviation);
       rows.by_pose.row(row) = of_leg.by_pose.row(at);
       for (Index i = 0; i < geometry; ++i) {
         rows.set(row, list_.leg(leg) + i, of_leg.by_parameters(at, i));
@@ -251,8 +250,8 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
     }
     if (observations_.heights.any()) {
       const double* values = observations_.heights.values.row(pose).data();
-      const std::vector<double> at = deviations_where_measured(
-          values, observations_.heights.deviations.row(pose).data(), 1);
+      const std::vector<double> at =
+          deviations_where_measured(values, observations_.heights.deviations.row(pose).data(), 1);
       add_factor<factors::Height>(scene, slots, list_, setup.plane.data(), list_.plane(), values,
                                   at.data(), RowOrigin::Kind::height, 0, {0}, rows);
     }
@@ -298,8 +297,7 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     equations.cost += cost;
     equations.information.noalias() +=
         linear.weight * linear.jacobian.transpose() * linear.jacobian;
-    equations.gradient.noalias() +=
-        linear.weight * linear.jacobian.transpose() * linear.conditions;
+    equations.gradient.noalias() += linear.weight * linear.jacobian.transpose() * linear.conditions;
   }
   for (Index i = 0; i < columns; ++i) {
     const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
@@ -324,11 +322,9 @@ void LatentProblem::step(const Vector& d) {
     if (linear.misfit.size() == 0) {
       continue;
     }
-    const Vector errors =
-        -linear.variances.cwiseProduct(linear.elimination.conditions *
-                                       (linear.conditions + linear.jacobian * d));
-    Vector move =
-        linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+    const Vector errors = -linear.variances.cwiseProduct(linear.elimination.conditions *
+                                                         (linear.conditions + linear.jacobian * d));
+    Vector move = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
     const double size = move.lpNorm<Eigen::Infinity>();
     if (size > kLargest) {
       move *= kLargest / size;

@@ -53,9 +53,7 @@ class LatentProblem {
   void step(const Vector& d);
   void undo();
   // In the typical sizes of the columns.
-  double extent(const Vector& d) const {
-    return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff();
-  }
+  double extent(const Vector& d) const { return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff(); }
   // Whether the last step left the latent poses where they were.
   bool still() const { return largest_move_ < 1e-11; }
 
