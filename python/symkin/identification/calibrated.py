@@ -17,6 +17,7 @@ from symkin.settings import JointLimits
 from symkin.workspace.sample import inside_workspace, workspace_coordinates
 
 __all__ = [
+    "as_mechanism",
     "calibrated_mechanism",
     "canonical",
     "changed_settings",
@@ -59,6 +60,19 @@ def calibrated_mechanism(
         If no mechanism has such parameters.
     """
     values, signs = canonical(nominal, parameters)
+    covariance = covariance * np.outer(signs, signs)
+    made = as_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
+    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
+
+
+def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
+    """Return the mechanism with parameters (legs, p) that were found, without its symmetry.
+
+    Raises
+    ------
+    FailedFitError
+        If no mechanism has such parameters.
+    """
     far = np.argwhere(~(np.abs(values) < _FARTHEST))
     if len(far):
         leg, parameter = far[0]
@@ -66,15 +80,12 @@ def calibrated_mechanism(
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
-    covariance = covariance * np.outer(signs, signs)
-    deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
     try:
-        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+        return nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
-    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
