@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,17 +13,34 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin import _core
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
 from symkin.poses import wrong_quaternion
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
+    from symkin.settings import NoiseSettings
 
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 _POSE_SPACES = {2: "point", 3: "planar", 7: "spatial"}  # by the coordinates of a pose
+_COORDINATES = {
+    "point": ("x", "y"),
+    "planar": ("x", "y", "phi"),
+    "spatial": ("x", "y", "z", *["orientation"] * 4),
+}
+# What may have been observed besides poses and readings, and the dimensions of its array.
+_FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
+_DEVIATIONS = {
+    "poses": "pose_deviations",
+    "readings": "reading_deviations",
+    "reported": "reported_deviations",
+    "points": "point_deviations",
+    "distances": "distance_deviations",
+    "heights": "height_deviations",
+}
 
 
 def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
@@ -33,12 +50,17 @@ def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
 
 @record
 class Measurements(Result):
-    """Measured poses with the sensor readings taken at them, in SI units.
+    """Sensor readings and what was measured of the poses they were taken at, in SI units.
+
+    Most measurements are full poses and nothing else, `complete`. Everything else is optional: None
+    if nothing of the kind was observed, and NaN where a single value was not. A standard deviation
+    that is None or NaN is the noise settings'; it is in the unit of what it belongs to.
 
     Attributes
     ----------
     poses : ndarray, shape (N, coordinates)
         ``x, y, phi`` (planar), ``x, y`` (point) or ``x, y, z, qx, qy, qz, qw`` (spatial); m, rad.
+        NaN for a coordinate that was not measured, a quaternion only as a whole.
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
@@ -51,6 +73,26 @@ class Measurements(Result):
         The file that they were read from.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.
+    pose_deviations : ndarray, shape (N, dof), or None
+        Of the position's coordinates, then of the angle or the rotation vector.
+    reading_deviations : ndarray, shape (N, legs), or None
+        Of the readings.
+    reported : ndarray, shape (N, coordinates), or None
+        Poses of the platform in the base frame as a controller reports them, like `poses`.
+    reported_deviations : ndarray, shape (N, dof), or None
+        Like `pose_deviations`, but None and NaN are zero: what is reported is what it went to.
+    points : ndarray, shape (N, n, 2 or 3), or None
+        Targets on the platform, in the frame of the measuring device.
+    point_deviations : ndarray, shape (N, n, 2 or 3), or None
+        Of `points`.
+    distances : ndarray, shape (N, k), or None
+        From fixed points to the target.
+    distance_deviations : ndarray, shape (N, k), or None
+        Of `distances`.
+    heights : ndarray, shape (N,), or None
+        Of the target above a plane: zero where a probe touches it. Spatial robots only.
+    height_deviations : ndarray, shape (N,), or None
+        Of `heights`.
     """
 
     poses: NDArray[np.float64]
@@ -59,6 +101,16 @@ class Measurements(Result):
     row_numbers: NDArray[np.intp]
     source: Path | None = None
     reading_unit: str = ""
+    pose_deviations: NDArray[np.float64] | None = None
+    reading_deviations: NDArray[np.float64] | None = None
+    reported: NDArray[np.float64] | None = None
+    reported_deviations: NDArray[np.float64] | None = None
+    points: NDArray[np.float64] | None = None
+    point_deviations: NDArray[np.float64] | None = None
+    distances: NDArray[np.float64] | None = None
+    distance_deviations: NDArray[np.float64] | None = None
+    heights: NDArray[np.float64] | None = None
+    height_deviations: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -69,11 +121,17 @@ class Measurements(Result):
             leg_sets=(1, "int"),
             row_numbers=(1, "int"),
         )
+        further = {name: size for name, size in _FURTHER.items() if getattr(self, name) is not None}
+        make_arrays(self, **{name: (size, "float") for name, size in further.items()})
         rows = len(self.poses)
-        for name in ("readings", "leg_sets", "row_numbers"):
+        for name in ("readings", "leg_sets", "row_numbers", *further):
             count = len(getattr(self, name))
             if count != rows:
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
+        for name in ("poses", *further):
+            self._check_values(name)
+        for name, deviations in _DEVIATIONS.items():
+            self._check_deviations(name, deviations)
         wrong = wrong_quaternion(self.poses)
         if wrong is not None:
             raise MeasurementError(
@@ -94,12 +152,144 @@ class Measurements(Result):
         readings: ArrayLike,
         leg_sets: ArrayLike | None = None,
         reading_unit: str = "",
+        **observed: Any,
     ) -> Measurements:
-        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
+        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs.
+
+        `observed` is what else was: ``pose_deviations``, ``heights`` and so on, see the attributes.
+        """
         rows = np.asarray(poses, dtype=np.float64)
         sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
         numbers = np.arange(1, len(rows) + 1)
-        return cls(rows, np.asarray(readings), sets, numbers, reading_unit=reading_unit)
+        return cls(rows, np.asarray(readings), sets, numbers, reading_unit=reading_unit, **observed)
+
+    def _check_values(self, name: str) -> None:
+        """Refuse another shape than the poses want, infinite values, and half quaternions."""
+        values, space = getattr(self, name), _POSE_SPACES.get(self.poses.shape[1])
+        size = 3 if space == "spatial" else 2
+        if name == "reported" and values.shape != self.poses.shape:
+            raise MeasurementError(f"reported are {values.shape}; expected {self.poses.shape}")
+        if name == "points" and values.shape[2] != size:
+            raise MeasurementError(f"points are {values.shape}; expected (N, n, {size})")
+        if name == "heights" and space != "spatial":
+            raise MeasurementError(
+                "there are heights above a plane; expected none, since the robot is planar"
+            )
+        infinite = np.isinf(values).reshape(len(values), -1).any(axis=1)
+        if name != "poses" and infinite.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
+                "expected numbers, or NaN for what was not measured"
+            )
+        if name in ("poses", "reported") and space == "spatial":
+            missing = np.isnan(values[:, 3:])
+            half = missing.any(axis=1) & ~missing.all(axis=1)
+            if half.any():
+                raise MeasurementError(
+                    f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
+                    "all of it, or NaN in all four"
+                )
+
+    def _check_deviations(self, name: str, deviations: str) -> None:
+        values, found = getattr(self, name), getattr(self, deviations)
+        if found is None:
+            return
+        if values is None:
+            raise MeasurementError(f"there are {deviations} without {name}")
+        make_arrays(self, **{deviations: (values.ndim, "float")})
+        found = getattr(self, deviations)
+        shape = (len(values), self._dof) if name in ("poses", "reported") else values.shape
+        if found.shape != shape:
+            raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
+        wrong = (np.isinf(found) | (found < 0)).reshape(len(found), -1).any(axis=1)
+        if wrong.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
+                f"{deviations}; expected standard deviations, or NaN for the noise settings'"
+            )
+
+    @property
+    def _dof(self) -> int:
+        return int(min(self.poses.shape[1], 6))  # a quaternion has three degrees of freedom
+
+    @property
+    def complete(self) -> bool:
+        """Whether every row has its full pose, and nothing else was observed: see the next."""
+        return not self.incomplete_because
+
+    @cached_property
+    def incomplete_because(self) -> str:
+        """Why estimators that look at each leg alone cannot use them; empty if they can.
+
+        In words, with the first row: a coordinate of a pose was not measured, something else than
+        poses and readings was observed, or a row has a standard deviation of its own.
+        """
+        missing = np.argwhere(np.isnan(self.poses))
+        if len(missing):
+            row, coordinate = missing[0].tolist()
+            if np.isnan(self.poses).all():
+                return "no pose was measured"
+            name = _COORDINATES[self.pose_space][coordinate]
+            return f"row {self.row_numbers[row]} has no measured {name}"
+        for name in _FURTHER:
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
+        for name in _DEVIATIONS.values():
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has standard deviations of its own"
+        return ""
+
+    def require_complete(self) -> None:
+        """Refuse what estimators that look at each leg alone cannot use.
+
+        Raises
+        ------
+        NotIdentifiableError
+            With `incomplete_because`.
+        """
+        if not self.complete:
+            origin = f"{self.source}: " if self.source else ""
+            raise NotIdentifiableError(
+                f"{origin}{self.incomplete_because}; legs are identified one by one from full "
+                "poses only"
+            )
+
+    def observations(self, noise: NoiseSettings) -> _core.Observations:
+        """Return all that was observed, with standard deviations, as the core takes it.
+
+        Parameters
+        ----------
+        noise : NoiseSettings
+            Standard deviations where a row has none of its own; reported poses are exact then.
+
+        Returns
+        -------
+        _core.Observations
+        """
+        position = 2 if self._dof < 6 else 3
+        pose = np.repeat([noise.position, noise.orientation], [position, self._dof - position])
+
+        def observed(name: str, typical: Any) -> _core.Observed:
+            values, own = getattr(self, name), getattr(self, _DEVIATIONS[name])
+            if values is None:
+                return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
+            columns = self._dof if name in ("poses", "reported") else values[0].size
+            found = np.broadcast_to(typical, (len(values), columns))
+            if own is not None:
+                own = own.reshape(len(values), -1)
+                found = np.where(np.isnan(own), found, own)
+            return _core.Observed(values.reshape(len(values), -1), np.ascontiguousarray(found))
+
+        return _core.Observations(
+            observed("readings", noise.reading),
+            observed("poses", pose),
+            observed("reported", 0.0),
+            observed("points", noise.position),
+            observed("distances", noise.position),
+            observed("heights", noise.position),
+        )
 
     @property
     def pose_space(self) -> str:
@@ -173,16 +363,20 @@ class Measurements(Result):
         Measurements
         """
         try:
-            return Measurements(
-                self.poses[rows],
-                self.readings[rows],
-                self.leg_sets[rows],
-                self.row_numbers[rows],
-                self.source,
-                self.reading_unit,
-            )
+            chosen: dict[str, Any] = {
+                each.name: value[rows]
+                for each in fields(self)
+                if isinstance(value := getattr(self, each.name), np.ndarray)
+            }
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+        return replace(self, **chosen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, without what was not observed at all."""
+        optional = {*_FURTHER, *_DEVIATIONS.values()}
+        document = super().to_dict()
+        return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
     def page(self) -> Page:
         """Return what was measured."""
@@ -226,6 +420,14 @@ class Measurements(Result):
         with OutputFiles(overwrite=overwrite) as outputs:
             write_table(outputs.file(Path(path)), self.columns())
         return Path(path)
+
+
+def _first_row(values: NDArray[np.float64] | None) -> int | None:
+    """The first row, from 0, that has any value."""
+    if values is None:
+        return None
+    rows = np.flatnonzero(np.isfinite(values).reshape(len(values), -1).any(axis=1))
+    return int(rows[0]) if len(rows) else None
 
 
 def make_arrays(table: Value, **fields: tuple[int, str]) -> None:
