@@ -9,6 +9,8 @@ from symkin.identification.estimate import (
     identify,
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
+from symkin.identification.joint import JointIdentification, Unknown
+from symkin.identification.problem import JointOptions, Rows
 
 __all__ = [
     "CrossValidation",
@@ -17,11 +19,15 @@ __all__ = [
     "FitOptions",
     "GoodnessOfFit",
     "Identification",
+    "JointIdentification",
+    "JointOptions",
     "LegFit",
     "Loss",
     "Outlier",
     "PoseUse",
     "ResidualTest",
+    "Rows",
+    "Unknown",
     "cross_validate",
     "identify",
 ]
