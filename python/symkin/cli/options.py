@@ -22,6 +22,7 @@ __all__ = [
     "JsonOption",
     "MechanismArgument",
     "MethodOption",
+    "OptionalEstimatorOption",
     "OverwriteOption",
     "PoseCountOption",
     "PoseUseOption",
@@ -118,6 +119,13 @@ EstimatorOption = Annotated[
     typer.Option(
         help="Whitened closures of each leg; the paper's Gauss-Newton on g - psi; the same cost by "
         "Levenberg-Marquardt; or all legs together."
+    ),
+]
+OptionalEstimatorOption = Annotated[
+    Estimator | None,
+    typer.Option(
+        help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi; the "
+        "same cost by Levenberg-Marquardt; or all together, the default where it is needed."
     ),
 ]
 ThreadsOption = Annotated[

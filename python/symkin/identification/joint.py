@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +114,8 @@ class JointIdentification(Result):
         Of observations and priors, and of observations alone.
     unseen : tuple of str
         Combinations of unknowns, in tolerances, that the observations alone do not show.
+    unseen_directions : ndarray, shape (columns, columns - data_rank)
+        The same in numbers.
     gauge : str
         How these were settled; empty if there are none.
     latent_poses : ndarray, shape (N, coordinates)
@@ -156,6 +158,7 @@ class JointIdentification(Result):
     rank: int
     data_rank: int
     unseen: tuple[str, ...]
+    unseen_directions: Array = field(private=True)
     gauge: str
     latent_poses: Array = field(private=True)
     reading_errors: Array = field(private=True)
@@ -205,6 +208,7 @@ class JointIdentification(Result):
             rank=fit.rank,
             data_rank=fit.data_rank,
             unseen=tuple(name_combination(each, problem.layout.names) for each in unseen.T),
+            unseen_directions=unseen,
             gauge=gauge,
             latent_poses=fit.poses,
             reading_errors=fit.reading_errors,
@@ -254,8 +258,11 @@ class JointIdentification(Result):
 
     @cached_property
     def before(self) -> Evaluation | None:
-        """End-effector errors of the nominal mechanism at poses measured in full, or None."""
-        return _evaluated(self.nominal, self.measurements)
+        """End-effector errors of the nominal mechanism at poses measured in full, or None.
+
+        In the frames that were found, since no robot could do well in others.
+        """
+        return _evaluated(self._drawn, self.measurements)
 
     @cached_property
     def after(self) -> Evaluation | None:
@@ -269,8 +276,12 @@ class JointIdentification(Result):
 
     @cached_property
     def nominal_residual_rms(self) -> float:
-        """The same of the nominal mechanism, in the frames that it was said to have."""
-        return _closure_rms(self.nominal, self.measurements)
+        """The same of the nominal mechanism, in the frames that were found."""
+        return _closure_rms(self._drawn, self.measurements)
+
+    @property
+    def _drawn(self) -> Mechanism:
+        return self.nominal.replace(frames=self.mechanism.frames)
 
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
@@ -288,6 +299,16 @@ class JointIdentification(Result):
             self.nominal, self.measurements, folds, seed, self.options, blocks=blocks
         )
         return dataclasses.replace(self, cross_validation=found)
+
+    @property
+    def _not_shown(self) -> list[tuple[str, int, str]]:
+        """What the data do not show by themselves: the words, how many, and which."""
+        found = []
+        for status in get_args(Status)[3:]:
+            names = [each.name for each in self.unknowns if each.status == status]
+            if names:
+                found.append((status.replace("its", "their"), len(names), ", ".join(names)))
+        return found
 
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.
@@ -435,9 +456,8 @@ class JointIdentification(Result):
             "Standard deviations are one sigma; what has none was held.",
             *([f"Gauge: {self.gauge}."] if self.gauge else []),
             *(
-                f"{each.name} is {each.status}."
-                for each in self.unknowns
-                if not each.shown and each.status != "held"
+                f"{number} unknowns {words}: {names}."
+                for words, number, names in self._not_shown
             ),
             *([] if self.trustworthy else ["Not to be trusted as it is: see the report."]),
             *changed_settings(self.nominal, self.mechanism),

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Alternative",
     "alternatives_of",
+    "blunder_limit",
     "blunders_of",
     "doubts_of",
     "estimated_noise",
@@ -38,7 +39,7 @@ _FALSE_ALARMS = 1e-3
 _UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effect not measured
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
-_STILL = 1e-4  # relative change of a standard deviation
+_STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
 
 
@@ -49,7 +50,7 @@ class Alternative(Value):
     Attributes
     ----------
     what : str
-        "quadratic" or "eccentric" sensors, or "frames".
+        "quadratic" or "eccentric" sensors, "frames", or "held" for what is held or shared.
     statistic : float
         F of what it explains besides, over what it leaves.
     terms, spare : int
@@ -87,8 +88,10 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"{'is' if len(found.aside) == 1 else 'are'} left out"
         )
     alarming = [each for each in alternatives_of(found) if each.p_value < _FALSE_ALARMS / 3]
-    for each in sorted(alarming, key=lambda each: each.p_value):
-        yield _in_words(found, each)
+    alarming.sort(key=lambda each: (each.p_value, -each.statistic))
+    for kind in (("frames",), ("quadratic", "eccentric", "held")):
+        # Each of these explains a part of what is due to another.
+        yield from [_in_words(found, each) for each in alarming if each.what in kind][:1]
     if found.degrees_of_freedom <= 0:
         yield (
             "there are as many unknowns as equations, so that nothing can speak against the "
@@ -151,15 +154,20 @@ def notes_of(found: JointIdentification) -> Iterator[str]:
         yield f"Left out as blunders: {shown}{more}."
 
 
+def blunder_limit(found: JointIdentification) -> float:
+    """Beyond which t any observation of a robot lies once in 1000 sound robots.
+
+    Where all residuals are too large, one that is as large as the others is no blunder.
+    """
+    known = max(int(np.isfinite(found.rows.t).sum()), 1)
+    return found.spread * NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / known)
+
+
 def blunders_of(found: JointIdentification) -> list[Blunder]:
     """Observations that do not fit, the worst first; of a pose only the worst."""
     rows = found.rows
-    known = np.isfinite(rows.t)
-    if not known.any() or found.options.loss != "none":
-        return []
-    # Where all residuals are too large, one that is as large as the others is no blunder.
-    t = np.where(known, rows.t, 0) / found.spread
-    limit = NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / int(known.sum()))
+    t = np.nan_to_num(rows.t)
+    limit = blunder_limit(found)
     worst: dict[int, Blunder] = {}
     for row in np.argsort(-np.abs(t)).tolist():
         if abs(t[row]) <= limit:
@@ -186,6 +194,9 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
         if found.nominal.reading_unit == "rad":
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
+    if options.free is not None or options.fixed or options.shared:
+        all_free = dataclasses.replace(options, free=None, fixed=(), shared=())
+        wider.append(("held", options, all_free))
     if not options.frames and np.isfinite(found.measurements.poses).any():
         # Without priors, end points that are free follow any frame.
         held = dataclasses.replace(
@@ -199,8 +210,6 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
 def _compared(
     found: JointIdentification, what: str, narrow: JointOptions, wide: JointOptions
 ) -> Alternative | None:
-    if narrow.free is not None and what in ("quadratic", "eccentric"):
-        pass  # the terms are freed by the sensor, whatever else is free
     try:
         fits = [
             Problem.of(found.nominal, found.measurements, each).resolved()[1]
@@ -236,6 +245,11 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
             f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
             f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
             "--frames base --frames target"
+        )
+    if other.what == "held":
+        return (
+            f"parameters that are held or shared are not as they are said to be ({evidence} if "
+            f"all are free); free them{_help(found, other)}"
         )
     shape = {"quadratic": "bend", "eccentric": "err once a turn"}[other.what]
     return (
@@ -413,11 +427,10 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     does a noise that is declared as zero: exact.
     """
     for _ in range(_NOISE_STEPS):
-        noise = _improved(problem, fit)
-        before, after = (dataclasses.astuple(each) for each in (problem.noise, noise))
+        noise, change = _improved(problem, fit)
         problem = dataclasses.replace(problem, noise=noise)
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
-        if np.allclose(before, after, rtol=_STILL, atol=0):
+        if change < _STILL:
             return problem, fit
     raise SymkinError(
         "the noise cannot be estimated from these observations, which do not tell its parts "
@@ -425,7 +438,8 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     )
 
 
-def _improved(problem: Problem, fit: _core.JointFit) -> NoiseSettings:
+def _improved(problem: Problem, fit: _core.JointFit) -> tuple[NoiseSettings, float]:
+    """The next noise, and the largest change of a logarithm in its own standard deviations."""
     rows, taken = Rows.of(fit), problem.measurements
     positions = 3 if taken.pose_space == "spatial" else 2
     kinds = np.array(KINDS)[rows.kind]
@@ -435,7 +449,7 @@ def _improved(problem: Problem, fit: _core.JointFit) -> NoiseSettings:
         "orientation": angular,
         "position": ~angular & (kinds != "readings") & (kinds != "reported pose"),
     }
-    found = {}
+    found, change = {}, 0.0
     for name, of_group in groups.items():
         declared = getattr(problem.noise, name)
         used = of_group & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(taken, rows)
@@ -443,10 +457,13 @@ def _improved(problem: Problem, fit: _core.JointFit) -> NoiseSettings:
             continue
         squares = (rows.residual[used] / declared) ** 2
         redundancy = float(np.sum(squares / rows.t[used] ** 2))
-        found[name] = declared * math.sqrt(float(squares.sum()) / redundancy)
+        factor = math.sqrt(float(squares.sum()) / redundancy)
+        found[name] = declared * factor
+        # A noise that nothing shows has no redundancy, and may shrink for ever.
+        change = max(change, abs(math.log(factor)) * math.sqrt(2 * redundancy))
     if not found:
         raise SymkinError("no observation is redundant, so the noise cannot be estimated")
-    return dataclasses.replace(problem.noise, **found)
+    return dataclasses.replace(problem.noise, **found), change
 
 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:

@@ -39,6 +39,7 @@ from symkin.plot.estimates import (  # noqa: E402
     parameter_errors,
     pose_count,
     residuals,
+    t_values,
 )
 from symkin.plot.workspaces import active_joints, poses, workspace  # noqa: E402
 
@@ -55,5 +56,6 @@ __all__ = [
     "pose_count",
     "poses",
     "residuals",
+    "t_values",
     "workspace",
 ]
