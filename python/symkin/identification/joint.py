@@ -190,7 +190,7 @@ class JointIdentification(Result):
         problem, fit, gauge = Problem.of(mechanism, measurements, options).resolved()
         rejected: tuple[tuple[int, str], ...] = ()
         if options.loss_per == "reading":
-            problem, fit, rejected = without_blunders(problem, fit)
+            problem, fit, rejected = without_blunders(problem)
         if options.noise == "estimate":
             problem, fit = estimated_noise(problem, fit)
         values, deviations, calibrated = _calibrated(mechanism, problem, fit)

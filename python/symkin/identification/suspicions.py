@@ -87,6 +87,7 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"no pose explains row{'s' * (len(found.aside) > 1)} {shown}{more}, which "
             f"{'is' if len(found.aside) == 1 else 'are'} left out"
         )
+    yield from _blunders_in_words(found)
     alarming = [each for each in alternatives_of(found) if each.p_value < _FALSE_ALARMS / 3]
     alarming.sort(key=lambda each: (each.p_value, -each.statistic))
     for kind in (("frames",), ("quadratic", "eccentric", "held")):
@@ -112,7 +113,6 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"lead to expect (chi-square {found.chi_square:.4g} for {found.degrees_of_freedom} "
             f"degrees of freedom; expected at least {found.least:.4g})"
         )
-    yield from _blunders_in_words(found)
     yield from _far_from_the_drawing(found)
     unknown = [
         each.name
@@ -358,16 +358,17 @@ def _incomplete_beta(a: float, b: float, x: float) -> float:
 
 
 def without_blunders(
-    problem: Problem, fit: _core.JointFit
+    problem: Problem,
 ) -> tuple[Problem, _core.JointFit, tuple[tuple[int, str], ...]]:
     """Drop single observations that do not fit, and poses of which more than one does not.
 
-    From a fit that a loss has made robust. A pose whose chi-square stays too large without its
+    Begins with a robust loss of poses. A pose whose chi-square stays too large without its
     worst observation is dropped as a whole: single rows of such a pose would mislead.
     """
-    dropped: dict[int, set[int]] = {}
     rejected: list[tuple[int, str]] = []
-    space = problem.mechanism.pose_space
+    space, loss = problem.mechanism.pose_space, problem.options.loss
+    nearest = problem.options.gauge == "nominal"
+    fit = problem.fit(nearest=nearest, loss="cauchy" if loss == "none" else loss)
     for _ in range(len(problem.measurements.poses)):
         rows = Rows.of(fit)
         changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all
@@ -386,14 +387,9 @@ def without_blunders(
             what = rows.what(row, space) if row >= 0 else "everything"
             measurements = _without(measurements, pose, rows, row)
             rejected.append((pose, what))
-            dropped.setdefault(pose, set()).add(row)
         problem = dataclasses.replace(problem, measurements=measurements)
-        fit = problem.fit(nearest=problem.options.gauge == "nominal", loss="none")
-    else:
-        return problem, fit, tuple(rejected)
-    if problem.options.loss != "none" and not rejected:
-        fit = problem.fit(nearest=problem.options.gauge == "nominal", loss="none")
-    return problem, fit, tuple(rejected)
+        fit = problem.fit(nearest=nearest, loss="none")
+    return problem, fit if rejected else problem.fit(nearest=nearest, loss="none"), tuple(rejected)
 
 
 def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:
