@@ -192,7 +192,10 @@ void bind_joint(py::module_& module) {
   using symkin::Setup;
 
   py::class_<Frame>(module, "Frame")
-      .def(py::init([](const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
+      .def(py::init([](const symkin::Vector& position, const symkin::RowMatrix& rotation) {
+             if (position.size() != 3 || rotation.rows() != 3 || rotation.cols() != 3) {
+               throw symkin::InvalidInput("a frame is a position of 3 and a rotation of 3 x 3");
+             }
              return Frame{position, rotation};
            }),
            py::arg("position"), py::arg("rotation"))
@@ -201,12 +204,13 @@ void bind_joint(py::module_& module) {
   py::class_<Setup>(module, "Setup")
       .def(py::init([](const symkin::Mechanism& mechanism, const symkin::RowMatrix& curvature,
                        const Frame& base, const Frame& target, const symkin::RowMatrix& points,
-                       const symkin::RowMatrix& anchors, const Eigen::Vector3d& plane) {
+                       const symkin::RowMatrix& anchors, const symkin::Vector& plane) {
              Setup setup = Setup::of(mechanism);
              if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
-                 points.cols() != 3 || anchors.cols() != 3) {
+                 points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
                throw symkin::InvalidInput(
-                   "expected the curvature as legs x 3, points and anchors as n x 3");
+                   "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
+                   "3");
              }
              setup.curvature = curvature;
              setup.base = base;
@@ -282,17 +286,21 @@ void bind_joint(py::module_& module) {
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
          std::vector<symkin::Index> column, symkin::Vector prior, RobustLoss::Kind loss,
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
-         symkin::Vector tolerances, symkin::RowMatrix start) {
+         symkin::Vector tolerances, symkin::RowMatrix start, bool rows) {
         const Layout layout{std::move(column), std::move(prior)};
-        const JointOptions options{{loss, loss_scale},    loss_spread,
-                                   max_iterations,        nearest ? Gauge::nominal : Gauge::refuse,
-                                   std::move(tolerances), std::move(start)};
+        const JointOptions options{{loss, loss_scale},
+                                   loss_spread,
+                                   max_iterations,
+                                   nearest ? Gauge::nominal : Gauge::refuse,
+                                   std::move(tolerances),
+                                   std::move(start),
+                                   rows};
         return symkin::fit_jointly(mechanism, setup, observations, layout, options);
       },
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
       py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
       py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
-      ReleaseGil());
+      py::arg("rows") = true, ReleaseGil());
 }
 
 void bind_diagnosis(py::module_& module) {

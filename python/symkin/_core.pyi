@@ -360,7 +360,7 @@ class ForwardKinematicsResult:
     def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class Frame:
-    def __init__(self, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+    def __init__(self, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
         ...
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1054,7 +1054,7 @@ class SelectionOptions:
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class Setup:
-    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> None:
+    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
     def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -1357,7 +1357,7 @@ def disturb(nominal: Mechanism, tolerances: Tolerances, seed: typing.SupportsInt
     ...
 def expected_accuracy(weights: AccuracyWeights, covariance: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> tuple[float, float]:
     ...
-def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> JointFit:
+def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], rows: bool = True) -> JointFit:
     ...
 def forward_kinematics(mechanism: Mechanism, readings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], start: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], max_iterations: typing.SupportsInt | typing.SupportsIndex = 50) -> ForwardKinematicsResult:
     ...

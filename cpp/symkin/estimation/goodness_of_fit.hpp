@@ -32,5 +32,8 @@ struct GoodnessOfFit {
 // of the same robot are tested, so that all of them together keep the rate of false alarms.
 GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
                               Index problems);
+// The same of one leg's closures over their standard deviations, whose jacobian is n x p.
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const RowMatrix& jacobian,
+                              const Vector& weights, Index problems);
 
 }  // namespace symkin

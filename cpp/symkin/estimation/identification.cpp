@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "symkin/estimation/detail/covariance.hpp"
+#include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/joint_estimator.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
-#include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
@@ -31,7 +31,8 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
 }
 
 LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
-                    const std::vector<Index>& rows) {
+                    PoseUse use) {
+  std::vector<Index> rows = rows_of_leg(measurements, leg, use);
   const auto count = static_cast<Index>(rows.size());
   if (count < mechanism.parameter_count()) {
     throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
@@ -39,26 +40,40 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
                        std::to_string(mechanism.parameter_count()) +
                        " parameters need at least as many");
   }
-  LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
+  LegData data{mechanism.model(), mechanism.leg(leg).working_mode, std::move(rows),
                RowMatrix(count, measurements.poses.cols()), Vector(count)};
   for (Index i = 0; i < count; ++i) {
-    const Index row = rows[static_cast<std::size_t>(i)];
+    const Index row = data.rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
     data.readings[i] = measurements.readings(row, leg);
   }
   return data;
 }
 
-LegEstimate estimate_leg(const LegData& data, const Vector& start,
-                         const IdentificationOptions& options) {
-  switch (options.estimator) {
-    case Estimator::paper:
-      return estimate_paper(data, start, options);
-    case Estimator::inverse:
-      return estimate_inverse(data, start, options);
-    default:
-      return estimate_implicit(data, start, options);
+// A leg's closures at some parameters, and over their standard deviations by the declared noise:
+// the least-squares problem of the estimator `implicit`.
+struct WhitenedLeg {
+  ClosureRows rows;
+  Vector variances;
+  Vector residual;
+  RowMatrix jacobian;  // by the parameters
+};
+
+WhitenedLeg whiten(const LegData& data, ConstVector parameters, const MeasurementNoise& noise) {
+  const PoseSpace space = data.model.info().pose_space;
+  WhitenedLeg leg;
+  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
+  leg.variances = closure_variances(leg.rows, space, noise);
+  for (Index k = 0; k < leg.variances.size(); ++k) {
+    if (leg.variances[k] <= 0) {  // throws
+      joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1, space,
+                           noise, data.rows[static_cast<std::size_t>(k)]);
+    }
   }
+  const Vector factors = leg.variances.cwiseSqrt().cwiseInverse();
+  leg.residual = leg.rows.closure.cwiseProduct(factors);
+  leg.jacobian = factors.asDiagonal() * leg.rows.by_parameters;
+  return leg;
 }
 
 // What the whitened closures of one leg show of its parameters.
@@ -67,14 +82,17 @@ struct LegSight {
   RowMatrix unseen;  // p x (p - rank): combinations of parameters, in their own units
 };
 
-LegSight sight_of(const WhitenedClosures& system) {
+LegSight sight_of(const RowMatrix& jacobian, const Information& information) {
   constexpr double kRank = 1e-10;
-  const Index p = system.jacobian.cols();
-  if (!system.jacobian.allFinite()) {
+  const Index p = jacobian.cols();
+  if (information.clear()) {
+    return {information.condition(), RowMatrix(p, 0)};
+  }
+  if (!jacobian.allFinite()) {
     return {std::numeric_limits<double>::infinity(), RowMatrix(p, 0)};
   }
-  const Vector scale = inverse_column_lengths(system.jacobian);
-  const RightSingular svd = right_singular(system.jacobian * scale.asDiagonal());
+  const Vector scale = inverse_column_lengths(jacobian);
+  const RightSingular svd = right_singular(jacobian * scale.asDiagonal());
   const Vector& singular = svd.values;
   const Index rank = (singular.array() > kRank * singular[0]).count();
   const double condition =
@@ -82,8 +100,12 @@ LegSight sight_of(const WhitenedClosures& system) {
   return {condition, named_directions(svd.vectors.rightCols(p - rank), scale)};
 }
 
-void require_identifiable(const WhitenedClosures& system, Index leg) {
-  const LegSight sight = sight_of(system);
+void require_identifiable(const WhitenedLeg& whitened, Index leg) {
+  const Information information(whitened.jacobian);
+  if (information.clear()) {
+    return;
+  }
+  const LegSight sight = sight_of(whitened.jacobian, information);
   if (sight.unseen.cols() > 0) {
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
                               " do not show all of its " + std::to_string(sight.unseen.rows()) +
@@ -92,25 +114,23 @@ void require_identifiable(const WhitenedClosures& system, Index leg) {
   }
 }
 
-// Residuals and their statistics at the estimate; `system` is the leg's own.
-LegIdentification describe(const WhitenedClosures& system, const LegEstimate& estimate) {
+// Residuals and their statistics at the estimate.
+LegIdentification describe(const LegData& data, const WhitenedLeg& whitened,
+                           const LegEstimate& estimate) {
   LegIdentification leg;
-  const auto count = static_cast<Index>(system.poses.size());
-  leg.residuals.resize(count);
-  leg.standardised = system.residual;
-  for (Index k = 0; k < count; ++k) {
-    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
-    leg.rows.push_back(pose.row);
-    leg.residuals[k] = system.rows.front().closure[pose.row];
-    if (estimate.loss_weights[k] < kRejectedWeight) {
-      leg.rejected.push_back(pose.row);
+  leg.rows = data.rows;
+  leg.residuals = whitened.rows.closure;
+  leg.standardised = whitened.residual;
+  for (std::size_t k = 0; k < data.rows.size(); ++k) {
+    if (estimate.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
+      leg.rejected.push_back(data.rows[k]);
     }
   }
   leg.converged = estimate.outcome.converged;
   leg.failure = estimate.outcome.failure;
   leg.iterations = estimate.outcome.iterations;
-  leg.condition = sight_of(system).condition;
-  if (leg.converged && !(system.residual.allFinite() && std::isfinite(leg.condition))) {
+  leg.condition = sight_of(whitened.jacobian, Information(whitened.jacobian)).condition;
+  if (leg.converged && !(leg.standardised.allFinite() && std::isfinite(leg.condition))) {
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
   }
@@ -118,32 +138,22 @@ LegIdentification describe(const WhitenedClosures& system, const LegEstimate& es
 }
 
 // How the leg's estimate answers to errors of its closures, at the estimate.
-LegInfluence influence_of(const WhitenedClosures& system, const LegEstimate& estimate,
-                          Estimator estimator) {
-  const ClosureRows& all = system.rows.front();
-  const auto count = static_cast<Index>(system.poses.size());
+LegInfluence influence_of(const LegData& data, const WhitenedLeg& whitened,
+                          const LegEstimate& estimate, Estimator estimator) {
+  const ClosureRows& rows = whitened.rows;
+  // On h in the estimator's residual; the paper's is -h / (dh/dpsi).
+  const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
+  const Vector factors =
+      (in_readings ? rows.by_reading : Vector(whitened.variances.cwiseSqrt())).cwiseInverse();
   LegInfluence leg;
-  leg.by_pose.resize(count, all.by_pose.cols());
-  leg.by_reading.resize(count);
-  RowMatrix by_parameters(count, all.by_parameters.cols());
-  Vector factors(count);  // on h in the estimator's residual; the paper's is -h / (dh/dpsi)
-  for (Index k = 0; k < count; ++k) {
-    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
-    leg.rows.push_back(pose.row);
-    leg.by_pose.row(k) = all.by_pose.row(pose.row);
-    leg.by_reading[k] = all.by_reading[pose.row];
-    by_parameters.row(k) = all.by_parameters.row(pose.row);
-    const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
-    factors[k] = 1 / (in_readings ? leg.by_reading[k] : pose.factor(0, 0));
-  }
-  leg.influence = least_squares_influence(by_parameters, factors, estimate.loss_weights);
+  leg.rows = data.rows;
+  leg.influence = least_squares_influence(rows.by_parameters, factors, estimate.loss_weights);
+  leg.by_pose = rows.by_pose;
+  leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
-  leg.deleted.resize(count);
-  for (Index k = 0; k < count; ++k) {
-    const double leverage = by_parameters.row(k).dot(leg.influence.col(k));
-    const double closure = all.closure[system.poses[static_cast<std::size_t>(k)].row];
-    leg.deleted[k] = closure / std::max(1 - leverage, kLeast);
-  }
+  const Vector leverages =
+      rows.by_parameters.cwiseProduct(leg.influence.transpose()).rowwise().sum();
+  leg.deleted = rows.closure.array() / (1 - leverages.array()).max(kLeast);
   return leg;
 }
 
@@ -209,18 +219,17 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   options.check();
   check_one_closure(mechanism.model().info(), "identification");
   check_measurements(mechanism, measurements);
-  const auto leg_system = [&](ConstRows parameters, Index leg) {
-    return whiten_closures(mechanism.model(), parameters, measurements, {leg}, options.use,
-                           options.noise);
-  };
+  std::vector<LegData> data;
   std::vector<LegEstimate> estimates;
   Identification result;
   result.parameters = mechanism.parameters();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const LegData data =
-        data_of_leg(mechanism, measurements, leg, rows_of_leg(measurements, leg, options.use));
-    require_identifiable(leg_system(mechanism.parameters(), leg), leg);
-    estimates.push_back(estimate_leg(data, mechanism.leg(leg).parameters, options));
+    const Vector& start = mechanism.leg(leg).parameters;
+    data.push_back(data_of_leg(mechanism, measurements, leg, options.use));
+    require_identifiable(whiten(data.back(), start, options.noise), leg);
+    estimates.push_back(options.estimator == Estimator::paper
+                            ? estimate_paper(data.back(), start, options)
+                            : estimate_whitened(data.back(), start, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
   JointEstimate joint;
@@ -230,12 +239,14 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   }
   std::vector<LegInfluence> influences;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const LegData& of_leg = data[static_cast<std::size_t>(leg)];
     const LegEstimate& estimate = estimates[static_cast<std::size_t>(leg)];
-    const WhitenedClosures system = leg_system(result.parameters, leg);
-    result.legs.push_back(describe(system, estimate));
-    result.goodness.push_back(
-        goodness_of_fit(system, estimate.loss_weights, mechanism.leg_count()));
-    influences.push_back(influence_of(system, estimate, options.estimator));
+    const WhitenedLeg whitened =
+        whiten(of_leg, result.parameters.row(leg).transpose(), options.noise);
+    result.legs.push_back(describe(of_leg, whitened, estimate));
+    result.goodness.push_back(goodness_of_fit(leg, whitened.residual, whitened.jacobian,
+                                              estimate.loss_weights, mechanism.leg_count()));
+    influences.push_back(influence_of(of_leg, whitened, estimate, options.estimator));
   }
   if (options.estimator == Estimator::joint) {
     describe_joint(joint, result);

@@ -17,7 +17,7 @@
 namespace symkin {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // The setup's robot with sensors that show the active joints themselves, and what they show.
 struct Joints {
@@ -28,10 +28,8 @@ struct Joints {
 Joints joints_of(const Mechanism& mechanism, const Setup& setup, const Observations& observations) {
   RowMatrix parameters = setup.parameters;
   RowMatrix values = observations.readings.values;
-  const Index gain = parameters.cols() - LinearSensor::kParameters;
   for (Index leg = 0; leg < parameters.rows(); ++leg) {
-    const CurvedSensor sensor{LinearSensor(&parameters(leg, gain)), setup.curvature(leg, 0),
-                              setup.curvature(leg, 1), setup.curvature(leg, 2)};
+    const CurvedSensor sensor = setup.sensor(leg);
     for (Index i = 0; i < values.rows(); ++i) {
       values(i, leg) = sensor.active_joint(values(i, leg));
     }
@@ -47,7 +45,7 @@ RowMatrix continued(const Joints& joints, ConstVector home) {
   constexpr int kSteps = 8;
   const Mechanism& mechanism = joints.mechanism;
   const Index coordinates = coordinate_count(mechanism.pose_space());
-  RowMatrix found = RowMatrix::Constant(joints.values.rows(), coordinates, kNaN);
+  RowMatrix found = RowMatrix::Constant(joints.values.rows(), coordinates, kUnknown);
   if (mechanism.model().info().closures != 1) {
     return found;
   }
@@ -123,7 +121,7 @@ RowMatrix continued(const Joints& joints, ConstVector home) {
 
 // Poses whose every coordinate was observed, NaN otherwise.
 RowMatrix complete_rows(const Observed& observed, Index count, Index coordinates) {
-  RowMatrix rows = RowMatrix::Constant(count, coordinates, kNaN);
+  RowMatrix rows = RowMatrix::Constant(count, coordinates, kUnknown);
   for (Index i = 0; observed.any() && i < count; ++i) {
     if (observed.values.row(i).allFinite()) {
       rows.row(i) = observed.values.row(i);
@@ -392,7 +390,7 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
   // Refined with the robot's poses as they are, every start; planar rotations stay planar.
   Observations alone;
   alone.readings.values =
-      RowMatrix::Constant(static_cast<Index>(rows.size()), mechanism.leg_count(), kNaN);
+      RowMatrix::Constant(static_cast<Index>(rows.size()), mechanism.leg_count(), kUnknown);
   alone.readings.deviations = RowMatrix::Zero(alone.readings.values.rows(), mechanism.leg_count());
   alone.poses.values.resize(alone.readings.values.rows(), robot.cols());
   alone.poses.deviations.resize(alone.readings.values.rows(), mechanism.dof());

@@ -23,6 +23,12 @@ Setup Setup::of(const Mechanism& mechanism) {
   return setup;
 }
 
+CurvedSensor Setup::sensor(Index leg) const {
+  const Index gain = parameters.cols() - LinearSensor::kParameters;
+  return {LinearSensor(&parameters(leg, gain)), curvature(leg, 0), curvature(leg, 1),
+          curvature(leg, 2)};
+}
+
 UnknownList::UnknownList(const Setup& setup)
     : legs_(setup.parameters.rows()),
       parameters_(setup.parameters.cols()),

@@ -6,6 +6,7 @@
 
 #include "symkin/model/frame.hpp"
 #include "symkin/model/mechanism.hpp"
+#include "symkin/model/sensor.hpp"
 
 namespace symkin {
 
@@ -23,6 +24,8 @@ struct Setup {
 
   // The drawing: straight sensors, the device in the robot's own frames, nothing else.
   static Setup of(const Mechanism& mechanism);
+
+  CurvedSensor sensor(Index leg) const;
 };
 
 // Every scalar of a setup, in one order: of each leg its parameters and the three terms of its

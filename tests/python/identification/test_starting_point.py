@@ -100,7 +100,7 @@ def test_poses_start_where_forward_kinematics_by_continuation_puts_them(name):
 
 
 def test_a_pose_with_a_missing_reading_and_no_measured_pose_has_no_start():
-    mechanism, poses, readings = ROBOTS["3RRR"]
+    mechanism, _, readings = ROBOTS["3RRR"]
     missing = readings.copy()
     missing[4, 1] = np.nan
     observations = _core.Observations(observed(missing, 1e-5, 3), *(nothing() for _ in range(5)))

@@ -5,26 +5,6 @@
 
 namespace symkin {
 
-ScaledCost::ScaledCost(std::unique_ptr<ceres::CostFunction> cost, double factor)
-    : cost_(std::move(cost)), factor_(factor) {
-  set_num_residuals(cost_->num_residuals());
-  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
-}
-
-bool ScaledCost::Evaluate(double const* const* parameters, double* residuals,
-                          double** jacobians) const {
-  if (!cost_->Evaluate(parameters, residuals, jacobians)) {
-    return false;
-  }
-  Eigen::Map<Vector>(residuals, num_residuals()) *= factor_;
-  for (std::size_t i = 0; jacobians != nullptr && i < parameter_block_sizes().size(); ++i) {
-    if (jacobians[i] != nullptr) {
-      Eigen::Map<Vector>(jacobians[i], num_residuals() * parameter_block_sizes()[i]) *= factor_;
-    }
-  }
-  return true;
-}
-
 JointCost::JointCost(std::vector<std::unique_ptr<ceres::CostFunction>> closures,
                      Eigen::MatrixXd whitening)
     : closures_(std::move(closures)), whitening_(std::move(whitening)) {

@@ -10,20 +10,6 @@
 
 namespace symkin {
 
-// A cost whose residual is multiplied by a constant: noise weighting wraps a residual and never
-// lives inside one.
-class ScaledCost final : public ceres::CostFunction {
- public:
-  ScaledCost(std::unique_ptr<ceres::CostFunction> cost, double factor);
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  std::unique_ptr<ceres::CostFunction> cost_;
-  double factor_;
-};
-
 // The closures of all legs that were read at one pose, whitened by their common covariance: with
 // the closures h (those of a leg on its own parameter block) and whitening W, residual = W h.
 class JointCost final : public ceres::CostFunction {

@@ -55,8 +55,9 @@ Vector weights_of_poses(const WhitenedClosures& system, const RobustLoss& loss, 
   Vector weights(static_cast<Index>(system.poses.size()));
   for (std::size_t k = 0; k < system.poses.size(); ++k) {
     const WhitenedPose& pose = system.poses[k];
-    const double norm = system.residual.segment(pose.first, pose.count()).norm();
-    weights[static_cast<Index>(k)] = loss.weight(norm, pose_spread(pose.count(), spread));
+    const double square = system.residual.segment(pose.first, pose.count()).squaredNorm();
+    weights[static_cast<Index>(k)] =
+        loss.evaluate(square, pose_spread(pose.count(), spread)).weight;
   }
   return weights;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/estimation/detail/solver.hpp"
+#include <vector>
+
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/estimation/identification.hpp"
 
 namespace symkin {
@@ -10,6 +12,7 @@ namespace symkin {
 struct LegData {
   const LegModel& model;
   int working_mode;
+  std::vector<Index> rows;  // of the measurements
   RowMatrix poses;
   Vector readings;
 };
@@ -24,11 +27,9 @@ struct LegEstimate {
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
-// The same cost by Levenberg-Marquardt.
-LegEstimate estimate_inverse(const LegData& data, const Vector& start,
-                             const IdentificationOptions& options);
-// Whitened closures, their variances taken anew at the estimate until both agree.
-LegEstimate estimate_implicit(const LegData& data, const Vector& start,
+// The same cost by Levenberg-Marquardt with a robust loss, or, of the estimators `implicit` and
+// `joint`, whitened closures, whose variances are those at the estimate.
+LegEstimate estimate_whitened(const LegData& data, const Vector& start,
                               const IdentificationOptions& options);
 
 }  // namespace symkin
