@@ -33,9 +33,9 @@ _COORDINATES = {
 }
 # What may have been observed besides poses and readings, and the dimensions of its array.
 _FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
-_DEVIATIONS = {
-    "poses": "pose_deviations",
+_DEVIATIONS = {  # in the order of the core's observations
     "readings": "reading_deviations",
+    "poses": "pose_deviations",
     "reported": "reported_deviations",
     "points": "point_deviations",
     "distances": "distance_deviations",
@@ -256,40 +256,53 @@ class Measurements(Result):
                 "poses only"
             )
 
-    def observations(self, noise: NoiseSettings) -> _core.Observations:
-        """Return all that was observed, with standard deviations, as the core takes it.
+    def standard_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+        """Return the standard deviations of all that was observed.
 
         Parameters
         ----------
         noise : NoiseSettings
-            Standard deviations where a row has none of its own; reported poses are exact then.
+            Those of rows that have none of their own; reported poses are exact then.
+
+        Returns
+        -------
+        dict
+            Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
+        """
+        position = 3 if self._dof == 6 else 2
+        typical: dict[str, Any] = {
+            "poses": np.repeat(
+                [noise.position, noise.orientation], [position, self._dof - position]
+            ),
+            "readings": noise.reading,
+            "reported": 0.0,
+        }
+        found = {}
+        for name, deviations in _DEVIATIONS.items():
+            values, own = getattr(self, name), getattr(self, deviations)
+            if values is not None:
+                shape = (len(values), self._dof) if name in ("poses", "reported") else values.shape
+                usual = np.broadcast_to(typical.get(name, noise.position), shape)
+                found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
+        return found
+
+    def observations(self, noise: NoiseSettings) -> _core.Observations:
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
 
         Returns
         -------
         _core.Observations
         """
-        position = 2 if self._dof < 6 else 3
-        pose = np.repeat([noise.position, noise.orientation], [position, self._dof - position])
+        deviations = self.standard_deviations(noise)
 
-        def observed(name: str, typical: Any) -> _core.Observed:
-            values, own = getattr(self, name), getattr(self, _DEVIATIONS[name])
+        def observed(name: str) -> _core.Observed:
+            values = getattr(self, name)
             if values is None:
                 return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
-            columns = self._dof if name in ("poses", "reported") else values[0].size
-            found = np.broadcast_to(typical, (len(values), columns))
-            if own is not None:
-                own = own.reshape(len(values), -1)
-                found = np.where(np.isnan(own), found, own)
-            return _core.Observed(values.reshape(len(values), -1), np.ascontiguousarray(found))
+            tables = (np.reshape(each, (len(each), -1)) for each in (values, deviations[name]))
+            return _core.Observed(*map(np.ascontiguousarray, tables))
 
-        return _core.Observations(
-            observed("readings", noise.reading),
-            observed("poses", pose),
-            observed("reported", 0.0),
-            observed("points", noise.position),
-            observed("distances", noise.position),
-            observed("heights", noise.position),
-        )
+        return _core.Observations(*map(observed, _DEVIATIONS))
 
     @property
     def pose_space(self) -> str:

@@ -66,6 +66,9 @@ class Mechanism(Kinematics):
     reading_unit : {"rad", "m"}, optional
         Unit of the sensors, by default the active joint's. A motor that winds a cable reads "rad"
         while its joint is a length; the gain is then m/rad.
+    reading_step : float, optional
+        How much of the reading's unit one step of a drive, or one count of an encoder, is: tables
+        may have columns such as ``psi_1_step``.
     symmetry, workspace, noise, tolerances, protocol, joint_limits, measurement_columns
         What a mechanism file holds besides the legs, see `symkin.settings`.
     deviations : array_like, shape (legs, p), optional
@@ -92,6 +95,7 @@ class Mechanism(Kinematics):
     legs: tuple[Leg, ...]
     platform: str
     reading_unit: str
+    reading_step: float | None
     symmetry: DeclaredSymmetry | None
     workspace: WorkspaceSettings | None
     noise: NoiseSettings
@@ -115,6 +119,7 @@ class Mechanism(Kinematics):
         *,
         platform: str = "rigid",
         reading_unit: str | None = None,
+        reading_step: float | None = None,
         symmetry: DeclaredSymmetry | None = None,
         workspace: WorkspaceSettings | None = None,
         noise: NoiseSettings | None = None,
@@ -133,6 +138,8 @@ class Mechanism(Kinematics):
                 f'the name "{printable(name)}" has characters that cannot be printed'
             )
         legs = tuple(legs)
+        if reading_step is not None and not 0 < reading_step < np.inf:
+            raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
         info = chain_info(common_chain(legs), platform)
         values = np.array(
             [parameter_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)]
@@ -142,6 +149,7 @@ class Mechanism(Kinematics):
             "legs": legs,
             "platform": platform,
             "reading_unit": one_of("reading_unit", reading_unit or info.reading_unit, ("rad", "m")),
+            "reading_step": reading_step,
             "symmetry": symmetry,
             "workspace": workspace,
             "noise": noise or NoiseSettings(),
@@ -257,6 +265,13 @@ class Mechanism(Kinematics):
         """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
         units = self._info.units_of_sensor(self.reading_unit).values()
         return tuple("" if unit == "1" else unit for unit in units)
+
+    @property
+    def step(self) -> str:
+        """The size of a step as files say it, ``"1.25e-05 m/step"``; empty if nobody said it."""
+        return (
+            "" if self.reading_step is None else f"{self.reading_step!r} {self.reading_unit}/step"
+        )
 
     @property
     def parameter_roles(self) -> tuple[ParameterRole, ...]:

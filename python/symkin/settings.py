@@ -229,7 +229,7 @@ class MeasurementColumns:
     Attributes
     ----------
     position : tuple of str
-        Columns of x, y (and z).
+        Columns of x, y (and z); empty, or an empty name, for what was not measured.
     angle : str or None
         Column of the planar platform angle.
     quaternion : tuple of str
@@ -242,6 +242,10 @@ class MeasurementColumns:
         Units, such as "mm", "deg" and "rev".
     leg : str or None
         Column of the leg (1, 2, ...) whose set the pose belongs to.
+    names : mapping of str to str, or None
+        Columns of what else was observed, and of standard deviations: the key is symkin's name with
+        the column's unit, such as ``height_mm`` or ``x_sd_mm``, the value the table's. None stands
+        for the names that symkin itself writes.
     """
 
     position: tuple[str, ...]
@@ -253,6 +257,7 @@ class MeasurementColumns:
     orientation_unit: str | None = None
     reading_unit: str | None = None
     leg: str | None = None
+    names: Mapping[str, str] | None = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Take any sequences."""

@@ -18,6 +18,7 @@ from symkin.io.mechanism_schema import (
     COORDINATES,
     HEADER,
     MEASUREMENTS,
+    ReadingUnit,
     mechanism_table,
     read_table,
     table,
@@ -68,15 +69,16 @@ def load_mechanism(
     """
     source = read_toml(_located(path_or_name))
     header = read_table(source, HEADER)
+    stated: ReadingUnit | None = header.get("reading_unit")
     expected = source.call(
         ("chain",),
         lambda: mechanism_table(
-            header["chain"], header.get("platform", "rigid"), header.get("reading_unit")
+            header["chain"], header.get("platform", "rigid"), stated.unit if stated else None
         ),
     )
     file = read_table(source, expected)
     info = chain_info(file["chain"], file.get("platform", "rigid"))
-    reading_unit = file.get("reading_unit", info.reading_unit)
+    reading = stated or ReadingUnit(info.reading_unit)
     legs, symmetry, deviations, curvature = _legs(source, file)
     mechanism = source.call(
         ("reference_leg",) if "legs" not in file else ("legs",),
@@ -84,7 +86,8 @@ def load_mechanism(
             file.get("name") or printable(source.path.stem),
             legs,
             platform=file.get("platform", "rigid"),
-            reading_unit=reading_unit,
+            reading_unit=reading.unit,
+            reading_step=reading.step,
             symmetry=symmetry,
             workspace=_workspace(file, info.pose_space),
             noise=NoiseSettings(**file.get("noise", {})),
@@ -92,7 +95,7 @@ def load_mechanism(
             protocol=ProtocolSettings(**file.get("protocol", {})),
             joint_limits=_joint_limits(source, file),
             deviations=deviations,
-            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading_unit),
+            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
             frames=Frames(**file["frames"]) if file.get("frames") else None,
             identification=_identification(file),
@@ -265,7 +268,8 @@ def _columns(
 
 
 def _mapping(section: _Values) -> MeasurementColumns:
-    values: _Values = {
+    values: _Values = {"position": ()}
+    values |= {
         name: tuple(value) if isinstance(value, list) else value for name, value in section.items()
     }
     return MeasurementColumns(**values)

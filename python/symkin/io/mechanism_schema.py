@@ -16,11 +16,11 @@ import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from symkin.chains import chain_info, chains
 from symkin.errors import QuantityError, SymkinError, did_you_mean, printable
-from symkin.io.quantities import evaluate_quantity
+from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.toml_file import KeyPath, TomlSource
 from symkin.settings import (
     JointLimits,
@@ -36,6 +36,7 @@ __all__ = [
     "HEADER",
     "MEASUREMENTS",
     "Kind",
+    "ReadingUnit",
     "mechanism_schema",
     "mechanism_table",
     "read_table",
@@ -272,6 +273,12 @@ def _number_or_text(raw: Any) -> float | str:
     return raw if isinstance(raw, str) else float(raw)
 
 
+def _names(raw: Any) -> dict[str, str]:
+    if not isinstance(raw, dict):
+        raise _ValueError("is not a table of keys; expected one")
+    return {name: _read_at(name, _text(), column) for name, column in raw.items()}
+
+
 _SYMMETRY = table(
     {
         "group": _text(check=_check_group),
@@ -308,8 +315,9 @@ MEASUREMENTS = table(
         "orientation_unit": _text(),
         "reading_unit": _text(),
         "leg": _text(),
+        "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
     },
-    ("position", "readings"),
+    ("readings",),
     MeasurementColumns,
 )
 _PATTERNS = _list_of(_text(200))
@@ -337,13 +345,37 @@ _SECTIONS = (
     "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
     "protocol", "measurements", "frames", "identification",
 )  # fmt: skip
+
+
+class ReadingUnit(NamedTuple):
+    """What sensors read, and how much of it a step or count is, if the file says that."""
+
+    unit: str
+    step: float | None = None
+
+
+def _reading_unit(raw: Any) -> ReadingUnit:
+    if raw in ("rad", "m"):
+        return ReadingUnit(raw)
+    if isinstance(raw, str) and counts_steps(raw):
+        try:
+            evaluate_quantity(raw, "rad/step")
+        except QuantityError:
+            return ReadingUnit("m", unit_factor(raw, "m"))
+        return ReadingUnit("rad", unit_factor(raw, "rad"))
+    raise _ValueError(
+        f"is {raw!r}; expected 'rad' or 'm', or the size of a step such as '1/80 mm/step'"
+    )
+
+
+_STEP_SCHEMA = {"type": "string", "pattern": "(step|count)", "description": "size of a step"}
 # The keys that every file may have, and those that decide about the others.
 _HEADER_KINDS: dict[str, Kind] = {
     "schema": _one_of(1),
     "name": _text(200, _check_name),
     "chain": _text(),
     "platform": _one_of("rigid", "point"),
-    "reading_unit": _one_of("rad", "m"),
+    "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
 }
 HEADER = table(
     _HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema", "chain")

@@ -82,7 +82,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
         "name": mechanism.name,
         "chain": mechanism.chain,
         "platform": mechanism.platform,
-        "reading_unit": mechanism.reading_unit,
+        "reading_unit": mechanism.step or mechanism.reading_unit,
     }
     notes = {
         "chain": "joints from base to platform, the actuated one in brackets",

@@ -46,7 +46,12 @@ class Table:
     row_numbers : ndarray of int, shape (N,)
         Where the rows stand in the file, from 1: lines of a CSV, whose header is row 1 if nothing
         stands above it, and rows of other tables. Messages quote these.
+    step : str
+        The size of the steps that columns such as ``psi_1_step`` count, ``"1.25e-05 m/step"``;
+        empty if nobody said it.
     """
+
+    step: str = ""
 
     def __init__(
         self,
@@ -85,6 +90,21 @@ class Table:
                 f'column "{name}" ({purpose}) is missing{did_you_mean(name, self.names)} '
                 f"(columns present: {', '.join(self.names)})"
             )
+
+    def renamed(self, names: Mapping[str, str]) -> Table:
+        """Return these columns alone, under other names: the new one is the key.
+
+        Raises
+        ------
+        MeasurementError
+            If there is no such column.
+        """
+        for name, column in names.items():
+            self.require(column, name)
+        columns = [(name, self._columns[column]) for name, column in names.items()]
+        table = Table(self.path, self.name, columns, self.row_numbers.tolist(), self._separator)
+        table.step = self.step
+        return table
 
     def numbers(self, name: str, *, empty_allowed: bool = False) -> NDArray[np.float64]:
         """Return a column as float64, shape (N,).
@@ -165,7 +185,7 @@ class Table:
             )
 
 
-def read_table(source: TableSource) -> Table:
+def read_table(source: TableSource, step: str = "") -> Table:
     """Read a table.
 
     Parameters
@@ -176,12 +196,20 @@ def read_table(source: TableSource) -> Table:
         with ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed
         is read too. A stream holds text or bytes of such a file; a mapping of columns is a pandas
         DataFrame, or a dictionary of arrays, where NaN is an empty cell.
+    step : str
+        The size of the steps that its columns may count.
 
     Raises
     ------
     MeasurementError
         If the file is missing, empty, has a header only, or has rows of unequal length.
     """
+    table = _read(source)
+    table.step = step
+    return table
+
+
+def _read(source: TableSource) -> Table:
     if isinstance(source, str | os.PathLike):
         path = Path(source)
         name = str(path)

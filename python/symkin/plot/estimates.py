@@ -20,7 +20,7 @@ from symkin.evaluation import Evaluation
 from symkin.identification.estimate import Identification
 from symkin.identification.joint import JointIdentification
 from symkin.identification.problem import KINDS
-from symkin.identification.suspicions import blunder_limit
+from symkin.identification.suspicions import blunder_limit, blunders_of
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
@@ -64,6 +64,7 @@ INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
 _MILLI = 1e3
+_NAMED = 5  # blunders
 _UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "rx": "rad", "ry": "rad", "rz": "rad"}
 
 
@@ -268,6 +269,10 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
     limit = blunder_limit(found)
     for side in (-limit, limit):
         axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
+    for each in blunders_of(found)[:_NAMED]:
+        name = f" {rows.what(each.row, space)}, row {numbers[each.row]}"
+        place = (numbers[each.row], rows.t[each.row])
+        axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
     axes.axhline(0, color=LINE, linewidth=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if ax is None:
