@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from symkin.cli.align import align
 from symkin.cli.check import check
 from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
@@ -40,6 +41,7 @@ app = typer.Typer(
 )
 for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run, kinematics):
     app.command()(command)
+app.command()(align)
 app.command()(new)
 app.command("list")(list_mechanisms)
 
