@@ -103,7 +103,8 @@ class Layout(Value):
         """
         scalars = tuple(_core.unknown_names(mechanism.core, setup))
         units = tuple(_unit(mechanism, name) for name in scalars)
-        names = _Names(scalars)
+        one_of("sensor", sensor, Sensor)
+        names = _Names(scalars, _CURVATURE[sensor])
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
         ties = [names.matching("shared", [pattern]) for pattern in shared]
@@ -156,7 +157,7 @@ class Layout(Value):
             tolerances = self.column_tolerances
             values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
             return self._replaced(prior=values)
-        names = _Names(self.scalars)
+        names = _Names(self.scalars, _TERMS)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
                 number = self.column[scalar]
@@ -190,10 +191,14 @@ class Layout(Value):
 
 
 class _Names:
-    """Names of scalars, and what patterns match of them."""
+    """Names of scalars, and what patterns match of them.
 
-    def __init__(self, scalars: Sequence[str]) -> None:
+    Terms of curvature that the sensors are not said to have are matched by their full names alone.
+    """
+
+    def __init__(self, scalars: Sequence[str], terms: Sequence[str]) -> None:
         self.scalars = scalars
+        self.silent = set(_TERMS) - set(terms)
         self.index = {name: i for i, name in enumerate(scalars) if name}
         self.of_legs = {
             i
@@ -210,7 +215,12 @@ class _Names:
             patterns = [patterns]
         found: set[int] = set()
         for pattern in patterns:
-            matched = {i for name, i in self.index.items() if _matches(name, pattern)}
+            matched = {
+                i
+                for name, i in self.index.items()
+                if _matches(name, pattern)
+                and (name.rpartition(".")[2] not in self.silent - {pattern.rpartition(".")[2]})
+            }
             if not matched:
                 parts = dict.fromkeys(
                     part
@@ -250,7 +260,6 @@ def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
 
 
 def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
-    one_of("sensor", sensor, Sensor)
     if sensor == "eccentric" and mechanism.reading_unit != "rad":
         raise SymkinError(
             'sensor "eccentric" has a period of one turn, but the sensors of this mechanism read '
