@@ -98,6 +98,8 @@ class Evaluation(Result):
         Of the model.
     unread : int
         Poses left out since not all legs were read there.
+    partial : int
+        Poses left out since they were measured in part.
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m; NaN where it was not read. None for
         a robot that was not measured.
@@ -115,6 +117,7 @@ class Evaluation(Result):
     characteristic_length: float = field(private=True)
     name: str = field(private=True, default="")
     unread: int = field(private=True, default=0)
+    partial: int = field(private=True, default=0)
     closures: Array | None = field(private=True, default=None)
 
     @classmethod
@@ -295,7 +298,10 @@ def evaluate(
         if model.frames is not None:
             own = unframed(model, measurements.poses)
             measurements = dataclasses.replace(measurements, poses=own)
-        complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+        whole = np.isfinite(measurements.poses).all(axis=1)
+        if not whole.any():
+            raise SymkinError("no row has a full measured pose, so none can be evaluated")
+        complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))
         if not len(complete):
             raise SymkinError("no pose has readings of all legs, so none can be evaluated")
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
@@ -316,8 +322,13 @@ def evaluate(
     )
     if measurements is None:
         return result
-    unread = len(measurements.poses) - len(rows)
-    return dataclasses.replace(result, unread=unread, closures=closures_of(model, measurements))
+    partial = int((~whole).sum())
+    return dataclasses.replace(
+        result,
+        unread=whole.size - partial - len(rows),
+        partial=partial,
+        closures=closures_of(model, measurements),
+    )
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:

@@ -91,7 +91,10 @@ class Observed:
             ("points", "points", self.points), ("distance", "anchors", self.anchors)
         ):  # fmt: skip
             if (kind in kinds) != bool(len(values)):
-                raise SymkinError(f'"{kind}" is observed of {what}; expected both or neither')
+                raise SymkinError(
+                    f'{what} are {"" if values else "not "}given, but "{kind}" is '
+                    f"{'not ' if values else ''}observed; expected both or neither"
+                )
         if not 0 <= self.missing < 1:
             raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
         if not 0 <= self.spread <= 3:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate"]
 
 
+_NONE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
+
+
 @record
 class Simulation(Result):
     """Measurements of a simulated robot.
@@ -157,7 +160,7 @@ def simulate(
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
     observed = Observed((observe,)) if isinstance(observe, str) else observe
     as_usual = observed == Observed()
-    noise = mechanism.noise if as_usual else NoiseSettings(0.0, 0.0, 0.0)
+    noise = mechanism.noise if as_usual else _NONE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements
     measurements = Measurements(

@@ -568,20 +568,14 @@ def _status(layout: Layout, column: int, deviation: float, unseen: Array) -> Sta
     return "shared" if len(layout.members(column)) > 1 else "free"
 
 
-def _full(measurements: Measurements) -> Measurements:
-    """The rows whose poses were measured in full."""
-    return measurements.subset(np.flatnonzero(np.isfinite(measurements.poses).all(axis=1)))
-
-
 def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
     try:
-        return evaluate(mechanism, measurements=_full(measurements))
+        return evaluate(mechanism, measurements=measurements)
     except SymkinError:
         return None
 
 
 def _closure_rms(mechanism: Mechanism, measurements: Measurements) -> float:
-    whole = _full(measurements)
-    own = dataclasses.replace(whole, poses=unframed(mechanism, whole.poses))
+    own = dataclasses.replace(measurements, poses=unframed(mechanism, measurements.poses))
     squares = closures_of(mechanism, own) ** 2
     return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")

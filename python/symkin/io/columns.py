@@ -167,7 +167,9 @@ def _is_meant(table: Table, name: str, si_unit: str) -> bool:
 
     if is_present(table, name, None):
         return True
-    known = re.compile(r"(reported_)?(x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*")
+    if "_" in name:  # of a reported pose, of which nobody expects a column
+        return False
+    known = re.compile(r"(reported_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*")
     others = [each.lower() for each in table.names if not known.fullmatch(each)]
     return bool(get_close_matches(f"{name}_{si_unit}", others, n=1, cutoff=_MISSPELT))
 

@@ -57,6 +57,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
             f"left out, since {why}: {plural(number, 'pose')}"
             for number, why in (
                 (evaluation.unread, "not all legs were read there"),
+                (evaluation.partial, "they were measured in part"),
                 (evaluation.failed, "they cannot be taken"),
             )
             if number

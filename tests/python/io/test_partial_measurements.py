@@ -140,6 +140,7 @@ def test_positions_alone_are_read_and_refused_by_the_legs_own_estimators() -> No
         ({"x_m": [*[0.1] * 11, np.nan]}, "row 12 has no measured x"),
         ({"height_m": 1.0}, ""),  # of a planar robot: a further column, which is not read
         ({"distance_1_m": [np.nan, *[1.0] * 11]}, "row 2 has more than a pose .*: distances"),
+        ({"reported_time_s": 1.0}, ""),
         ({"p1_x_m": 1.0}, "row 1 has more than a pose and readings: points"),
         ({"reported_x_m": 1.0}, "row 1 has more than a pose and readings: reported"),
         ({"x_sd_m": [*[np.nan] * 11, 0.1]}, "row 12 has standard deviations of its own"),
