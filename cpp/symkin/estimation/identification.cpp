@@ -7,8 +7,8 @@
 
 #include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/information.hpp"
-#include "symkin/estimation/detail/joint_estimator.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/estimation/joint.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
@@ -157,30 +157,44 @@ LegInfluence influence_of(const LegData& data, const WhitenedLeg& whitened,
   return leg;
 }
 
-// The rows of a leg whose poses the joint estimate rejects.
-std::vector<Index> rejected_rows(const JointEstimate& joint, Index leg) {
-  std::vector<Index> rows;
-  for (std::size_t k = 0; k < joint.system.poses.size(); ++k) {
-    const WhitenedPose& pose = joint.system.poses[k];
-    const bool read = std::find(pose.legs.begin(), pose.legs.end(), leg) != pose.legs.end();
-    if (read && joint.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
-      rows.push_back(pose.row);
-    }
-  }
-  return rows;
+// All legs together, on poses measured in full.
+JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
+                  const RowMatrix& start, const IdentificationOptions& options) {
+  const auto everywhere = [&](const RowMatrix& values, const Vector& deviations) {
+    return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
+  };
+  Observations observations;
+  observations.readings =
+      everywhere(measurements.readings,
+                 Vector::Constant(mechanism.leg_count(), options.noise.reading));
+  observations.poses =
+      everywhere(measurements.poses,
+                 options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
+  Setup setup = Setup::of(mechanism);
+  setup.parameters = start;
+  JointOptions how;
+  how.loss = options.loss;
+  how.max_iterations = options.max_iterations;
+  how.start = measurements.poses;
+  how.rows = false;
+  return fit_jointly(mechanism, setup, observations, Layout::of_all_parameters(setup), how);
 }
 
 // Takes the statistics of the joint estimate in place of those of its start.
-void describe_joint(const JointEstimate& joint, Identification& result) {
-  result.goodness = {goodness_of_fit(joint.system, joint.loss_weights, 1)};
-  const double spread = result.goodness.front().spread();
-  result.covariance = spread * spread * joint_covariance(joint);
+void describe_joint(const JointFit& joint, Identification& result) {
+  result.goodness = {joint.goodness};
+  result.covariance = joint.covariance;
   for (std::size_t i = 0; i < result.legs.size(); ++i) {
     LegIdentification& leg = result.legs[i];
-    leg.converged = joint.outcome.converged;
-    leg.failure = joint.outcome.failure;
-    leg.iterations += joint.outcome.iterations;
-    leg.rejected = rejected_rows(joint, static_cast<Index>(i));
+    leg.converged = joint.converged;
+    leg.failure = joint.failure;
+    leg.iterations += joint.iterations;
+    leg.rejected.clear();
+    for (const Index row : leg.rows) {
+      if (joint.loss_weights[row] < kRejectedWeight) {
+        leg.rejected.push_back(row);
+      }
+    }
   }
 }
 
@@ -232,10 +246,10 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
                             : estimate_whitened(data.back(), start, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
-  JointEstimate joint;
+  JointFit joint;
   if (options.estimator == Estimator::joint) {
-    joint = estimate_joint(mechanism, measurements, result.parameters, options);
-    result.parameters = joint.parameters;
+    joint = joint_of(mechanism, measurements, result.parameters, options);
+    result.parameters = joint.setup.parameters;
   }
   std::vector<LegInfluence> influences;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {

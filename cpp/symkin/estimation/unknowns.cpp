@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/error.hpp"
@@ -70,6 +71,21 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
     set(list.plane() + i, "plane.c" + std::to_string(i));
   }
   return names;
+}
+
+Layout Layout::of_all_parameters(const Setup& setup) {
+  const UnknownList list(setup);
+  const Index legs = setup.parameters.rows();
+  const Index p = setup.parameters.cols();
+  Layout layout;
+  layout.column.assign(static_cast<std::size_t>(list.size()), -1);
+  for (Index leg = 0; leg < legs; ++leg) {
+    for (Index i = 0; i < p; ++i) {
+      layout.column[static_cast<std::size_t>(list.leg(leg) + i)] = leg * p + i;
+    }
+  }
+  layout.prior = Vector::Constant(legs * p, std::numeric_limits<double>::infinity());
+  return layout;
 }
 
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {

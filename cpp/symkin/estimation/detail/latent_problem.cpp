@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/latent_problem.hpp"
 
-#include <ceres/loss_function.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -348,11 +346,10 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     }
     double cost = square;
     if (loss_.kind != RobustLoss::Kind::none && now_.counts[at] > 0) {
-      const auto loss = loss_.make(spread_ * std::sqrt(static_cast<double>(now_.counts[at])));
-      double rho[3];
-      loss->Evaluate(square, rho);
-      cost = rho[0];
-      now_.weights[i] = rho[1];
+      const RobustLoss::Value value =
+          loss_.evaluate(square, spread_ * std::sqrt(static_cast<double>(now_.counts[at])));
+      cost = value.cost;
+      now_.weights[i] = value.weight;
     }
     equations.cost += cost;
     if (now_.general[at]) {
