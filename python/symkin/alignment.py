@@ -115,7 +115,7 @@ class Alignment(Result):
                 f'the poses fit "{best.convention}" ({1e3 * best.cost:.3g} mm), but hardly better '
                 f"than {names} ({1e3 * near[0].cost:.3g} mm): measure poses that tilt and move more"
             )
-        elif best.convention != "as measured":
+        elif others and best.convention != "as measured":
             plain = next(each for each in others if each.convention == "as measured")
             yield (
                 f'the poses were not taken as they are, but as "{best.convention}", which leaves '

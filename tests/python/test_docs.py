@@ -32,6 +32,7 @@ PAGES = (
     "user-guide/symmetry.md",
     "user-guide/choosing-poses.md",
     "user-guide/identifying.md",
+    "user-guide/unknowns.md",
     "user-guide/trusting.md",
     "user-guide/evaluating.md",
     "reproducing.md",
