@@ -163,9 +163,7 @@ class Alignment(Result):
     def columns(self) -> Mapping[str, Any]:
         """Return what is left, a row a pose."""
         names = {2: "x_m y_m", 3: "x_m y_m phi_rad", 6: "x_m y_m z_m rx_rad ry_rad rz_rad"}
-        return dict(
-            zip(names[self.differences.shape[1]].split(), self.differences.T, strict=True)
-        )
+        return dict(zip(names[self.differences.shape[1]].split(), self.differences.T, strict=True))
 
 
 def align_frames(

@@ -60,9 +60,7 @@ def identify(
     ] = None,
     shared: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PATTERN", help="Changed by the same amount in all legs that match."
-        ),
+        typer.Option(metavar="PATTERN", help="Changed by the same amount in all legs that match."),
     ] = None,
     prior: Annotated[
         list[str] | None,

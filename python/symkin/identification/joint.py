@@ -455,10 +455,7 @@ class JointIdentification(Result):
             f"({measurements.source_name or 'simulated measurements'}), estimator joint.",
             "Standard deviations are one sigma; what has none was held.",
             *([f"Gauge: {self.gauge}."] if self.gauge else []),
-            *(
-                f"{number} unknowns {words}: {names}."
-                for words, number, names in self._not_shown
-            ),
+            *(f"{number} unknowns {words}: {names}." for words, number, names in self._not_shown),
             *([] if self.trustworthy else ["Not to be trusted as it is: see the report."]),
             *changed_settings(self.nominal, self.mechanism),
         ]
@@ -489,9 +486,8 @@ def _calibrated(
     if not len(latent):
         raise FailedFitError("no measured pose could be explained at all: see units, order, signs")
     made = with_usable_home(made, latent)
-    with_frames = (
-        nominal.frames is not None
-        or any(name.partition(".")[0][:3] != "leg" for name in layout.names if "." in name)
+    with_frames = nominal.frames is not None or any(
+        name.partition(".")[0][:3] != "leg" for name in layout.names if "." in name
     )
     return (
         values,

@@ -290,9 +290,7 @@ def _own_readings(measurements: Measurements) -> Measurements:
     legs = np.arange(measurements.readings.shape[1])
     sets = measurements.leg_sets[:, None]
     own = (sets == ALL_LEGS) | (sets == legs)
-    return dataclasses.replace(
-        measurements, readings=np.where(own, measurements.readings, np.nan)
-    )
+    return dataclasses.replace(measurements, readings=np.where(own, measurements.readings, np.nan))
 
 
 def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> None:

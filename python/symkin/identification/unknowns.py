@@ -265,9 +265,7 @@ def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
             'sensor "eccentric" has a period of one turn, but the sensors of this mechanism read '
             "lengths"
         )
-    return {
-        i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]
-    }
+    return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
 
 
 def _groups(names: _Names, ties: Sequence[set[int]], chosen: set[int]) -> list[list[int]]:

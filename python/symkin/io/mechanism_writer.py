@@ -214,9 +214,9 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {},
         ),
         "frames": (
-            {} if mechanism.frames is None else {
-                k: v for k, v in asdict(mechanism.frames).items() if v
-            },
+            {}
+            if mechanism.frames is None
+            else {k: v for k, v in asdict(mechanism.frames).items() if v},
             {
                 "base": "of the robot in the frame of the measuring device",
                 "target": "in the platform's frame",
@@ -226,9 +226,9 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             },
         ),
         "identification": (
-            {} if mechanism.identification is None else {
-                k: v for k, v in vars(mechanism.identification).items() if v is not None
-            },
+            {}
+            if mechanism.identification is None
+            else {k: v for k, v in vars(mechanism.identification).items() if v is not None},
             {},
         ),
     }

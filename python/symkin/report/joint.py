@@ -170,7 +170,9 @@ def _next_step(found: JointIdentification) -> str:
             "see how well observations are predicted that the fit did not see: identify with "
             "--cross-validate 5."
         )
-    return "let the controller use the calibrated mechanism, and evaluate it on poses measured anew."
+    return (
+        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew."
+    )
 
 
 def _parameter_section(found: JointIdentification) -> Section:

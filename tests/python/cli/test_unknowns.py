@@ -53,7 +53,8 @@ def test_the_folder_holds_everything_and_the_verdict_comes_first(measured, tmp_p
     assert "What no observation shows" in page and 'id="t_values' in page
     again = [str(folder / "calibrated.toml"), "--measurements", str(measured)]
     assert main(["evaluate", *again, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["position_rms_m"] < 3e-4
+    evaluated = json.loads(capsys.readouterr().out)["evaluation"]
+    assert evaluated["position_rms_m"] < 3e-4
 
 
 def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, capsys):
@@ -73,7 +74,10 @@ def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, c
     [
         (["--free", "sensor_ofset"], 'did you mean "sensor_offset"?'),
         (["--frames", "bases"], "frames is 'bases'; expected \"base\""),
-        (["--prior", "base_radius"], 'expected "tolerances", or patterns with a standard deviation'),
+        (
+            ["--prior", "base_radius"],
+            'expected "tolerances", or patterns with a standard deviation',
+        ),
         (["--prior", "base_radius=1 deg"], 'the prior of "base_radius"'),
         (["--estimator", "paper", "--shared", "sensor_gain"], 'expected "joint" here, since'),
         (["--sensor", "cubic"], "--sensor"),

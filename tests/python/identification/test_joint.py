@@ -337,9 +337,7 @@ def test_noise_is_estimated_with_the_unknowns(paper, plan):
 def test_the_calibrated_file_reads_back_with_its_frames_and_sensors(paper, plan, tmp_path):
     observe = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
     made = simulated(paper, plan, observe)
-    found = symkin.identify(
-        paper, made.measurements, frames=["base", "target"], sensor="quadratic"
-    )
+    found = symkin.identify(paper, made.measurements, frames=["base", "target"], sensor="quadratic")
     report = found.write(tmp_path / "out")
     assert report.exists() and {each.name for each in report.parent.iterdir()} == set(found.FILES)
     read = symkin.load_mechanism(tmp_path / "out" / "calibrated.toml")
