@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -175,7 +176,7 @@ class Measurements(Result):
             raise MeasurementError(
                 "there are heights above a plane; expected none, since the robot is planar"
             )
-        infinite = np.isinf(values).reshape(len(values), -1).any(axis=1)
+        infinite = _flat(np.isinf(values)).any(axis=1)
         if name != "poses" and infinite.any():
             raise MeasurementError(
                 f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
@@ -201,7 +202,7 @@ class Measurements(Result):
         shape = (len(values), self._dof) if name in ("poses", "reported") else values.shape
         if found.shape != shape:
             raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
-        wrong = (np.isinf(found) | (found < 0)).reshape(len(found), -1).any(axis=1)
+        wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
         if wrong.any():
             raise MeasurementError(
                 f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
@@ -299,7 +300,7 @@ class Measurements(Result):
             values = getattr(self, name)
             if values is None:
                 return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
-            tables = (np.reshape(each, (len(each), -1)) for each in (values, deviations[name]))
+            tables = (_flat(each) for each in (values, deviations[name]))
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
         return _core.Observations(*map(observed, _DEVIATIONS))
@@ -435,11 +436,16 @@ class Measurements(Result):
         return Path(path)
 
 
+def _flat(values: NDArray[Any]) -> NDArray[Any]:
+    """A row of numbers for each row, also of none."""
+    return values.reshape(len(values), math.prod(values.shape[1:]))
+
+
 def _first_row(values: NDArray[np.float64] | None) -> int | None:
     """The first row, from 0, that has any value."""
     if values is None:
         return None
-    rows = np.flatnonzero(np.isfinite(values).reshape(len(values), -1).any(axis=1))
+    rows = np.flatnonzero(_flat(np.isfinite(values)).any(axis=1))
     return int(rows[0]) if len(rows) else None
 
 

@@ -351,12 +351,13 @@ def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selec
 
 
 def _prior(demands: _Demands, task: Task) -> NDArray[np.float64] | None:
-    """Information of what is measured already; rows in which anything is missing do not count."""
+    """Information of what is measured already; rows in which a reading is missing do not count."""
     measured = demands.measured
     if measured is None:
         return None
     readings = measured.readings if task.leg is None else measured.readings[:, [task.leg]]
-    complete = np.isfinite(readings).all(axis=1) & np.isfinite(measured.poses).all(axis=1)
+    measured.require_complete()
+    complete = np.isfinite(readings).all(axis=1)
     rows = task.measured_rows(demands.mechanism, measured.poses[complete], demands.rows)
     rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
     return np.asarray(np.einsum("nri,nrj->ij", rows, rows))

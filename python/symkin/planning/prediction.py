@@ -72,7 +72,7 @@ def predict_accuracy(
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
-        measured = measured.subset(np.flatnonzero(np.isfinite(measured.poses).all(axis=1)))
+        measured.require_complete()
         readings = mechanism.inverse_kinematics(measured.poses)
         readings[~np.isfinite(measured.readings)] = np.nan
         parts.append((measured.poses, readings, measured.leg_sets))

@@ -314,7 +314,9 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
         "--threads", "--seed", "--time-limit",
     ],
     ("plan", "nosuch", "--out", "o"): ["--method", "--candidates", "--time-limit", "--out"],
-    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): ["--seed"],
+    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): [
+        "--seed", "--observe", "--missing", "--spread", "--base", "--target", "--plane",
+    ],
     ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "{}"): [""],
     ("kinematics", "robot.toml", "{}"): [""],
     ("identify", "robot.toml", "measured.csv"): [
