@@ -128,8 +128,8 @@ _MODULES = {
     "write_plan": "io.plans",
 }
 _ROOMS = (
-    "alignment", "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics",
-    "measurements", "mechanism",
+    "alignment", "checks", "conditions", "errors", "evaluation", "identification", "io",
+    "kinematics", "measurements", "mechanism",
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
     "symmetry", "workspace",
 )  # fmt: skip

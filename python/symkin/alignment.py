@@ -49,7 +49,8 @@ class ConventionFit(Value):
     ----------
     convention : str
         "as measured"; "inverse", the device's pose in the target's frame; "conjugate", rotations
-        the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed frame.
+        the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed
+        frame.
     position_rms, orientation_rms : float
         What is left of the distance (m) and of the angle (rad).
     cost : float
@@ -119,8 +120,8 @@ class Alignment(Result):
             plain = next(each for each in others if each.convention == "as measured")
             yield (
                 f'the poses were not taken as they are, but as "{best.convention}", which leaves '
-                f"{1e3 * best.cost:.3g} mm instead of {1e3 * plain.cost:.3g} mm: correct the table, "
-                "or say so with --convention"
+                f"{1e3 * best.cost:.3g} mm instead of {1e3 * plain.cost:.3g} mm: correct the "
+                "table, or say so with --convention"
             )
         deviations = np.concatenate([self.base_deviations, self.target_deviations])
         if not np.isfinite(deviations).all():
@@ -316,8 +317,8 @@ def poses_of_mechanism(
     taken = read_measurements(source, mechanism, columns)
     if taken.reported is not None:
         return taken.poses, taken.reported
-    read = np.isfinite(taken.readings).all(axis=1)
-    if not read.any():
+    read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
+    if not len(read):
         raise MeasurementError("no row has readings of all legs, nor a reported pose")
     nowhere = np.full_like(taken.poses, np.nan)
     alone = Measurements.of(nowhere, mechanism.straightened(taken.readings)).subset(read)

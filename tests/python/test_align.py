@@ -53,7 +53,8 @@ def seen(robot, noise=1e-4):
 
 def test_frames_are_found_wherever_the_device_stands(robot):
     found = symkin.align_frames(seen(robot), robot)
-    assert found.trustworthy and found.convention == "as measured"
+    assert found.trustworthy
+    assert found.convention == "as measured"
     for values, true, deviations in (
         (found.frames.base, BASE, found.base_deviations),
         (found.frames.target, TARGET, found.target_deviations),

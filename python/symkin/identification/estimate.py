@@ -50,6 +50,8 @@ __all__ = [
     "PoseUse",
     "cross_validate",
     "identify",
+    "identify_legs",
+    "joint_cross_validation",
 ]
 
 Array = NDArray[np.float64]
@@ -404,12 +406,16 @@ def identify(
     wanted = _with_defaults(given, mechanism.identification)
     reason = _needs_joint(mechanism, measurements, wanted, noise)
     if not reason:
-        assert not isinstance(noise, str)
-        options = FitOptions(
-            estimator or "implicit", poses, loss, loss_scale, noise, max_iterations
+        return identify_legs(
+            mechanism,
+            measurements,
+            estimator or "implicit",
+            poses=poses,
+            loss=loss,
+            loss_scale=loss_scale,
+            noise=noise,
+            max_iterations=max_iterations,
         )
-        with explained(mechanism, measurements):
-            return Identification.of(mechanism, measurements, options)
     if estimator not in (None, "joint"):
         raise SymkinError(
             f'the estimator "{estimator}" looks at each leg by itself, from full poses in the '
@@ -424,6 +430,17 @@ def identify(
         **wanted,
     )
     return JointIdentification.of(mechanism, measurements, joint)
+
+
+def identify_legs(
+    mechanism: Mechanism, measurements: Measurements, estimator: Estimator, **options: Any
+) -> Identification:
+    """Identify every parameter of every leg from full poses in the robot's own frame.
+
+    Whatever the mechanism says of frames and unknowns, which simulated protocols do not have.
+    """
+    with explained(mechanism, measurements):
+        return Identification.of(mechanism, measurements, FitOptions(estimator, **options))
 
 
 def _with_defaults(
@@ -564,8 +581,8 @@ def joint_cross_validation(
     fold_of = _folds(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
     residuals = np.full(measurements.readings.shape, np.nan)
     differences = np.full((count, mechanism.straight.dof), np.nan)
-    whole = np.isfinite(measurements.poses).all(axis=1)
-    read = np.isfinite(measurements.readings).all(axis=1)
+    whole = np.asarray(np.isfinite(measurements.poses).all(axis=1))
+    read = np.asarray(np.isfinite(measurements.readings).all(axis=1))
     own = np.array(measurements.poses)
     squares: dict[str, list[float]] = {}
     converged = True

@@ -471,7 +471,7 @@ def _calibrated(
 ) -> tuple[Array, Array, Mechanism]:
     """Values and deviations of all scalars, and the mechanism that they describe."""
     setup, layout = fit.setup, problem.layout
-    values = scalar_values(nominal, setup)
+    values = scalar_values(setup)
     with np.errstate(invalid="ignore"):
         of_columns = np.append(np.sqrt(np.diag(fit.covariance)), np.nan)
     deviations = of_columns[layout.column]
@@ -519,7 +519,7 @@ def _unknowns(
 ) -> tuple[Unknown, ...]:
     layout = problem.layout
     # What was not said to be anywhere has no nominal place.
-    drawn = scalar_values(nominal, core_setup(problem.mechanism, nominal.curvature))
+    drawn = scalar_values(core_setup(problem.mechanism, nominal.curvature))
     given = nominal.frames or Frames()
     places = {"base": given.base, "target": given.target, "plane": given.plane}
     unseen = np.linalg.norm(np.asarray(fit.unseen), axis=1) if len(layout.names) else np.empty(0)

@@ -97,13 +97,15 @@ class Rows(Value):
     @classmethod
     def of(cls, fit: _core.JointFit) -> Rows:
         """The rows of a fit."""
-        names = ("pose", "kind", "index")
-        numbers = (np.array([getattr(r, n) for r in fit.rows], dtype=np.intp) for n in names)
-        values = (
-            np.array([getattr(r, n) for r in fit.rows], dtype=float)
-            for n in ("residual", "t", "blunder")
+        rows = fit.rows
+        return cls(
+            pose=np.array([row.pose for row in rows], dtype=np.intp),
+            kind=np.array([row.kind for row in rows], dtype=np.intp),
+            index=np.array([row.index for row in rows], dtype=np.intp),
+            residual=np.array([row.residual for row in rows], dtype=float),
+            t=np.array([row.t for row in rows], dtype=float),
+            blunder=np.array([row.blunder for row in rows], dtype=float),
         )
-        return cls(*numbers, *values)
 
     def what(self, row: int, pose_space: str) -> str:
         """Name an observation: ``reading of leg 2``, ``x of the pose``.

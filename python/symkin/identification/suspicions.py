@@ -239,7 +239,7 @@ def _compared(
 def _in_words(found: JointIdentification, other: Alternative) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
-        problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
+        _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
         shift, angle = _motion(fit.setup.base)
         return (
             f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "

@@ -316,7 +316,7 @@ def _tolerances(mechanism: Mechanism, scalars: Sequence[str], largest_reading: f
     joint = mechanism.tolerances.length
     if _unit(mechanism, "leg1.sensor_offset") == "rad":
         joint = mechanism.tolerances.angle
-    curved = {term: joint for term in _TERMS} | {
+    curved = dict.fromkeys(_TERMS, joint) | {
         "sensor_quadratic": joint / max(largest_reading, 1e-9) ** 2
     }
     values = np.zeros(len(scalars))
@@ -377,7 +377,7 @@ def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
     )
 
 
-def scalar_values(mechanism: Mechanism, setup: _core.Setup) -> Array:
+def scalar_values(setup: _core.Setup) -> Array:
     """Values of all scalars of a setup in the order of their names; of frames, as they are written.
 
     A frame's rotation is its rotation vector, while its column of the estimate moves it locally.

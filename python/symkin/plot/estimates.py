@@ -235,12 +235,12 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    labels = {"x": "row of the measurements", "y": "t, standard deviations"}
+    x, y = "row of the measurements", "t, standard deviations"
     if ax is None:
         figure = new_figure(9.2, 3.8)
-        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], **labels)
+        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], x=x, y=y)
     else:
-        axes = dressed(ax, **labels)
+        axes = dressed(ax, x=x, y=y)
     rows, space = found.rows, found.nominal.pose_space
     numbers = found.measurements.row_numbers[rows.pose]
     reading = rows.kind == KINDS.index("readings")
@@ -260,7 +260,7 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
             [
                 f"row {number}, {rows.what(row, space)}: {t:+.2g}"
                 for row, number, t in zip(
-                    np.flatnonzero(own), numbers[own], rows.t[own], strict=True
+                    np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True
                 )
             ],
         )

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import KINDS
@@ -60,8 +61,8 @@ def joint_summary(found: JointIdentification) -> Page:
     )
 
 
-def _known(found: JointIdentification) -> np.ndarray:
-    return np.isfinite(found.latent_poses).all(axis=1)
+def _known(found: JointIdentification) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(found.latent_poses).all(axis=1))
 
 
 def _done(found: JointIdentification) -> list[str]:
@@ -356,7 +357,7 @@ def _knowledge_section(found: JointIdentification) -> Section:
     return Section("knowledge", "What the observations show", paragraphs, parts)
 
 
-def _moving(names: Sequence[str], direction: np.ndarray) -> str:
+def _moving(names: Sequence[str], direction: NDArray[np.float64]) -> str:
     """Name the unknowns of a direction, those of several legs as one: ``base.z, base_radius``."""
     weights: dict[str, float] = {}
     legs: dict[str, list[str]] = {}

