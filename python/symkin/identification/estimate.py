@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
 from symkin.frames import unframed
 from symkin.identification.calibrated import changed_settings
@@ -393,6 +393,8 @@ def identify(
         For measurements that do not fit the mechanism's shape, an unknown option or pattern, with
         the nearest valid one, or an estimator that cannot do what is asked for, with the reason.
     """
+    if estimator is not None:
+        one_of("estimator", estimator, Estimator)
     given = {
         "free": free,
         "fixed": fixed,
