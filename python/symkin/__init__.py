@@ -36,6 +36,7 @@ except ModuleNotFoundError as error:
 from symkin.chains import chain_info, chains
 
 if TYPE_CHECKING:
+    from symkin.alignment import align_frames
     from symkin.checks import check_mechanism
     from symkin.errors import SymkinError
     from symkin.evaluation import evaluate
@@ -63,6 +64,7 @@ __all__ = [
     "Mechanism",
     "Plan",
     "SymkinError",
+    "align_frames",
     "chain_info",
     "chains",
     "check_mechanism",
@@ -103,6 +105,7 @@ _MODULES = {
     "Mechanism": "mechanism",
     "Plan": "planning",
     "SymkinError": "errors",
+    "align_frames": "alignment",
     "check_mechanism": "checks",
     "compare_symmetry": "symmetry",
     "cross_validate": "identification",
@@ -134,8 +137,8 @@ _MODULES = {
     "write_plan": "io.plans",
 }
 _ROOMS = (
-    "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics",
-    "measurements", "mechanism",
+    "alignment", "checks", "conditions", "errors", "evaluation", "identification", "io",
+    "kinematics", "measurements", "mechanism",
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
     "study", "symmetry", "workspace",
 )  # fmt: skip

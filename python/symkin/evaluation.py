@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.frames import COMPONENTS, align, moved, transforms
+from symkin.frames import COMPONENTS, align, moved, transforms, unframed
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
@@ -281,7 +281,8 @@ def evaluate(
         Commanded poses.
     measurements : Measurements
         Errors are those of the model's forward kinematics at the measured readings; a row without
-        all readings is left out.
+        all readings is left out. The poses are those of the target in the device's frame if the
+        model has `frames`.
 
     Returns
     -------
@@ -294,6 +295,9 @@ def evaluate(
     """
     numbers = None
     if measurements is not None and actual is None and poses is None:
+        if model.frames is not None:
+            own = unframed(model, measurements.poses)
+            measurements = dataclasses.replace(measurements, poses=own)
         whole = np.isfinite(measurements.poses).all(axis=1)
         if not whole.any():
             raise SymkinError("no row has a full measured pose, so none can be evaluated")
@@ -330,9 +334,9 @@ def evaluate(
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
     """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
     return _core.measurement_errors(
-        model.core,
+        model.straight,
         np.ascontiguousarray(measurements.poses),
-        np.ascontiguousarray(measurements.readings),
+        np.ascontiguousarray(model.straightened(measurements.readings)),
     ).differences
 
 

@@ -21,6 +21,8 @@ from symkin.legs import Leg, common_chain, parameter_values
 from symkin.poses import poses_from_bounds
 from symkin.settings import (
     DeclaredSymmetry,
+    Frames,
+    IdentificationSettings,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -32,7 +34,7 @@ from symkin.settings import (
 if TYPE_CHECKING:
     from symkin.checks import CheckResult
     from symkin.evaluation import Evaluation
-    from symkin.identification.estimate import Identification
+    from symkin.identification import Identification, JointIdentification
     from symkin.measurements import Measurements
     from symkin.pipeline import ProtocolResult
     from symkin.planning import Plan
@@ -73,6 +75,14 @@ class Mechanism(Kinematics):
         Standard deviation of each parameter, of a calibrated mechanism.
     source : Path, optional
         The file that it was read from.
+    frames : Frames, optional
+        What stands around it as it is measured. Measured poses are those of the target in the
+        device's frame; poses that are commanded or calculated are the robot's own.
+    identification : IdentificationSettings, optional
+        What is unknown, unless `identify` is told otherwise.
+    curvature : array_like, shape (legs, 3), optional
+        c, a, b of sensors that are not straight: the active joint is at ``gain psi + offset +
+        c psi^2 + a cos(psi) + b sin(psi)`` at the reading psi (in rad for a and b).
 
     Raises
     ------
@@ -95,7 +105,10 @@ class Mechanism(Kinematics):
     deviations: Array | None
     measurement_columns: MeasurementColumns | None
     source: Path | None
-    core: _core.Mechanism
+    frames: Frames | None
+    identification: IdentificationSettings | None
+    curvature: Array | None
+    straight: _core.Mechanism
     _info: ClassVar[ChainInfo]  # set with the others, but no field
     _parameters: ClassVar[Array]
 
@@ -116,6 +129,9 @@ class Mechanism(Kinematics):
         deviations: ArrayLike | None = None,
         measurement_columns: MeasurementColumns | None = None,
         source: Path | None = None,
+        frames: Frames | None = None,
+        identification: IdentificationSettings | None = None,
+        curvature: ArrayLike | None = None,
     ) -> None:
         if not name.isprintable():
             raise MechanismError(
@@ -145,7 +161,14 @@ class Mechanism(Kinematics):
             ),
             "measurement_columns": measurement_columns,
             "source": source,
-            "core": _core.Mechanism(
+            "frames": frames,
+            "identification": identification,
+            "curvature": (
+                None
+                if curvature is None or not np.any(curvature)
+                else _of_legs("curvature", curvature, (len(legs), 3))
+            ),
+            "straight": _core.Mechanism(
                 name, info.name, platform, values, [leg.working_mode for leg in legs]
             ),
             "_info": info,
@@ -156,7 +179,7 @@ class Mechanism(Kinematics):
     @property
     def _values(self) -> dict[str, Any]:
         """The constructor's arguments."""
-        names = (field.name for field in dataclasses.fields(self) if field.name != "core")
+        names = (field.name for field in dataclasses.fields(self) if field.name != "straight")
         return {name: getattr(self, name) for name in names}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -168,10 +191,14 @@ class Mechanism(Kinematics):
         if not isinstance(other, Mechanism):
             return NotImplemented
         mine, others = self._values | {"source": None}, other._values | {"source": None}
-        one, another = mine.pop("deviations"), others.pop("deviations")
-        if one is None or another is None:
-            return one is another and mine == others
-        return mine == others and np.array_equal(one, another, equal_nan=True)
+        arrays = ("deviations", "curvature")
+        pairs = [(mine.pop(name), others.pop(name)) for name in arrays]
+        return mine == others and all(
+            one is another
+            if one is None or another is None
+            else np.array_equal(one, another, equal_nan=True)
+            for one, another in pairs
+        )
 
     def __hash__(self) -> int:
         """Return a hash of its geometry."""
@@ -182,7 +209,8 @@ class Mechanism(Kinematics):
         symmetry = f", {self.symmetry.group}" if self.symmetry is not None else ""
         calibrated = ", with standard deviations" if self.deviations is not None else ""
         legs = f"{len(self.legs)} legs {self.chain}"
-        return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{calibrated}>'
+        curved = ", curved sensors" if self.curvature is not None else ""
+        return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{curved}{calibrated}>'
 
     def _repr_html_(self) -> str:
         """Show its parameters in a notebook."""
@@ -202,6 +230,22 @@ class Mechanism(Kinematics):
         )
 
     @property
+    def core(self) -> _core.Mechanism:
+        """The mechanism in the core, whose sensors are straight.
+
+        Raises
+        ------
+        MechanismError
+            For curved sensors, since what is computed with straight ones would be wrong.
+        """
+        if self.curvature is not None:
+            raise MechanismError(
+                f'the sensors of "{self.name}" are not straight lines; expected straight ones: '
+                "curved ones are for kinematics and for errors at measured poses alone"
+            )
+        return self.straight
+
+    @property
     def chain(self) -> str:
         """The chain of all legs."""
         return self.legs[0].chain
@@ -209,7 +253,7 @@ class Mechanism(Kinematics):
     @property
     def pose_space(self) -> str:
         """Kind of the poses: "planar", "point" or "spatial"."""
-        return self.core.pose_space
+        return self.straight.pose_space
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -238,7 +282,7 @@ class Mechanism(Kinematics):
     def sensor_gains(self) -> Array:
         """Change of the active joint by a sensor's reading, shape (legs,)."""
         gain = self.parameter_roles.index(ParameterRole("none", "gain"))
-        return np.asarray(self.core.parameters[:, gain])
+        return np.asarray(self.straight.parameters[:, gain])
 
     @property
     def parameters(self) -> Array:
@@ -254,7 +298,7 @@ class Mechanism(Kinematics):
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
         given = None if self.workspace is None else self.workspace.home
-        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof))
+        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.straight.dof))
 
     @property
     def characteristic_length(self) -> float:
@@ -295,7 +339,7 @@ class Mechanism(Kinematics):
 
     def identify(
         self, measurements: Measurements, *arguments: Any, **options: Any
-    ) -> Identification:
+    ) -> Identification | JointIdentification:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         from symkin.identification.estimate import identify
 

@@ -33,6 +33,7 @@ PAGES = (
     "user-guide/choosing-poses.md",
     "user-guide/identifying.md",
     "user-guide/fleets.md",
+    "user-guide/unknowns.md",
     "user-guide/trusting.md",
     "user-guide/evaluating.md",
     "user-guide/studies.md",

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from symkin.cli.align import align
 from symkin.cli.check import check
 from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
@@ -54,6 +55,7 @@ for command in (
 ):
     app.command()(command)
 app.command("identify-batch")(identify_batch)
+app.command()(align)
 app.command()(new)
 app.command("list")(list_mechanisms)
 

@@ -23,6 +23,7 @@ __all__ = [
     "MarginSigmasOption",
     "MechanismArgument",
     "MethodOption",
+    "OptionalEstimatorOption",
     "OverwriteOption",
     "PoseCountOption",
     "PoseUseOption",
@@ -128,6 +129,13 @@ MarginSigmasOption = Annotated[
         min=0,
         help="Keep poses K standard deviations of what the tolerances do away from the end of "
         "a leg's reach and from singularities, if that is more than the mechanism's margins.",
+    ),
+]
+OptionalEstimatorOption = Annotated[
+    Estimator | None,
+    typer.Option(
+        help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi; the "
+        "same cost by Levenberg-Marquardt; or all together, the default where it is needed."
     ),
 ]
 ThreadsOption = Annotated[

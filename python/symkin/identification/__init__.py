@@ -10,6 +10,8 @@ from symkin.identification.estimate import (
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
 from symkin.identification.fleet import Fleet, identify_many
+from symkin.identification.joint import JointIdentification, Unknown
+from symkin.identification.problem import JointOptions, Rows
 
 __all__ = [
     "CrossValidation",
@@ -19,11 +21,15 @@ __all__ = [
     "Fleet",
     "GoodnessOfFit",
     "Identification",
+    "JointIdentification",
+    "JointOptions",
     "LegFit",
     "Loss",
     "Outlier",
     "PoseUse",
     "ResidualTest",
+    "Rows",
+    "Unknown",
     "cross_validate",
     "identify",
     "identify_many",

@@ -17,10 +17,10 @@ from symkin.settings import JointLimits
 from symkin.workspace.sample import inside_workspace, workspace_coordinates
 
 __all__ = [
+    "as_mechanism",
     "calibrated_mechanism",
     "canonical",
     "changed_settings",
-    "possible_mechanism",
     "with_usable_home",
 ]
 
@@ -61,12 +61,12 @@ def calibrated_mechanism(
     """
     values, signs = canonical(nominal, parameters)
     covariance = covariance * np.outer(signs, signs)
-    made = possible_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
+    made = as_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
     return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
-def possible_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
-    """Return the nominal mechanism with estimated parameters.
+def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
+    """Return the mechanism with parameters (legs, p) that were found, without its symmetry.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
-from symkin.identification.calibrated import canonical, possible_mechanism
+from symkin.identification.calibrated import as_mechanism, canonical
 from symkin.identification.fit import (
     Estimator,
     FitOptions,
@@ -434,7 +434,7 @@ def _suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArr
 def _impossible(nominal: Mechanism, parameters: Array, deviations: Array) -> str:
     """Why an estimate is none, or empty."""
     try:
-        possible_mechanism(nominal, parameters, deviations)
+        as_mechanism(nominal, parameters, deviations)
     except FailedFitError as error:
         return str(error)
     if not np.isfinite(deviations).all():

@@ -26,6 +26,8 @@ from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
 from symkin.settings import (
     DeclaredSymmetry,
+    Frames,
+    IdentificationSettings,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -76,7 +78,7 @@ def load_mechanism(
     file = read_table(source, expected)
     info = chain_info(file["chain"], file.get("platform", "rigid"))
     reading = stated or ReadingUnit(info.reading_unit)
-    legs, symmetry, deviations = _legs(source, file)
+    legs, symmetry, deviations, curvature = _legs(source, file)
     mechanism = source.call(
         ("reference_leg",) if "legs" not in file else ("legs",),
         lambda: Mechanism(
@@ -94,6 +96,9 @@ def load_mechanism(
             deviations=deviations,
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
+            frames=Frames(**file["frames"]) if file.get("frames") else None,
+            identification=_identification(file),
+            curvature=curvature,
         ),
     )
     if symmetry is not None and require_symmetry:
@@ -166,10 +171,17 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     return shipped
 
 
+def _identification(file: _Values) -> IdentificationSettings | None:
+    section = file.get("identification")
+    return IdentificationSettings(**section) if section else None
+
+
 def _legs(
     source: TomlSource, file: _Values
-) -> tuple[list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None]:
-    """The legs, the declared symmetry, and the standard deviations where the file has them."""
+) -> tuple[
+    list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
+]:
+    """The legs, the declared symmetry, and where the file has them deviations and curvature."""
     chain, reference, listed = file["chain"], file.get("reference_leg"), file.get("legs")
     if listed is None and reference is None:
         raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
@@ -183,7 +195,9 @@ def _legs(
             for leg in listed
         ]
         deviations = np.array([[leg[name][1] for name in names] for leg in listed])
-        return legs, symmetry, None if np.isnan(deviations).all() else deviations
+        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in listed])
+        return legs, symmetry, None if np.isnan(deviations).all() else deviations, curvature
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")
     if "legs" not in file["symmetry"]:
@@ -192,7 +206,7 @@ def _legs(
     first = Leg(chain, parameters, parameters.pop("working_mode", -1))
     count = file["symmetry"]["legs"]
     legs = list(source.call(("symmetry",), lambda: generate_legs(first, symmetry, count)))
-    return legs, symmetry, None
+    return legs, symmetry, None, None
 
 
 def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:

@@ -127,6 +127,20 @@ def _check_group(group: str) -> str:
     return group
 
 
+def _prior(raw: Any) -> Any:
+    """The word, or a standard deviation for each pattern."""
+    if isinstance(raw, dict):
+        number = Kind(_number_or_text, {})
+        return {name: read_at(name, number, each) for name, each in raw.items()}
+    return choice("tolerances").read(raw)
+
+
+def _number_or_text(raw: Any) -> float | str:
+    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+        raise WrongValueError(f"is {raw!r}; expected a standard deviation")
+    return raw if isinstance(raw, str) else float(raw)
+
+
 def _names(raw: Any) -> dict[str, str]:
     if not isinstance(raw, dict):
         raise WrongValueError("is not a table of keys; expected one")
@@ -174,9 +188,30 @@ MEASUREMENTS = table(
     ("readings",),
     MeasurementColumns,
 )
+_PATTERNS = list_of(text(200))
+IDENTIFICATION = table(
+    {
+        "free": _PATTERNS,
+        "fixed": _PATTERNS,
+        "shared": _PATTERNS,
+        "prior": Kind(
+            _prior,
+            {
+                "anyOf": [
+                    {"const": "tolerances"},
+                    {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+                ]
+            },
+        ),
+        "frames": list_of(choice("base", "target", "points", "anchors", "plane")),
+        "sensor": choice("linear", "quadratic", "eccentric"),
+        "gauge": choice("prior", "nominal", "datum"),
+        "loss_per": choice("pose", "reading"),
+    },
+)
 _SECTIONS = (
     "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
-    "protocol", "measurements",
+    "protocol", "measurements", "frames", "identification",
 )  # fmt: skip
 
 
@@ -230,6 +265,13 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     parameters = {name: _parameter(chain, name, units[name]) for name in units}
     estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
     mode: dict[str, Kind] = {"working_mode": choice(-1, 1)}
+    joint = units["sensor_offset"]
+    # Plain numbers: the quadratic term's unit is one that expressions do not know.
+    terms = {f"sensor_{term}": quantity("1", note=each) for term, each in (
+        ("quadratic", f"{joint} per square of the reading"),
+        ("cosine", joint),
+        ("sine", joint),
+    )}  # fmt: skip
     coordinates = COORDINATES[info.pose_space]
     limit = quantity(unit, note="in the sensor's unit")
     workspace = table(
@@ -256,7 +298,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "platform": choice(platform),
         "symmetry": _SYMMETRY,
         "reference_leg": table(mode | parameters, tuple(parameters)),
-        "legs": list_of(table(mode | estimates, tuple(parameters)), 1, _MOST_LEGS),
+        "legs": list_of(table(mode | estimates | terms, tuple(parameters)), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -264,6 +306,17 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "protocol": _PROTOCOL,
         "measurements": MEASUREMENTS,
     }
+    place = ("m",) * (3 if info.pose_space == "spatial" else 2)
+    frame = _coordinates(*place, *("rad",) * (2 * len(place) - 3))
+    frames = {
+        "base": frame,
+        "target": frame,
+        "points": list_of(_coordinates(*place)),
+        "anchors": list_of(_coordinates(*place)),
+    }
+    if info.pose_space == "spatial":
+        frames["plane"] = _coordinates("m", "1", "1")
+    sections |= {"frames": table(frames), "identification": IDENTIFICATION}
     required = ("schema", "chain") + (("platform",) if platform == "point" else ())
     return table(_HEADER_KINDS | sections, required)
 

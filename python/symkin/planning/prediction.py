@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
-from symkin.identification.estimate import Estimator, PoseUse, identify
+from symkin.identification.estimate import Estimator, PoseUse, identify_legs
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
@@ -78,7 +78,7 @@ def predict_accuracy(
         parts.append((measured.poses, readings, measured.leg_sets))
     poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
     exact = Measurements.of(poses_taken, read, sets)
-    covariance = identify(mechanism, exact, estimator, poses=poses).covariance
+    covariance = identify_legs(mechanism, exact, estimator, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
     return expected_accuracy(mechanism, workspace, covariance)

@@ -39,6 +39,7 @@ from symkin.plot.estimates import (  # noqa: E402
     parameter_errors,
     pose_count,
     residuals,
+    t_values,
 )
 from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
 from symkin.plot.studies import (  # noqa: E402
@@ -69,5 +70,6 @@ __all__ = [
     "study_cost",
     "study_curves",
     "study_protocols",
+    "t_values",
     "workspace",
 ]
