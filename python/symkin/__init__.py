@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from symkin.errors import SymkinError
     from symkin.evaluation import evaluate
     from symkin.identification import cross_validate, identify, identify_many
-    from symkin.io.measurements import read_fleet, read_measurements, write_measurements
+    from symkin.io.measurements import read_measurements, write_measurements
     from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
     from symkin.io.mechanism_schema import mechanism_schema
     from symkin.io.mechanism_writer import save_mechanism
@@ -82,7 +82,6 @@ __all__ = [
     "mechanism_schema",
     "pose_count_curve",
     "predict_accuracy",
-    "read_fleet",
     "read_measurements",
     "read_plan",
     "read_results",
@@ -121,7 +120,6 @@ _MODULES = {
     "mechanism_schema": "io.mechanism_schema",
     "pose_count_curve": "planning",
     "predict_accuracy": "planning",
-    "read_fleet": "io.measurements",
     "read_measurements": "io.measurements",
     "read_plan": "io.plans",
     "read_results": "io.results",

@@ -12,7 +12,7 @@ import symkin
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
 from symkin.identification import FitOptions
-from symkin.io.measurements import measurement_columns
+from symkin.io.measurements import measurement_columns, read_fleet
 from symkin.io.tables import write_table
 from symkin.measurements import Measurements
 from symkin.settings import NoiseSettings
@@ -121,7 +121,7 @@ def test_one_table_with_a_column_robot_is_a_fleet(mechanism, robots, tmp_path, n
             fleet.parameters[row], expected.parameters[int(robot[-1]) - 1], atol=1e-9
         )
     with pytest.raises(MeasurementError, match="the name or number of the robot"):
-        symkin.read_fleet(dict(together), mechanism)
+        read_fleet(dict(together), mechanism)
 
 
 def test_a_list_of_measurements_is_a_fleet_too(mechanism, robots):
