@@ -209,7 +209,10 @@ void determine(const LatentProblem& problem, const Eigen::MatrixXd& information,
                RowMatrix& unscaled) {
   const Index columns = layout.columns();
   const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
-  const Index priors = (precisions.array() > 0).count();
+  Index priors = 0;
+  for (const double precision : precisions) {
+    priors += precision > 0 ? 1 : 0;
+  }
   Eigen::MatrixXd data = information;
   data.diagonal() -= precisions;
   unscaled = well_determined(information);
