@@ -255,8 +255,31 @@ def _observation_section(found: JointIdentification) -> Section:
         "observations",
         "Observations",
         [paragraph],
-        [_kind_table(found), _worst_rows(found), figure],
+        [_kind_table(found), _worst_rows(found), *_wider_models(found), figure],
     )
+
+
+def _wider_models(found: JointIdentification) -> list[Table]:
+    """What else was tried, whether it explains more or not."""
+    words = {
+        "quadratic": "sensors that bend",
+        "eccentric": "sensors that err once a turn",
+        "held": "nothing held or shared",
+        "frames": "frames of device and target, the drawing within its tolerances",
+    }
+    rows = [
+        (
+            words[each.what],
+            f"F({each.terms}, {each.spare}) = {significant(each.statistic)}",
+            f"{each.p_value:.2g}",
+            f"{each.limit:.2g}",
+            "explains more" if each.alarms else "as chance has it",
+        )
+        for each in found.alternatives
+    ]
+    columns = ("Also unknown", "Statistic", "Probability", "Alarm below", "")
+    caption = "Wider models of the same observations"
+    return [Table(caption, columns, [Group(rows)])] if rows else []
 
 
 def _kind_table(found: JointIdentification) -> Table:
