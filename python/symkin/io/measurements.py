@@ -83,8 +83,6 @@ def read_measurements(
         a quaternion that is not of unit length, a row without any reading, a repeated row, values
         whose units are evidently others than stated, or nothing observed but the readings of a
         mechanism without redundant legs.
-    NotIdentifiableError
-        If all legs are measured, with fewer full poses than a leg has parameters, and nothing else.
     """
     table = read_table(source, mechanism.step)
     columns = columns or _columns_for(table, mechanism)
@@ -105,9 +103,6 @@ def read_measurements(
     _check_repeated_rows(table, measurements)
     stated = stated_units(table, columns, mechanism.reading_unit)
     _check_units(table, values, measurements, mechanism, stated)
-    if measurements.complete and len(measurements.measured_legs) == legs:
-        # A leg may be identified from the sets of all legs, so these count too.
-        measurements.for_all_legs().require(len(mechanism.parameter_names))
     return measurements
 
 
