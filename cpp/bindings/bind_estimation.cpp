@@ -4,6 +4,7 @@
 #include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/evaluation.hpp"
+#include "symkin/estimation/fleet.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/estimation/observability.hpp"
@@ -303,6 +304,34 @@ void bind_joint(py::module_& module) {
       py::arg("rows") = true, ReleaseGil());
 }
 
+void bind_fleet(py::module_& module) {
+  using symkin::Fleet;
+
+  py::class_<Fleet>(module, "Fleet")
+      .def_readonly("parameters", &Fleet::parameters)
+      .def_readonly("deviations", &Fleet::deviations)
+      .def_readonly("chi_square", &Fleet::chi_square)
+      .def_readonly("degrees_of_freedom", &Fleet::degrees_of_freedom)
+      .def_readonly("limit", &Fleet::limit)
+      .def_readonly("least", &Fleet::least)
+      .def_readonly("residual_rms", &Fleet::residual_rms)
+      .def_readonly("rejected", &Fleet::rejected)
+      .def_readonly("failures", &Fleet::failures);
+  module.def(
+      "identify_many",
+      [](const symkin::Mechanism& mechanism, const symkin::MeasurementSet& measurements,
+         const std::vector<symkin::Index>& first, symkin::Estimator estimator, symkin::PoseUse use,
+         const symkin::MeasurementNoise& noise, symkin::RobustLoss::Kind loss, double loss_scale,
+         int max_iterations, int threads) {
+        const symkin::IdentificationOptions options{
+            estimator, use, noise, {loss, loss_scale}, max_iterations};
+        return symkin::identify_many(mechanism, measurements, first, options, threads);
+      },
+      py::arg("mechanism"), py::arg("measurements"), py::arg("first"), py::arg("estimator"),
+      py::arg("use"), py::arg("noise"), py::arg("loss"), py::arg("loss_scale"),
+      py::arg("max_iterations"), py::arg("threads"), ReleaseGil());
+}
+
 void bind_diagnosis(py::module_& module) {
   using symkin::Diagnosis;
   using symkin::ResidualTest;
@@ -361,6 +390,7 @@ void bind_estimation(py::module_& module) {
   bind_simulation(module);
   bind_identification(module);
   bind_joint(module);
+  bind_fleet(module);
   bind_diagnosis(module);
   bind_evaluation(module);
 }

@@ -216,6 +216,7 @@ def run_protocol(
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
+    margin_sigmas: float = 3.0,
     seed: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> ProtocolResult:
@@ -227,7 +228,7 @@ def run_protocol(
         The nominal one, with its workspace, noise, tolerances and protocol settings.
     estimator, poses
         See `identify`; the paper identifies each leg from its own set.
-    design, rows, criterion, method
+    design, rows, criterion, method, margin_sigmas
         See `make_plan`.
     seed : int, optional
         Of candidates, selection, robot and noise; by default the protocol's.
@@ -253,6 +254,7 @@ def run_protocol(
         rows=rows,
         criterion=criterion,
         method=method,
+        margin_sigmas=margin_sigmas,
     )
     progress("simulating measurements")
     simulation = simulate(mechanism, plan, seed)

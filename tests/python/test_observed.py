@@ -117,6 +117,7 @@ def test_what_is_simulated_is_what_the_estimator_expects(
     for seed in (1, 2, 3):
         data = measured(name, seed, **observed, **FRAMES.get(name, {}))
         fit = fitted(name, data, observed)
+        assert fit.converged, fit.failure
         assert abs(fit.change[0]) < 5 * np.sqrt(fit.covariance[0, 0])
         total += fit.chi_square_data
         degrees += sum(fit.conditions) - 1

@@ -48,15 +48,10 @@ GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weig
   return judged(system.legs, projection.chi_square(), projection.degrees_of_freedom(), problems);
 }
 
-GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const RowMatrix& jacobian,
-                              const Vector& weights, Index problems) {
-  const Vector kept = (weights.array() >= kRejectedWeight).cast<double>();
-  const auto count = static_cast<Index>(kept.sum());
-  const Vector residual = kept.cwiseProduct(standardised);
-  const RowMatrix rows = kept.asDiagonal() * jacobian;
-  const Information information(rows);
-  const double unexplained = residual.squaredNorm() - information.explained(residual);
-  return judged({leg}, std::max(unexplained, 0.0), count - information.rank(), problems);
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
+                              Index closures, Index problems) {
+  const double unexplained = standardised.squaredNorm() - information.explained(standardised);
+  return judged({leg}, std::max(unexplained, 0.0), closures - information.rank(), problems);
 }
 
 }  // namespace symkin

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
 #include "symkin/estimation/joint.hpp"
-#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
-#include "symkin/support/null_directions.hpp"
 
 namespace symkin {
 namespace {
@@ -50,77 +49,54 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
   return data;
 }
 
-// A leg's closures at some parameters, and over their standard deviations by the declared noise:
-// the least-squares problem of the estimator `implicit`.
-struct WhitenedLeg {
-  ClosureRows rows;
-  Vector variances;
-  Vector residual;
-  RowMatrix jacobian;  // by the parameters
-};
-
-WhitenedLeg whiten(const LegData& data, ConstVector parameters, const MeasurementNoise& noise) {
-  const PoseSpace space = data.model.info().pose_space;
-  WhitenedLeg leg;
-  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
-  leg.variances = closure_variances(leg.rows, space, noise);
+// Throws where a closure has no variance, naming the pose.
+void require_variances(const LegData& data, const WhitenedLeg& leg, const MeasurementNoise& noise) {
   for (Index k = 0; k < leg.variances.size(); ++k) {
-    if (leg.variances[k] <= 0) {  // throws
-      joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1, space,
-                           noise, data.rows[static_cast<std::size_t>(k)]);
+    if (leg.variances[k] <= 0) {
+      joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1,
+                           data.model.info().pose_space, noise,
+                           data.rows[static_cast<std::size_t>(k)]);
     }
   }
-  const Vector factors = leg.variances.cwiseSqrt().cwiseInverse();
-  leg.residual = leg.rows.closure.cwiseProduct(factors);
-  leg.jacobian = factors.asDiagonal() * leg.rows.by_parameters;
-  return leg;
-}
-
-// What the whitened closures of one leg show of its parameters.
-struct LegSight {
-  double condition;  // of the jacobian with columns of length one; infinite if it has no full rank
-  RowMatrix unseen;  // p x (p - rank): combinations of parameters, in their own units
-};
-
-LegSight sight_of(const RowMatrix& jacobian, const Information& information) {
-  constexpr double kRank = 1e-10;
-  const Index p = jacobian.cols();
-  if (information.clear()) {
-    return {information.condition(), RowMatrix(p, 0)};
-  }
-  if (!jacobian.allFinite()) {
-    return {std::numeric_limits<double>::infinity(), RowMatrix(p, 0)};
-  }
-  const Vector scale = inverse_column_lengths(jacobian);
-  const RightSingular svd = right_singular(jacobian * scale.asDiagonal());
-  const Vector& singular = svd.values;
-  const Index rank = (singular.array() > kRank * singular[0]).count();
-  const double condition =
-      rank < p ? std::numeric_limits<double>::infinity() : singular[0] / singular[p - 1];
-  return {condition, named_directions(svd.vectors.rightCols(p - rank), scale)};
 }
 
 void require_identifiable(const WhitenedLeg& whitened, Index leg) {
-  const Information information(whitened.jacobian);
+  const Information information(whitened.rows.by_parameters, whitened.factors);
   if (information.clear()) {
     return;
   }
-  const LegSight sight = sight_of(whitened.jacobian, information);
-  if (sight.unseen.cols() > 0) {
+  const RowMatrix unseen = information.sight().unseen;
+  if (unseen.cols() > 0) {
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
-                              " do not show all of its " + std::to_string(sight.unseen.rows()) +
+                              " do not show all of its " + std::to_string(unseen.rows()) +
                               " parameters",
-                          sight.unseen);
+                          unseen);
   }
 }
 
-// Residuals and their statistics at the estimate.
-LegIdentification describe(const LegData& data, const WhitenedLeg& whitened,
-                           const LegEstimate& estimate) {
+LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start,
+                         const IdentificationOptions& options) {
+  WhitenedLeg whitened;
+  whiten(data, start, options.noise, whitened);
+  require_variances(data, whitened, options.noise);
+  require_identifiable(whitened, leg);
+  switch (options.estimator) {
+    case Estimator::paper:
+      return estimate_paper(data, start, options);
+    case Estimator::inverse:
+      return estimate_inverse(data, start, options);
+    default:
+      return estimate_implicit(data, start, std::move(whitened), options);
+  }
+}
+
+// Residuals at the estimate.
+LegIdentification describe(const LegData& data, const LegEstimate& estimate,
+                           const Information& information, bool condition) {
   LegIdentification leg;
   leg.rows = data.rows;
-  leg.residuals = whitened.rows.closure;
-  leg.standardised = whitened.residual;
+  leg.residuals = estimate.whitened.rows.closure;
+  leg.standardised = leg.residuals.cwiseProduct(estimate.whitened.factors);
   for (std::size_t k = 0; k < data.rows.size(); ++k) {
     if (estimate.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
       leg.rejected.push_back(data.rows[k]);
@@ -129,25 +105,41 @@ LegIdentification describe(const LegData& data, const WhitenedLeg& whitened,
   leg.converged = estimate.outcome.converged;
   leg.failure = estimate.outcome.failure;
   leg.iterations = estimate.outcome.iterations;
-  leg.condition = sight_of(whitened.jacobian, Information(whitened.jacobian)).condition;
-  if (leg.converged && !(leg.standardised.allFinite() && std::isfinite(leg.condition))) {
+  leg.condition = condition || !information.clear() ? information.sight().condition
+                                                    : std::numeric_limits<double>::quiet_NaN();
+  if (leg.converged && !(leg.standardised.allFinite() && !std::isinf(leg.condition))) {
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
   }
   return leg;
 }
 
+// Of the poses that the loss keeps.
+GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
+                          const Information& information, Index number, Index legs) {
+  const auto count = static_cast<Index>(leg.rows.size());
+  const auto rejected = static_cast<Index>(leg.rejected.size());
+  if (rejected == 0) {
+    return goodness_of_fit(number, leg.standardised, information, count, legs);
+  }
+  const Vector kept = (estimate.loss_weights.array() >= kRejectedWeight).cast<double>();
+  return goodness_of_fit(number, kept.cwiseProduct(leg.standardised),
+                         Information(estimate.whitened.rows.by_parameters,
+                                     kept.cwiseProduct(estimate.whitened.factors)),
+                         count - rejected, legs);
+}
+
 // How the leg's estimate answers to errors of its closures, at the estimate.
-LegInfluence influence_of(const LegData& data, const WhitenedLeg& whitened,
-                          const LegEstimate& estimate, Estimator estimator) {
+LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Estimator estimator) {
+  const WhitenedLeg& whitened = estimate.whitened;
   const ClosureRows& rows = whitened.rows;
   // On h in the estimator's residual; the paper's is -h / (dh/dpsi).
   const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
-  const Vector factors =
-      (in_readings ? rows.by_reading : Vector(whitened.variances.cwiseSqrt())).cwiseInverse();
+  const Vector factors = in_readings ? Vector(rows.by_reading.cwiseInverse()) : whitened.factors;
   LegInfluence leg;
   leg.rows = data.rows;
-  leg.influence = least_squares_influence(rows.by_parameters, factors, estimate.loss_weights);
+  leg.influence = least_squares_influence(rows.by_parameters,
+                                          factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
   leg.by_pose = rows.by_pose;
   leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
@@ -157,6 +149,48 @@ LegInfluence influence_of(const LegData& data, const WhitenedLeg& whitened,
   return leg;
 }
 
+bool share_poses(const std::vector<LegData>& legs) {
+  std::vector<bool> used;
+  for (const LegData& leg : legs) {
+    for (const Index row : leg.rows) {
+      const auto place = static_cast<std::size_t>(row);
+      used.resize(std::max(used.size(), place + 1));
+      if (used[place]) {
+        return true;
+      }
+      used[place] = true;
+    }
+  }
+  return false;
+}
+
+RowMatrix covariance_of(const std::vector<LegData>& data, const std::vector<LegEstimate>& estimates,
+                        const std::vector<Information>& seen, bool explained,
+                        const IdentificationOptions& options) {
+  const bool by_variances =
+      options.estimator == Estimator::implicit &&
+      std::all_of(estimates.begin(), estimates.end(), [](const LegEstimate& estimate) {
+        return (estimate.loss_weights.array() == 1).all();
+      });
+  if (explained && by_variances && !share_poses(data)) {
+    // The legs' errors are independent, and their informations say all.
+    const Index p = estimates.front().parameters.size();
+    const auto count = static_cast<Index>(data.size());
+    RowMatrix covariance = RowMatrix::Zero(count * p, count * p);
+    for (Index leg = 0; leg < count; ++leg) {
+      covariance.block(leg * p, leg * p, p, p) = seen[static_cast<std::size_t>(leg)].inverse();
+    }
+    return covariance;
+  }
+  std::vector<LegInfluence> influences;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    influences.push_back(influence_of(data[i], estimates[i], options.estimator));
+  }
+  const PoseSpace space = data.front().model.info().pose_space;
+  return explained ? declared_covariance(influences, space, options.noise)
+                   : residual_covariance(influences);
+}
+
 // All legs together, on poses measured in full.
 JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
                   const RowMatrix& start, const IdentificationOptions& options) {
@@ -164,12 +198,10 @@ JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements
     return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
   };
   Observations observations;
-  observations.readings =
-      everywhere(measurements.readings,
-                 Vector::Constant(mechanism.leg_count(), options.noise.reading));
-  observations.poses =
-      everywhere(measurements.poses,
-                 options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
+  observations.readings = everywhere(
+      measurements.readings, Vector::Constant(mechanism.leg_count(), options.noise.reading));
+  observations.poses = everywhere(measurements.poses,
+                                  options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
   Setup setup = Setup::of(mechanism);
   setup.parameters = start;
   JointOptions how;
@@ -238,38 +270,34 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   Identification result;
   result.parameters = mechanism.parameters();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Vector& start = mechanism.leg(leg).parameters;
     data.push_back(data_of_leg(mechanism, measurements, leg, options.use));
-    require_identifiable(whiten(data.back(), start, options.noise), leg);
-    estimates.push_back(options.estimator == Estimator::paper
-                            ? estimate_paper(data.back(), start, options)
-                            : estimate_whitened(data.back(), start, options));
+    estimates.push_back(estimate_leg(data.back(), leg, mechanism.leg(leg).parameters, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
   JointFit joint;
   if (options.estimator == Estimator::joint) {
     joint = joint_of(mechanism, measurements, result.parameters, options);
     result.parameters = joint.setup.parameters;
+    for (std::size_t leg = 0; leg < data.size(); ++leg) {
+      whiten(data[leg], result.parameters.row(static_cast<Index>(leg)).transpose(), options.noise,
+             estimates[leg].whitened);
+    }
   }
-  std::vector<LegInfluence> influences;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const LegData& of_leg = data[static_cast<std::size_t>(leg)];
-    const LegEstimate& estimate = estimates[static_cast<std::size_t>(leg)];
-    const WhitenedLeg whitened =
-        whiten(of_leg, result.parameters.row(leg).transpose(), options.noise);
-    result.legs.push_back(describe(of_leg, whitened, estimate));
-    result.goodness.push_back(goodness_of_fit(leg, whitened.residual, whitened.jacobian,
-                                              estimate.loss_weights, mechanism.leg_count()));
-    influences.push_back(influence_of(of_leg, whitened, estimate, options.estimator));
+  std::vector<Information> seen;
+  seen.reserve(data.size());
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const WhitenedLeg& whitened = estimates[i].whitened;
+    seen.emplace_back(whitened.rows.by_parameters, whitened.factors);
+    result.legs.push_back(describe(data[i], estimates[i], seen[i], options.conditions));
+    result.goodness.push_back(goodness_of(result.legs[i], estimates[i], seen[i],
+                                          static_cast<Index>(i), mechanism.leg_count()));
   }
   if (options.estimator == Estimator::joint) {
     describe_joint(joint, result);
   } else {
     const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
                                         [](const GoodnessOfFit& fit) { return fit.unexplained(); });
-    result.covariance = explained
-                            ? declared_covariance(influences, mechanism.pose_space(), options.noise)
-                            : residual_covariance(influences);
+    result.covariance = covariance_of(data, estimates, seen, explained, options);
   }
   summarise(result);
   return result;

@@ -312,16 +312,17 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
                         options.loss, options.loss_spread > 0 ? options.loss_spread : 1);
 
   JointFit fit;
-  NormalEquations equations;
-  if (!problem.linearise(equations)) {
-    throw InvalidInput(
-        "the observations cannot be explained at the start: a residual is not finite");
-  }
   SolverOutcome outcome;
   Vector before = problem.change();
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
+  for (int pass = 0;; ++pass) {
+    outcome = minimise(problem, {options.max_iterations});
+    fit.iterations += outcome.iterations;
+    if (problem.information().size() == 0) {
+      throw InvalidInput(
+          "the observations cannot be explained at the start: a residual is not finite");
+    }
     bool open = false;  // directions that nothing shows
-    if (well_determined(equations.information).size() == 0) {
+    if (well_determined(problem.information()).size() == 0) {
       const Sight sight =
           sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
       open = sight.unseen.cols() > 0;
@@ -330,34 +331,30 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
       }
       problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
     }
-    if (adapts) {
-      problem.set_spread(spread_of(options.loss, problem));
-    }
-    outcome = minimise(problem, {options.max_iterations});
-    fit.iterations += outcome.iterations;
-    problem.constrain(RowMatrix(0, layout.columns()));
-    problem.linearise(equations);
-    const double change =
-        (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
-    before = problem.change();
     if (!outcome.converged) {
       break;
     }
-    if ((open || adapts) && change > kStill) {
-      if (pass + 1 == kMaxPasses) {
+    if (adapts) {
+      problem.set_spread(spread_of(options.loss, problem));
+    }
+    const double change =
+        (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
+    before = problem.change();
+    if ((open || adapts) && (pass == 0 || change > kStill)) {
+      if (pass == kMaxPasses) {
         outcome.converged = false;
         outcome.failure = "the weights still move the estimate";
+        break;
       }
       continue;
     }
     if (take_in(mechanism, observations, problem) == 0) {
       break;
     }
-    problem.linearise(equations);
   }
   fit.converged = outcome.converged;
   fit.failure = outcome.failure;
-  describe(problem, equations.information, layout, tolerances, scale, options.rows, fit);
+  describe(problem, problem.information(), layout, tolerances, scale, options.rows, fit);
   return fit;
 }
 

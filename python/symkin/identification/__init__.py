@@ -9,6 +9,7 @@ from symkin.identification.estimate import (
     identify,
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
+from symkin.identification.fleet import Fleet, identify_many
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import JointOptions, Rows
 
@@ -17,6 +18,7 @@ __all__ = [
     "Diagnosis",
     "Estimator",
     "FitOptions",
+    "Fleet",
     "GoodnessOfFit",
     "Identification",
     "JointIdentification",
@@ -30,4 +32,5 @@ __all__ = [
     "Unknown",
     "cross_validate",
     "identify",
+    "identify_many",
 ]

@@ -99,7 +99,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     mechanism : Mechanism
         Whose chain it is, and whose angles are stayed near.
     parameters : ndarray, shape (legs, p)
-        Of the same chain.
+        Of the same chain; or of many robots, leg by leg, robot by robot.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     names, roles = list(mechanism.parameter_names), mechanism.parameter_roles
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
-    near = mechanism.parameters
+    near = np.tile(mechanism.parameters, (len(values) // len(mechanism.legs), 1))
     for end in ("base", "platform"):
         if anchor(mechanism, end) != "point":
             continue

@@ -38,7 +38,15 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["measurement_columns", "read_measurements", "write_measurements"]
+__all__ = [
+    "ROBOT",
+    "measurement_columns",
+    "read_fleet",
+    "read_measurements",
+    "write_measurements",
+]
+
+ROBOT = "robot"  # the column of a table of many robots
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
 _POOR_FIT = 0.05
@@ -85,6 +93,56 @@ def read_measurements(
         mechanism without redundant legs.
     """
     table = read_table(source, mechanism.step)
+    measurements = _measurements_of(table, mechanism, columns)
+    if measurements.complete and len(measurements.measured_legs) == len(mechanism.legs):
+        # A leg may be identified from the sets of all legs, so these count too.
+        measurements.for_all_legs().require(len(mechanism.parameter_names))
+    return measurements
+
+
+def read_fleet(
+    source: TableSource,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None = None,
+) -> dict[str, Measurements]:
+    """Read the measurements of many robots from one table with a column ``robot``.
+
+    Parameters
+    ----------
+    source, mechanism, columns
+        As for `read_measurements`. Rows of one robot need not stand together.
+
+    Returns
+    -------
+    dict of str to Measurements
+        By the robots' names, in their order of appearance.
+
+    Raises
+    ------
+    MeasurementError
+        As `read_measurements`, and for a missing or empty column ``robot``.
+    """
+    table = read_table(source, mechanism.step)
+    table.require(ROBOT, "the name or number of the robot that the row belongs to")
+    labels = np.array(table.labels(ROBOT))
+    _, first, robots = np.unique(labels, return_index=True, return_inverse=True)
+    measurements = _measurements_of(table, mechanism, columns, robots.ravel())
+    order = np.argsort(robots.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(robots.ravel()))
+    rows = np.split(order, ends[:-1])
+    return {
+        str(labels[first[robot]]): measurements.subset(rows[robot])
+        for robot in np.argsort(first, kind="stable")
+    }
+
+
+def _measurements_of(
+    table: Table,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None,
+    robots: NDArray[np.intp] | None = None,
+) -> Measurements:
+    """The rows of a table, checked; those of different robots may be alike."""
     columns = columns or _columns_for(table, mechanism)
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
     space, legs = mechanism.pose_space, len(mechanism.legs)
@@ -100,7 +158,7 @@ def read_measurements(
     )
     _check_unread_rows(table, measurements)
     _check_observed(table, measurements, mechanism)
-    _check_repeated_rows(table, measurements)
+    _check_repeated_rows(table, measurements, robots)
     stated = stated_units(table, columns, mechanism.reading_unit)
     _check_units(table, values, measurements, mechanism, stated)
     return measurements
@@ -193,7 +251,9 @@ def _check_observed(table: Table, measurements: Measurements, mechanism: Mechani
         )
 
 
-def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
+def _check_repeated_rows(
+    table: Table, measurements: Measurements, robots: NDArray[np.intp] | None
+) -> None:
     count = table.row_count
     values = [
         np.nan_to_num(value.reshape(count, -1), nan=np.inf)
@@ -201,6 +261,8 @@ def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
         if isinstance(value := getattr(measurements, each.name), np.ndarray)
         and each.name != "row_numbers"
     ]
+    if robots is not None:
+        values.append(robots[:, np.newaxis])
     rows = np.column_stack(values)
     _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))

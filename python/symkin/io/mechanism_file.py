@@ -14,14 +14,13 @@ import symkin
 from symkin.chains import chain_info
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
+from symkin.io.kinds import read_table, table
 from symkin.io.mechanism_schema import (
     COORDINATES,
     HEADER,
     MEASUREMENTS,
     ReadingUnit,
     mechanism_table,
-    read_table,
-    table,
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism

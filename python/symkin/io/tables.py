@@ -24,6 +24,7 @@ __all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")
+_SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
 _MOST_BYTES = 1_000_000_000  # of what was compressed
 # Text, None where a cell is empty; or numbers and where they are missing; or what else it holds.
@@ -158,6 +159,20 @@ class Table:
                     index, f'has "{value}" in column "{name}"; expected {" or ".join(allowed)}'
                 )
         return values
+
+    def labels(self, name: str) -> list[str]:
+        """Return a column of names, which may be numbers; none is empty."""
+        column = self._columns[name]
+        if isinstance(column, str):
+            raise self.error(f'column "{name}" holds {column}; expected names or numbers')
+        if isinstance(column, tuple):
+            column = [
+                None if empty else f"{value:.15g}" for value, empty in zip(*column, strict=True)
+            ]
+        labels = [label or "" for label in column]
+        if "" in labels:
+            raise self.row_error(labels.index(""), f'is empty in column "{name}"; expected a name')
+        return labels
 
     def _parsed(self, name: str, cells: list[str | None]) -> NDArray[np.float64]:
         values = np.full(len(cells), np.nan)
@@ -295,7 +310,10 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else repr(value).removesuffix(".0")
-    return str(value)
+    text = str(value)
+    if not _SPECIAL.intersection(text):
+        return text
+    return '"' + text.replace('"', '""') + '"'
 
 
 def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:

@@ -145,7 +145,7 @@ class PoseCountCurve(Result):
         SymkinError
             For nothing wanted, an error that is not positive, or the orientation of a point.
         """
-        _check_wanted(self.mechanism, position, orientation)
+        check_wanted(self.mechanism, position, orientation)
         limits = np.array([np.inf if each is None else each for each in (position, orientation)])
         size, low, high = _orbit_size(self.mechanism, self.settings["design"]), 0, 0
         points: dict[int, _Point] = {}
@@ -431,7 +431,8 @@ def _remedies(
     return tuple(remedy for _, remedy in sorted(found, key=lambda each: each[0]))
 
 
-def _check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:
+def check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:
+    """Refuse an accuracy that nobody can want."""
     wanted = {"position": position, "orientation": orientation}
     if position is None and orientation is None:
         raise SymkinError("no accuracy is wanted; expected one of the position or the orientation")

@@ -22,19 +22,6 @@ std::vector<std::unique_ptr<ceres::CostFunction>> closures_at(const Mechanism& m
 
 const RowMatrix kPose = (RowMatrix(1, 3) << 0.1, 0.05, 0.2).finished();
 
-TEST(ScaledCost, MultipliesResidualAndDerivatives) {
-  const Mechanism mechanism = testing::paper_3rrr();
-  const Vector parameters = mechanism.leg(0).parameters;
-  const double* block = parameters.data();
-  double plain = 0;
-  double scaled = 0;
-  closures_at(mechanism, kPose, 0.01)[0]->Evaluate(&block, &plain, nullptr);
-  const ScaledCost cost(std::move(closures_at(mechanism, kPose, 0.01)[0]), 25);
-  cost.Evaluate(&block, &scaled, nullptr);
-  EXPECT_NE(plain, 0);
-  EXPECT_DOUBLE_EQ(scaled, 25 * plain);
-}
-
 TEST(JointCost, IsZeroAtTruthAndItsDerivativesEqualDifferences) {
   const Mechanism mechanism = testing::paper_3rrr();
   Eigen::MatrixXd whitening(3, 3);

@@ -327,7 +327,7 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("evaluate", "robot.toml", "--actual", "robot.toml"): ["--plan", "--candidates", "--seed"],
     ("run", "nosuch", "--out", "r"): [
         "--estimator", "--use", "--design", "--rows", "--criterion", "--seed", "--pose-count",
-        "--candidates",
+        "--candidates", "--margin-sigmas",
     ],
     ("{}", "robot.toml"): [""],
 }  # fmt: skip

@@ -35,13 +35,13 @@ Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
 
 }  // namespace
 
-RowMatrix inverse_information(const RowMatrix& rows) { return Information(rows).inverse(); }
+RowMatrix inverse_information(const RowMatrix& rows) {
+  return Information(rows, Vector::Ones(rows.rows())).inverse();
+}
 
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
-                                  const Vector& loss_weights) {
-  const Vector root_weights = factors.cwiseProduct(loss_weights.cwiseSqrt());
-  const RowMatrix weighted = root_weights.asDiagonal() * by_parameters;
-  return inverse_information(weighted) * weighted.transpose() * root_weights.asDiagonal();
+RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors) {
+  return Information(by_parameters, factors).inverse() * by_parameters.transpose() *
+         factors.cwiseAbs2().asDiagonal();
 }
 
 RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,

@@ -22,9 +22,9 @@ struct LegInfluence {
   Vector deleted;       // n, closures as the leg's other poses predict them: h / (1 - leverage)
 };
 
-// The influence of weighted least squares with residuals h * factor (n x 1 each).
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
-                                  const Vector& loss_weights);
+// The influence of least squares with residuals h * factor (n x 1 each), a loss's weight being a
+// factor of its root.
+RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors);
 
 // Covariance of all legs' parameters, (legs p) x (legs p), from the declared noise: errors of a
 // pose are shared by the legs that use it, errors of a reading belong to one leg.

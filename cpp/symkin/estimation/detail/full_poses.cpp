@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace symkin {
 namespace {
+
+constexpr Index kMost = 16;  // legs
 
 // Left Jacobian of the rotation vector w: exp(w + J^-1 d) = exp(d) exp(w) to first order.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
@@ -81,7 +84,6 @@ FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observation
 
 bool FullPoses::eliminate(const State& state, Index pose) {
   constexpr double kSingular = 1e-10;  // of a variance: what is left once the other legs are known
-  constexpr Index kMost = 16;
   if (legs_ > kMost) {
     return false;
   }
@@ -178,10 +180,38 @@ bool FullPoses::eliminate(const State& state, Index pose) {
   return true;
 }
 
+namespace {
+
+// The columns of one leg and another, or the same, at the poses of a problem: to += a' diag(w) b,
+// for widths that the compiler knows, and for any other (0).
+template <int kWidth>
+void add_outer(const double* a, const double* b, double weight, Index any_width, double* to,
+               Index stride) {
+  const Index width = kWidth > 0 ? kWidth : any_width;
+  for (Index s = 0; s < width; ++s) {
+    const double scaled = weight * a[s];
+    double* row = to + s * stride;
+    for (Index t = 0; t < width; ++t) {
+      row[t] += scaled * b[t];
+    }
+  }
+}
+
+using AddOuter = void (*)(const double*, const double*, double, Index, double*, Index);
+
+template <int... kWidths>
+AddOuter add_outer_of(Index width, std::integer_sequence<int, kWidths...> /*widths*/) {
+  constexpr AddOuter kKernels[] = {add_outer<kWidths>...};
+  return width < static_cast<Index>(sizeof...(kWidths)) ? kKernels[width] : add_outer<0>;
+}
+
+}  // namespace
+
 void FullPoses::add_to(NormalEquations& equations, const State& state, const Vector& weights,
                        const std::vector<bool>& others) {
   // In the legs' own scalars first, a block a pair of legs: every pose adds to the same few.
   const Index width = state.by_unknowns.front().cols();
+  const AddOuter add = add_outer_of(width, std::make_integer_sequence<int, 17>());
   RowMatrix information = RowMatrix::Zero(legs_ * width, legs_ * width);
   Vector gradient = Vector::Zero(legs_ * width);
   std::vector<Index> read;
@@ -208,14 +238,8 @@ void FullPoses::add_to(NormalEquations& equations, const State& state, const Vec
       for (Index j = 0; j <= i; ++j) {
         const Index second = read[static_cast<std::size_t>(j)];
         const double* b = state.by_unknowns[static_cast<std::size_t>(second)].row(pose).data();
-        const double precision = weights[pose] * precisions[i * n + j];
-        for (Index s = 0; s < width; ++s) {
-          const double scaled = precision * a[s];
-          double* row = &information(first * width + s, second * width);
-          for (Index t = 0; t < width; ++t) {
-            row[t] += scaled * b[t];
-          }
-        }
+        add(a, b, weights[pose] * precisions[i * n + j], width,
+            &information(first * width, second * width), information.cols());
       }
     }
   }
@@ -252,20 +276,22 @@ Vector FullPoses::move(const State& state, Index pose, const Vector& d,
   const double* sigma = observations_->poses.deviations.row(pose).data();
   const Index n = count(pose);
   const double* by_pose = by_pose_.row(pose).data();
-  Vector effects(n);
-  std::vector<Index> read;
+  double effects[kMost];
+  Index read[kMost];
+  Index found = 0;
   for (Index leg = 0; leg < legs_; ++leg) {
     if (!std::isfinite(observations_->readings.values(pose, leg))) {
       continue;
     }
-    const auto row = state.by_unknowns[static_cast<std::size_t>(leg)].row(pose);
+    const RowMatrix& rows = state.by_unknowns[static_cast<std::size_t>(leg)];
+    const double* row = rows.row(pose).data();
+    const Index* columns = &layout_->column[static_cast<std::size_t>(list_.leg(leg))];
     double effect = 0;
-    for (Index s = 0; s < row.size(); ++s) {
-      const Index column = layout_->column[static_cast<std::size_t>(list_.leg(leg) + s)];
-      effect += column < 0 ? 0 : row[s] * d[column];
+    for (Index s = 0; s < rows.cols(); ++s) {
+      effect += columns[s] < 0 ? 0 : row[s] * d[columns[s]];
     }
-    effects[static_cast<Index>(read.size())] = effect;
-    read.push_back(leg);
+    effects[found] = effect;
+    read[found++] = leg;
   }
   Vector move = -misfits_.row(pose).transpose();
   for (Index i = 0; i < n; ++i) {
@@ -276,7 +302,7 @@ Vector FullPoses::move(const State& state, Index pose, const Vector& d,
     for (Index k = 0; k < dof_; ++k) {
       move[k] += sigma[k] * sigma[k] * by_pose[i * dof_ + k] * multiplier;
     }
-    const Index leg = read[static_cast<std::size_t>(i)];
+    const Index leg = read[i];
     const double g = state.legs[static_cast<std::size_t>(leg)].by_reading[pose] *
                      state.gains[static_cast<std::size_t>(leg)][pose];
     const double deviation = observations_->readings.deviations(pose, leg);

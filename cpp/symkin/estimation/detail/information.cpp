@@ -4,61 +4,63 @@
 #include <cmath>
 #include <limits>
 
+#include "symkin/support/null_directions.hpp"
+
 namespace symkin {
 namespace {
 
-// Of a squared column, what the columns before it leave: the normal equations then lose half of the
-// digits at most.
+// With such pivots the normal equations lose half of the digits at most.
 constexpr double kClear = 1e-7;
+constexpr double kRank = 1e-10;  // singular values of what is seen, of the largest
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Information::Information(const RowMatrix& rows) : rows_(rows) {
-  gram_.noalias() = rows.transpose() * rows;
-  scale_ = (gram_.diagonal().array() > 0).select(gram_.diagonal().array().sqrt().inverse(), 1);
-  gram_ = scale_.asDiagonal() * gram_ * scale_.asDiagonal();
-  root_ = inverse_factor(gram_);
-  // The diagonal of the factor's inverse has one over the pivots.
-  clear_ = root_.size() > 0 && root_.diagonal().array().square().maxCoeff() < 1 / kClear;
+Information::Information(const RowMatrix& by_parameters, const Vector& factors)
+    : by_parameters_(by_parameters), factors_(factors) {
+  weighted_square(by_parameters, factors.cwiseAbs2(), square_);
+  cholesky_.compute(square_);
+  if (!clear()) {
+    space_ = column_space(rows() * cholesky_.scale().asDiagonal());
+  }
 }
 
-Index Information::rank() const { return clear_ ? rows_.cols() : space().rank(); }
+bool Information::clear() const { return cholesky_.least_pivot() > kClear; }
 
 RowMatrix Information::inverse() const {
-  const Index p = rows_.cols();
-  if (clear_) {
-    const RowMatrix half = root_ * scale_.asDiagonal();
-    return half.transpose() * half;
+  if (clear()) {
+    return cholesky_.inverse();
   }
-  if (space().rank() < p) {
+  const Index p = square_.rows();
+  if (space_.rank() < p) {
     return RowMatrix::Constant(p, p, kInfinity);
   }
-  const RowMatrix half = scale_.asDiagonal() * space().coordinates;
+  const RowMatrix half = cholesky_.scale().asDiagonal() * space_.coordinates;
   return half * half.transpose();
 }
 
 double Information::explained(const Vector& residual) const {
-  if (clear_) {
-    const Vector along = scale_.cwiseProduct(rows_.transpose() * residual);
-    return (root_ * along).squaredNorm();
+  if (clear()) {
+    return cholesky_.inverse_form(by_parameters_.transpose() * factors_.cwiseProduct(residual));
   }
-  return (space().basis.transpose() * residual).squaredNorm();
+  return (space_.basis.transpose() * residual).squaredNorm();
 }
 
-double Information::condition() const {
-  if (clear_) {
-    const Vector values = symmetric_eigenvalues(gram_);
-    return std::sqrt(values[values.size() - 1] / values[0]);
+Information::Sight Information::sight() const {
+  const Index p = square_.rows();
+  const Vector& scale = cholesky_.scale();
+  if (clear()) {
+    const Vector values = symmetric_eigenvalues(scale.asDiagonal() * square_ * scale.asDiagonal());
+    return {std::sqrt(values[p - 1] / values[0]), RowMatrix(p, 0)};
   }
-  return kInfinity;
-}
-
-const ColumnSpace& Information::space() const {
-  if (!space_) {
-    space_ = column_space(rows_ * scale_.asDiagonal());
+  if (!square_.allFinite()) {
+    return {kInfinity, RowMatrix(p, 0)};
   }
-  return *space_;
+  const RightSingular svd = right_singular(rows() * scale.asDiagonal());
+  const Vector& singular = svd.values;
+  const Index rank = (singular.array() > kRank * singular[0]).count();
+  return {rank < p ? kInfinity : singular[0] / singular[p - 1],
+          named_directions(svd.vectors.rightCols(p - rank), scale)};
 }
 
 }  // namespace symkin

@@ -114,7 +114,7 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       spread_(spread),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
-      now_{{}, {}, {}, {}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}},
+      now_{{}, {}, {}, {}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}},
       saved_now_(now_) {
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
@@ -368,6 +368,7 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     equations.gradient[i] += precision * state_.change[i];
     equations.cost += precision * state_.change[i] * state_.change[i];
   }
+  now_.information = equations.information;
   if (constraints_.rows() > 0) {
     const Vector off = constraints_ * state_.change;
     equations.information.noalias() += constraints_.transpose() * constraints_;

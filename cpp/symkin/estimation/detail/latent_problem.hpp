@@ -61,6 +61,8 @@ class LatentProblem {
   const RowMatrix& poses() const { return state_.poses; }
   const RowMatrix& reading_errors() const { return state_.errors; }
   const std::vector<bool>& aside() const { return aside_; }
+  // Of the last linearisation: J'WJ with the priors, without the constraints.
+  const Eigen::MatrixXd& information() const { return now_.information; }
   // Of the last linearisation, of each pose: the number of its conditions, their sum of squares
   // and the weight of the loss; 0, 0 and 1 where it was set aside.
   const std::vector<Index>& counts() const { return now_.counts; }
@@ -87,6 +89,7 @@ class LatentProblem {
     std::vector<bool> general;  // poses that have rows of their own in `poses`
     std::vector<Index> counts;
     Vector chi_squares, weights;
+    Eigen::MatrixXd information;
   };
 
   void linearise_legs();

@@ -50,54 +50,44 @@ Vector least_squares(const RowMatrix& a, const Vector& b) {
   return scale.asDiagonal() * (space.coordinates * (space.basis.transpose() * b));
 }
 
-// The residuals of a leg over their standard deviations. These and the robust weights are taken
-// anew wherever the solver goes.
+// The residuals of a leg over their standard deviations, which are taken anew with the robust
+// weights wherever the solver goes.
 class LegProblem {
  public:
-  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options)
-      : data_(data), options_(options) {
+  // Closures, whitened at the start.
+  LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened,
+             const IdentificationOptions& options)
+      : data_(data), options_(options), in_readings_(false) {
     now_.parameters = start;
+    now_.leg = std::move(whitened);
+  }
+  // g - psi
+  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options)
+      : data_(data), options_(options), in_readings_(true) {
+    now_.parameters = start;
+    linearise_in_readings();
   }
 
   Index size() const { return now_.parameters.size(); }
 
   bool linearise(NormalEquations& equations) {
-    set_residuals();
-    const RobustLoss& loss = options_.loss;
-    const bool plain = loss.kind == RobustLoss::Kind::none;
-    now_.residuals = now_.raw().cwiseProduct(now_.factors);
-    now_.spread = loss.spread(now_.residuals);
-    now_.weights.setOnes(now_.residuals.size());
-    root_weights_ = now_.factors;
-    weighted_residuals_ = now_.residuals;
-    equations.cost = now_.residuals.squaredNorm();
-    double former_cost = equations.cost;
     if (moved_) {
-      former_residuals_ = now_.raw().cwiseProduct(former_.factors);
-      former_cost = former_residuals_.squaredNorm();
+      in_readings_ ? linearise_in_readings()
+                   : whiten(data_, now_.parameters, options_.noise, now_.leg);
     }
-    if (!plain) {
-      equations.cost = 0;
-      for (Index k = 0; k < now_.residuals.size(); ++k) {
-        const double square = now_.residuals[k] * now_.residuals[k];
-        const RobustLoss::Value value = loss.evaluate(square, now_.spread);
-        equations.cost += value.cost;
-        now_.weights[k] = value.weight;
-        root_weights_[k] *= std::sqrt(value.weight);
-        weighted_residuals_[k] *= std::sqrt(value.weight);
-      }
-      former_cost = equations.cost;
-      if (moved_) {
-        former_cost = 0;
-        for (const double residual : former_residuals_) {
-          former_cost += loss.evaluate(residual * residual, former_.spread).cost;
-        }
-      }
+    const Vector& raw = errors();
+    residuals_ = raw.cwiseProduct(now_.leg.factors);
+    now_.spread = options_.loss.spread(residuals_);
+    equations.cost = weigh(now_.spread, now_.weights);
+    squares_ = now_.weights.cwiseProduct(now_.leg.factors.cwiseAbs2());
+    const RowMatrix& by_parameters = now_.leg.rows.by_parameters;
+    weighted_square(by_parameters, squares_, equations.information);
+    equations.gradient.noalias() = by_parameters.transpose() * squares_.cwiseProduct(raw);
+    equations.by_new_weights = 0;
+    if (moved_) {
+      residuals_ = raw.cwiseProduct(former_.leg.factors);
+      equations.by_new_weights = equations.cost - weigh(former_.spread, unused_);
     }
-    equations.by_new_weights = equations.cost - former_cost;
-    weighted_ = root_weights_.asDiagonal() * now_.rows.by_parameters;
-    equations.information.noalias() = weighted_.transpose() * weighted_;
-    equations.gradient.noalias() = weighted_.transpose() * weighted_residuals_;
     return std::isfinite(equations.cost) && equations.gradient.allFinite();
   }
 
@@ -112,54 +102,76 @@ class LegProblem {
     return d.cwiseQuotient(now_.parameters.cwiseAbs().cwiseMax(1)).lpNorm<Eigen::Infinity>();
   }
   bool orthogonal_step(Vector& d) const {
-    d = -least_squares(weighted_, weighted_residuals_);
+    const Vector roots = squares_.cwiseSqrt();
+    d = -least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
+                       roots.cwiseProduct(errors()));
     return true;
   }
 
   // Where the solver ended.
-  const Vector& parameters() const { return now_.parameters; }
-  const Vector& errors() const { return now_.raw(); }
-  const Vector& loss_weights() const { return now_.weights; }
+  const Vector& errors() const { return now_.leg.rows.closure; }
+  LegEstimate take(SolverOutcome outcome) {
+    return {std::move(now_.parameters), std::move(outcome), std::move(now_.weights),
+            std::move(now_.leg)};
+  }
 
  private:
   struct State {
     Vector parameters;
-    ClosureRows rows;   // of the closures, or of g - psi
-    Vector factors;     // one over the standard deviations
-    Vector residuals;   // standardised
+    WhitenedLeg leg;    // or g - psi in place of the closures
     Vector weights;     // of the loss
     double spread = 1;  // of the residuals
-
-    const Vector& raw() const { return rows.closure; }
   };
 
-  void set_residuals() {
-    if (options_.estimator == Estimator::inverse) {
-      linearise_readings(data_, now_.parameters, now_.rows);
-      // One factor for all poses, so that the loss counts in standard deviations and the cost stays
-      // the paper's.
-      if (!moved_ || options_.loss.kind != RobustLoss::Kind::none) {
-        deviation_ = reading_deviation(data_, now_.parameters, options_.noise);
-      }
-      now_.factors.setConstant(now_.raw().size(), 1 / deviation_);
-      return;
+  void linearise_in_readings() {
+    linearise_readings(data_, now_.parameters, now_.leg.rows);
+    // One factor for all poses, so that the loss counts in standard deviations and the cost stays
+    // the paper's.
+    if (!moved_ || options_.loss.kind != RobustLoss::Kind::none) {
+      deviation_ = reading_deviation(data_, now_.parameters, options_.noise);
     }
-    data_.model.linearise(now_.parameters, data_.poses, data_.readings, now_.rows);
-    now_.factors = closure_variances(now_.rows, data_.model.info().pose_space, options_.noise)
-                       .cwiseSqrt()
-                       .cwiseInverse();
+    now_.leg.factors.setConstant(data_.readings.size(), 1 / deviation_);
+  }
+
+  // The cost of the residuals and their weights.
+  double weigh(double spread, Vector& weights) const {
+    weights.setOnes(residuals_.size());
+    if (options_.loss.kind == RobustLoss::Kind::none) {
+      return residuals_.squaredNorm();
+    }
+    double cost = 0;
+    for (Index k = 0; k < residuals_.size(); ++k) {
+      const RobustLoss::Value value = options_.loss.evaluate(residuals_[k] * residuals_[k], spread);
+      cost += value.cost;
+      weights[k] = value.weight;
+    }
+    return cost;
   }
 
   const LegData& data_;
   const IdentificationOptions& options_;
+  bool in_readings_;
   State now_, former_;  // `former_` is where the last step began
   bool moved_ = false;
   double deviation_ = 1;
-  Vector root_weights_, weighted_residuals_, former_residuals_;
-  RowMatrix weighted_;
+  Vector residuals_, squares_, unused_;
 };
 
+SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options) {
+  const int steps = options.loss.kind == RobustLoss::Kind::none
+                        ? options.max_iterations
+                        : kRobustSteps * options.max_iterations;
+  return minimise(problem, {steps, kFirstDamping});
+}
+
 }  // namespace
+
+void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+            WhitenedLeg& leg) {
+  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
+  leg.variances = closure_variances(leg.rows, data.model.info().pose_space, noise);
+  leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
+}
 
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options) {
@@ -173,7 +185,7 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     if (!rows.closure.allFinite()) {
       outcome.failure = "iteration " + std::to_string(outcome.iterations + 1) + " put " +
                         unreached_pose(rows.closure) + " of the leg out of its reach";
-      return estimate;
+      break;
     }
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
     // of Eq. 26 must be subtracted.
@@ -182,28 +194,32 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     const Vector size = estimate.parameters.cwiseAbs().cwiseMax(1);
     if (step.cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-11) {
       outcome.converged = true;
-      return estimate;
+      break;
     }
   }
-  outcome.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
+  if (!outcome.converged && outcome.failure.empty()) {
+    outcome.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
+  }
+  whiten(data, estimate.parameters, options.noise, estimate.whitened);
   return estimate;
 }
 
-LegEstimate estimate_whitened(const LegData& data, const Vector& start,
-                              const IdentificationOptions& options) {
+LegEstimate estimate_inverse(const LegData& data, const Vector& start,
+                             const IdentificationOptions& options) {
   LegProblem problem(data, start, options);
-  LegEstimate estimate;
-  const int steps = options.loss.kind == RobustLoss::Kind::none
-                        ? options.max_iterations
-                        : kRobustSteps * options.max_iterations;
-  estimate.outcome = minimise(problem, {steps, kFirstDamping});
+  SolverOutcome outcome = solve(problem, options);
   if (!problem.errors().allFinite()) {
-    estimate.outcome.failure =
-        unreached_pose(problem.errors()) + " is out of the leg's reach at the start";
+    outcome.failure = unreached_pose(problem.errors()) + " is out of the leg's reach at the start";
   }
-  estimate.parameters = problem.parameters();
-  estimate.loss_weights = problem.loss_weights();
+  LegEstimate estimate = problem.take(std::move(outcome));
+  whiten(data, estimate.parameters, options.noise, estimate.whitened);
   return estimate;
+}
+
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
+                              const IdentificationOptions& options) {
+  LegProblem problem(data, start, std::move(whitened), options);
+  return problem.take(solve(problem, options));
 }
 
 }  // namespace symkin

@@ -17,19 +17,31 @@ struct LegData {
   Vector readings;
 };
 
+// The leg's closures at some parameters, and one over their standard deviations by the declared
+// noise.
+struct WhitenedLeg {
+  ClosureRows rows;
+  Vector variances, factors;
+};
+void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+            WhitenedLeg& leg);
+
 // Where an estimator ended, and how it weighed the poses.
 struct LegEstimate {
   Vector parameters;
   SolverOutcome outcome;
-  Vector loss_weights;  // of the robust loss, 1 a pose without one
+  Vector loss_weights;   // of the robust loss, 1 a pose without one
+  WhitenedLeg whitened;  // at the parameters
 };
 
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
-// The same cost by Levenberg-Marquardt with a robust loss, or, of the estimators `implicit` and
-// `joint`, whitened closures, whose variances are those at the estimate.
-LegEstimate estimate_whitened(const LegData& data, const Vector& start,
+// The same cost by Levenberg-Marquardt, with a loss if asked for.
+LegEstimate estimate_inverse(const LegData& data, const Vector& start,
+                             const IdentificationOptions& options);
+// Whitened closures, their variances those at the estimate; `whitened` is the leg at the start.
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options);
 
 }  // namespace symkin
