@@ -24,7 +24,14 @@ from symkin.identification.calibrated import (
     with_usable_home,
 )
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
-from symkin.identification.suspicions import doubts_of, estimated_noise, notes_of, without_blunders
+from symkin.identification.suspicions import (
+    Alternative,
+    alternatives_of,
+    doubts_of,
+    estimated_noise,
+    notes_of,
+    without_blunders,
+)
 from symkin.identification.unknowns import Layout, core_setup, frames_of, scalar_values
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -242,6 +249,11 @@ class JointIdentification(Result):
         )
 
     @cached_property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """Wider models, and how much better they explain the same observations."""
+        return tuple(alternatives_of(self))
+
+    @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Reasons not to trust the estimate, apart from convergence; empty if there are none."""
         return tuple(doubts_of(self))
@@ -355,6 +367,7 @@ class JointIdentification(Result):
                 "trustworthy": self.trustworthy,
                 "doubts": list(self.doubts),
                 "notes": list(self.notes),
+                "wider_models": [each.to_dict() for each in self.alternatives],
                 **found,
                 "frames": plain(self.frames),
                 "sensor_curvature": plain(self.mechanism.curvature),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
-from symkin.result import Value, record
+from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ class Alternative(Value):
         Degrees of freedom of F.
     p_value : float
         Of so large an F if the model was wide enough.
+    limit : float
+        Probability below which it is an alarm.
     options : JointOptions
         With which it is identified.
     """
@@ -66,7 +68,13 @@ class Alternative(Value):
     terms: int
     spare: int
     p_value: float
-    options: JointOptions
+    limit: float
+    options: JointOptions = field(private=True)
+
+    @property
+    def alarms(self) -> bool:
+        """Whether the narrower model lacks what this one has."""
+        return self.p_value < self.limit
 
 
 class Blunder(NamedTuple):
@@ -88,7 +96,7 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"{'is' if len(found.aside) == 1 else 'are'} left out"
         )
     yield from _blunders_in_words(found)
-    alarming = [each for each in alternatives_of(found) if each.p_value < _FALSE_ALARMS / 3]
+    alarming = [each for each in found.alternatives if each.alarms]
     alarming.sort(key=lambda each: (each.p_value, -each.statistic))
     for kind in (("frames",), ("quadratic", "eccentric", "held")):
         # Each of these explains a part of what is due to another.
@@ -232,6 +240,7 @@ def _compared(
         terms=terms,
         spare=spare,
         p_value=_f_tail(statistic, terms, spare),
+        limit=_FALSE_ALARMS / 3,
         options=wide,
     )
 

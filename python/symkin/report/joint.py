@@ -255,8 +255,31 @@ def _observation_section(found: JointIdentification) -> Section:
         "observations",
         "Observations",
         [paragraph],
-        [_kind_table(found), _worst_rows(found), figure],
+        [_kind_table(found), _worst_rows(found), *_wider_models(found), figure],
     )
+
+
+def _wider_models(found: JointIdentification) -> list[Table]:
+    """What else was tried, whether it explains more or not."""
+    words = {
+        "quadratic": "sensors that bend",
+        "eccentric": "sensors that err once a turn",
+        "held": "nothing held or shared",
+        "frames": "frames of device and target, the drawing within its tolerances",
+    }
+    rows = [
+        (
+            words[each.what],
+            f"F({each.terms}, {each.spare}) = {significant(each.statistic)}",
+            f"{each.p_value:.2g}",
+            f"{each.limit:.2g}",
+            "explains more" if each.alarms else "as chance has it",
+        )
+        for each in found.alternatives
+    ]
+    columns = ("Also unknown", "Statistic", "Probability", "Alarm below", "")
+    caption = "Wider models of the same observations"
+    return [Table(caption, columns, [Group(rows)])] if rows else []
 
 
 def _kind_table(found: JointIdentification) -> Table:
@@ -274,25 +297,20 @@ def _kind_table(found: JointIdentification) -> Table:
                     milli(float(np.sqrt(np.mean(rows.residual[own] ** 2))), of),
                     significant(float(np.sqrt(np.mean(t**2))) if len(t) else math.nan),
                     significant(float(np.abs(t).max()) if len(t) else math.nan),
-                    _predicted(found, f"{name.replace(' ', '_')}_{of}", of),
+                    *_predicted(found, f"{name.replace(' ', '_')}_{of}", of),
                 ]
             )
-    columns = (
-        "Observations",
-        "Number",
-        "Estimated error, rms",
-        "t, rms",
-        "t, largest",
-        "Predicted unseen within",
-    )
+    columns = ["Observations", "Number", "Estimated error, rms", "t, rms", "t, largest"]
+    if found.cross_validation is not None:
+        columns.append("Predicted unseen within")
     return Table("What was observed, and how it fits", columns, [Group(told)], brief=True)
 
 
-def _predicted(found: JointIdentification, kind: str, unit: str) -> str:
+def _predicted(found: JointIdentification, kind: str, unit: str) -> list[str]:
     validation = found.cross_validation
-    if validation is None or kind not in validation.observed_rms:
-        return ""
-    return milli(validation.observed_rms[kind], unit)
+    if validation is None:
+        return []
+    return [milli(validation.observed_rms.get(kind, math.nan), unit)]
 
 
 def _worst_rows(found: JointIdentification) -> Table:

@@ -267,6 +267,13 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     yield Call(
         "Mechanism.closure", {"poses": poses, "readings": readings[:, 0]}, mechanism.closure, leg
     )
+    bent = mechanism.replace(curvature=np.full((len(mechanism.legs), 3), 1e-3))
+    yield Call("Mechanism.straightened", {"readings": readings}, bent.straightened)
+    yield Call(
+        "align_frames",
+        {"measured": poses, "robot": poses},
+        lambda measured, robot: symkin.align_frames(measured, robot, convention="as measured"),
+    )
     yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
     for name in ("analyse_observability", "observability_rows"):
         function = getattr(symkin.observability, name)

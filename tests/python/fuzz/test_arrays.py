@@ -35,11 +35,13 @@ CALLED_BY_OTHERS = {
 RESULTS = {
     "AlignedErrors",
     "ConstantOrientation",
+    "Alignment",
     "CrossValidation",
     "Diagnosis",
     "Evaluation",
     "HomePose",
     "Identification",
+    "JointIdentification",
     "LegFit",
     "ModeSlices",
     "Observability",

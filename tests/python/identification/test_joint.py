@@ -295,6 +295,7 @@ def test_a_curved_sensor_is_told_and_found(paper, taken):
     curved = symkin.identify(paper, measurements, sensor="quadratic")
     found = [value(curved, f"leg{leg}.sensor_quadratic") for leg in (1, 2, 3)]
     np.testing.assert_allclose(found, 2e-3, atol=5e-4)
+    assert "sensors that bend" in straight.text(whole=True)
     assert curved.residual_rms < straight.residual_rms
 
 
@@ -319,6 +320,19 @@ def test_parameters_held_at_wrong_values_are_told(paper, taken):
         paper.with_parameters(wrong), taken.measurements, fixed=["sensor_offset"]
     )
     assert any("held or shared are not as they are said to be" in each for each in found.doubts)
+
+
+def test_parameters_that_the_data_hardly_show_are_told(paper, taken):
+    random = np.random.default_rng(3)
+    poses = 0.02 * random.uniform(-1, 1, (40, 3))
+    readings = taken.actual.inverse_kinematics(poses)
+    noisy = poses + paper.noise.position * random.standard_normal(poses.shape)
+    found = symkin.identify(paper, symkin.Measurements.of(noisy, readings), gauge="nominal")
+    assert any("the observations say nothing of" in doubt for doubt in found.doubts)
+    held = symkin.identify(paper, symkin.Measurements.of(noisy, readings), prior="tolerances")
+    silent = [each for each in held.unknowns if each.status.startswith("held by its prior")]
+    assert silent
+    assert any(silent[0].name in note for note in held.notes)
 
 
 def test_as_many_unknowns_as_equations_are_not_trusted(paper, taken):
@@ -378,6 +392,7 @@ def test_cross_validation_predicts_observations_in_their_own_units(paper, plan):
     validation = found.cross_validation
     assert set(validation.observed_rms) == {"readings_rad", "pose_m"}
     assert 1e-4 < validation.observed_rms["pose_m"] < 3e-4
+    assert "Readings from the others of the pose" in validation.text()
     same = symkin.cross_validate(paper, made.measurements, 3)
     assert same.observed_rms == validation.observed_rms
 
