@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from symkin.planning import Plan, make_plan, pose_count_curve, predict_accuracy
     from symkin.planning.selection import select_poses
     from symkin.simulation import simulate
-    from symkin.study import load_study, run_study
+    from symkin.study import run_study
     from symkin.symmetry import compare_symmetry, detect_symmetry
     from symkin.workspace import sample_workspace
     from symkin.workspace.study import study_workspace
@@ -77,7 +77,6 @@ __all__ = [
     "load",
     "load_columns",
     "load_mechanism",
-    "load_study",
     "make_plan",
     "mechanism_schema",
     "pose_count_curve",
@@ -115,7 +114,6 @@ _MODULES = {
     "load": "io.mechanism_file",
     "load_columns": "io.mechanism_file",
     "load_mechanism": "io.mechanism_file",
-    "load_study": "study",
     "make_plan": "planning",
     "mechanism_schema": "io.mechanism_schema",
     "pose_count_curve": "planning",

@@ -92,12 +92,7 @@ def read_measurements(
         whose units are evidently others than stated, or nothing observed but the readings of a
         mechanism without redundant legs.
     """
-    table = read_table(source, mechanism.step)
-    measurements = _measurements_of(table, mechanism, columns)
-    if measurements.complete and len(measurements.measured_legs) == len(mechanism.legs):
-        # A leg may be identified from the sets of all legs, so these count too.
-        measurements.for_all_legs().require(len(mechanism.parameter_names))
-    return measurements
+    return _measurements_of(read_table(source, mechanism.step), mechanism, columns)
 
 
 def read_fleet(

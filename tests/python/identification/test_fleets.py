@@ -151,7 +151,7 @@ def test_the_command_writes_a_row_a_file_and_says_what_failed(mechanism, robots,
         rows = list(csv.DictReader(file))
     assert [row["robot"] for row in rows] == ["robot 1", "robot 2", "broken, by hand"]
     assert [row["verdict"] for row in rows] == ["fits", "fits", "failed"]
-    assert "phi" in rows[2]["failure"]
+    assert "psi_1_rad" in rows[2]["failure"]
     assert rows[2]["base_radius_1_m"] == ""
     fleet = symkin.identify_many(mechanism, robots)
     assert float(rows[1]["base_radius_1_m"]) == pytest.approx(
