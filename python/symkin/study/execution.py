@@ -72,13 +72,15 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
     with contextlib.ExitStack() as opened:
         address: Any = scheduler
         if scheduler is None:
-            # No dashboard: its port may be another's, and it needs packages that nobody asked for.
+            # Any free port, since the usual one may be another's, and no dashboard, which needs
+            # packages that nobody asked for.
             address = opened.enter_context(
                 LocalCluster(
                     n_workers=workers,
                     threads_per_worker=1,
                     processes=True,
-                    dashboard_address=None,
+                    dashboard_address=":0",
+                    scheduler_kwargs={"dashboard": False},
                     memory_limit=0,
                 )
             )
