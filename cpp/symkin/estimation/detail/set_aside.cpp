@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/set_aside.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "symkin/model/sensor.hpp"
@@ -11,9 +13,10 @@
 namespace symkin {
 namespace {
 
-// The pose that is not set aside whose readings are nearest, each leg's in its own range; -1 if
-// there is none with a leg in common.
-Index nearest_pose(const RowMatrix& readings, Index pose, const std::vector<bool>& aside) {
+// The poses that are not set aside, those with the nearest readings first, each leg's in its own
+// range; without those that have no leg in common.
+std::vector<Index> nearest_poses(const RowMatrix& readings, Index pose,
+                                 const std::vector<bool>& aside) {
   Vector ranges(readings.cols());
   for (Index leg = 0; leg < readings.cols(); ++leg) {
     double least = std::numeric_limits<double>::infinity();
@@ -26,8 +29,7 @@ Index nearest_pose(const RowMatrix& readings, Index pose, const std::vector<bool
     }
     ranges[leg] = most > least ? most - least : 1;
   }
-  Index nearest = -1;
-  double least = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, Index>> distances;
   for (Index other = 0; other < readings.rows(); ++other) {
     if (aside[static_cast<std::size_t>(other)]) {
       continue;
@@ -41,17 +43,27 @@ Index nearest_pose(const RowMatrix& readings, Index pose, const std::vector<bool
         ++common;
       }
     }
-    if (common > 0 && sum / static_cast<double>(common) < least) {
-      least = sum / static_cast<double>(common);
-      nearest = other;
+    if (common > 0) {
+      distances.emplace_back(sum / static_cast<double>(common), other);
     }
+  }
+  std::sort(distances.begin(), distances.end());
+  std::vector<Index> nearest;
+  for (const auto& [distance, other] : distances) {
+    nearest.push_back(other);
   }
   return nearest;
 }
 
-// The pose that its own observations ask for with all else held, from `start`; empty if none.
-RowMatrix relaxed(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
-                  Index pose, const RowMatrix& start) {
+// The pose that its own observations ask for with all else held, from `start`, and what they leave
+// unexplained there; no pose if there is none.
+struct Relaxed {
+  RowMatrix pose;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+Relaxed relaxed(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
+                Index pose, const RowMatrix& start) {
   constexpr int kMaxSteps = 50;
   constexpr double kStill = 1e-10;
   const Observations alone = observations.at(pose);
@@ -64,9 +76,10 @@ RowMatrix relaxed(const Mechanism& mechanism, const Observations& observations, 
       return {};
     }
     const RowMatrix before = problem.poses();
+    const double cost = problem.chi_squares()[0];
     problem.step(Vector(0));
     if ((problem.poses() - before).lpNorm<Eigen::Infinity>() < kStill) {
-      return problem.poses();
+      return {problem.poses(), cost};
     }
   }
   return {};
@@ -106,6 +119,7 @@ Vector aspect_of(const Mechanism& mechanism, const Observations& observations, c
 
 Index take_in(const Mechanism& mechanism, const Observations& observations,
               LatentProblem& problem) {
+  constexpr int kNeighbours = 8;
   const std::vector<bool> aside = problem.aside();
   Index taken = 0;
   for (std::size_t k = 0; k < aside.size(); ++k) {
@@ -113,19 +127,26 @@ Index take_in(const Mechanism& mechanism, const Observations& observations,
       continue;
     }
     const auto pose = static_cast<Index>(k);
-    const Index nearest = nearest_pose(observations.readings.values, pose, aside);
-    if (nearest < 0) {
-      continue;
+    // A missing reading leaves room for other solutions: the one that explains most counts.
+    Relaxed best;
+    int tried = 0;
+    for (const Index near : nearest_poses(observations.readings.values, pose, aside)) {
+      if (tried++ == kNeighbours) {
+        break;
+      }
+      const RowMatrix start = problem.poses().row(near);
+      Relaxed found = relaxed(mechanism, observations, problem.setup(), pose, start);
+      if (!(found.cost < best.cost)) {
+        continue;
+      }
+      const Vector here = aspect_of(mechanism, observations, problem.setup(), pose, found.pose);
+      const Vector there = aspect_of(mechanism, observations, problem.setup(), near, start);
+      if ((here.array() * there.array() >= 0).all()) {
+        best = std::move(found);
+      }
     }
-    const RowMatrix start = problem.poses().row(nearest);
-    const RowMatrix found = relaxed(mechanism, observations, problem.setup(), pose, start);
-    if (found.size() == 0) {
-      continue;
-    }
-    const Vector here = aspect_of(mechanism, observations, problem.setup(), pose, found);
-    const Vector there = aspect_of(mechanism, observations, problem.setup(), nearest, start);
-    if ((here.array() * there.array() >= 0).all()) {
-      problem.take_in(pose, found.data());
+    if (best.pose.size() > 0) {
+      problem.take_in(pose, best.pose.data());
       ++taken;
     }
   }
