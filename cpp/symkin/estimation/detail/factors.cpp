@@ -10,16 +10,19 @@ Vec3<Scalar> variable_position(const Eigen::Vector3d& position, int first) {
 }
 
 // exp([w]) R = R + [w] R to first order, at w = 0.
-Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, int first) {
+Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, std::size_t first) {
   Mat3<Scalar> variable;
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    const int k = (i + 2) % 3;
-    for (int column = 0; column < 3; ++column) {
-      Scalar element(rotation(i, column));
-      element.v[static_cast<std::size_t>(first + j)] = rotation(k, column);
-      element.v[static_cast<std::size_t>(first + k)] = -rotation(j, column);
-      variable[static_cast<std::size_t>(i)][static_cast<std::size_t>(column)] = element;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const std::size_t k = (i + 2) % 3;
+    for (std::size_t column = 0; column < 3; ++column) {
+      const auto element = [&](std::size_t row) {
+        return rotation(static_cast<Index>(row), static_cast<Index>(column));
+      };
+      Scalar value(element(i));
+      value.v[first + j] = element(k);
+      value.v[first + k] = -element(j);
+      variable[i][column] = value;
     }
   }
   return variable;

@@ -49,6 +49,7 @@ std::vector<Index> nearest_poses(const RowMatrix& readings, Index pose,
   }
   std::sort(distances.begin(), distances.end());
   std::vector<Index> nearest;
+  nearest.reserve(distances.size());
   for (const auto& [distance, other] : distances) {
     nearest.push_back(other);
   }

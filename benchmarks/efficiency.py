@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Estimates from partial observations against the Cramer-Rao bound, by simulated robots.
+
+Usage: .venv/bin/python benchmarks/efficiency.py [robots]
+
+Every robot's parameters are disturbed by the tolerances, which are the priors where the
+observations do not show everything. A row prints the mean chi-square over its degrees of freedom;
+the mean square of the errors in the inverse of their predicted covariance over the number of
+estimates, 1 at the bound; how many of the 95% intervals of the legs' parameters hold the truth; how
+many robots were not trusted, or failed.
+"""
+
+import sys
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import symkin
+from symkin.settings import Frames, NoiseSettings
+from symkin.simulation import Observed
+
+
+class Case(NamedTuple):
+    """What is observed of a robot, and what is told of its surroundings."""
+
+    robot: str
+    observed: Observed
+    options: Mapping[str, Any] = MappingProxyType({})
+    known: Frames = Frames()
+    poses: int = 60
+
+
+SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
+ANCHOR = ((2.0, 1.0),)
+FAR = {"base": (1.0, -0.5, 3.0), "target": (0.05, 0.0, 0.17)}
+FAR_IN_SPACE = {
+    "base": (1.0, -0.5, 0.3, 0.0, 0.0, 2.9),
+    "target": (0.05, 0.0, 0.0, 0.1, 0.0, 0.17),
+}
+FRAMES = {"frames": ["base", "target"]}
+
+CASES = [
+    Case("3RRR", Observed("position")),
+    Case("3RRR", Observed("position", missing=0.2)),
+    Case("3RRR", Observed("distance", anchors=ANCHOR), known=Frames(anchors=ANCHOR)),
+    Case("3RRR", Observed("pose", missing=0.2)),
+    Case("3RRR", Observed("pose", **FAR), FRAMES),
+    Case("5bar", Observed("distance", anchors=ANCHOR), known=Frames(anchors=ANCHOR)),
+    Case("5bar", Observed("position", base=FAR["base"]), {"frames": ["base"]}),
+    Case("4RRR", Observed("readings"), poses=120),
+    Case("hexapod_jugglebot", Observed("position")),
+    Case("hexapod_jugglebot", Observed("height"), {"frames": ["plane"]}, poses=120),
+    Case("hexapod_jugglebot", Observed("pose", missing=0.1)),
+    Case("hexapod_jugglebot", Observed("pose", **FAR_IN_SPACE), FRAMES),
+]
+
+
+def run(case: Case, robots: int) -> str:
+    """Simulate and identify, and return the row."""
+    mechanism = symkin.load_mechanism(case.robot)
+    if mechanism.pose_space == "spatial":
+        mechanism = mechanism.replace(noise=SPATIAL)
+    elif case.robot == "4RRR":
+        mechanism = mechanism.replace(noise=NoiseSettings(1e-4, 1e-4, 1e-4))
+    per_leg = max(len(mechanism.parameter_names), case.poses // len(mechanism.legs))
+    plan = symkin.make_plan(mechanism, symkin.sample_workspace(mechanism, 3000, seed=1), per_leg)
+    chi_squares, squares, inside, untrusted, failed, degrees = [], [], [], 0, 0, 0
+    for seed in range(robots):
+        try:
+            simulated = symkin.simulate(mechanism, plan, 1000 + seed, observe=case.observed)
+            found = symkin.identify(
+                mechanism.replace(frames=case.known),
+                simulated.measurements.for_all_legs(),
+                "joint",
+                gauge="prior",
+                **case.options,
+            )
+        except symkin.SymkinError:
+            failed += 1
+            continue
+        untrusted += not found.trustworthy
+        chi_squares.append(found.chi_square)
+        degrees = found.degrees_of_freedom
+        legs = [i for i, name in enumerate(found.names) if name.startswith("leg")]
+        values = {each.name: each.value for each in found.unknowns}
+        truth = {
+            f"leg{leg}.{name}": value
+            for leg, row in enumerate(simulated.actual.parameters, 1)
+            for name, value in zip(mechanism.parameter_names, row, strict=True)
+        }
+        errors = np.array([values[found.names[i]] - truth[found.names[i]] for i in legs])
+        covariance = found.covariance[np.ix_(legs, legs)]
+        squares.append(errors @ np.linalg.solve(covariance, errors) / len(legs))
+        inside.append(np.mean(np.abs(errors) < 1.96 * np.sqrt(np.diag(covariance))))
+    what = "+".join(case.observed.kinds) + (
+        f", {case.observed.missing:.0%} of readings missing" if case.observed.missing else ""
+    )
+    frames = ", frames unknown" if case.options.get("frames") else ""
+    return (
+        f"{case.robot:18}{what + frames:42}{degrees:7}{np.mean(chi_squares) / degrees:12.3f}"
+        f"{np.mean(squares):13.3f}{np.mean(inside):8.1%}{untrusted:10}{failed:8}"
+    )
+
+
+def main(robots: int) -> None:
+    print(f"{robots} robots a row")
+    print(
+        f"{'robot':18}{'observed':42}{'degrees':>7}{'chi2/degree':>12}{'error/bound':>13}"
+        f"{'in 95%':>8}{'untrusted':>10}{'failed':>8}"
+    )
+    for case in CASES:
+        print(run(case, robots), flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 300)
