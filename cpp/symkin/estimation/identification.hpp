@@ -16,8 +16,7 @@ enum class Estimator {
   paper,     // per leg: Gauss-Newton on g - psi (Eqs. 15, 24-26)
   inverse,   // per leg: the same cost by Levenberg-Marquardt, with a robust loss if asked for
   implicit,  // per leg: whitened closures h / sqrt(v), robust loss; finite where g has no root
-  joint,     // all legs at once: the closures of a pose whitened by their full covariance, since
-             //   they share its noise; maximum likelihood to first order
+  joint,     // all legs at once, with the true poses unknown: maximum likelihood, see fit_jointly()
 };
 
 struct IdentificationOptions {
