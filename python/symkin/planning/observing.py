@@ -195,21 +195,29 @@ class Survey(Value):
         NotIdentifiableError
             Naming combinations that neither shows.
         """
-        scale = self.scale
-        columns = len(scale)
-        whole = [*(each.reshape(-1, columns) for each in rows), np.diag(1 / self.priors)]
-        _, values, vectors = np.linalg.svd(np.concatenate(whole) * scale, full_matrices=False)
-        shown = values > _RANK * values[0]
-        if not shown.all():
-            unseen = "; ".join(
-                name_combination(direction, self.unknowns) for direction in vectors[~shown]
-            )
+        values, vectors = self._decomposed([*rows, np.diag(1 / self.priors)[None]])
+        if len(values) < len(vectors):
             raise NotIdentifiableError(
-                f"the plan's poses do not show all of the {columns} unknowns (not shown, in "
-                f"tolerances: {unseen}); {_PRIORS}"
+                f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
+                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))}); {_PRIORS}"
             )
-        half = vectors / values[:, None] * scale
+        half = vectors / values[:, None] * self.scale
         return np.asarray(half.T @ half)
+
+    def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:
+        """Combinations of unknowns, in tolerances, that the observations alone do not show."""
+        values, vectors = self._decomposed(rows)
+        return self._named(vectors[len(values) :])
+
+    def _decomposed(self, rows: Sequence[Array]) -> tuple[Array, Array]:
+        """Singular values above zero, and all directions of the unknowns in their scale."""
+        columns = len(self.scale)
+        whole = [*(each.reshape(-1, columns) for each in rows), np.zeros((columns, columns))]
+        _, values, vectors = np.linalg.svd(np.concatenate(whole) * self.scale, full_matrices=False)
+        return values[values > _RANK * values[0]], vectors
+
+    def _named(self, directions: Array) -> tuple[str, ...]:
+        return tuple(name_combination(each, self.unknowns) for each in directions)
 
     def expected(self, workspace: ArrayLike | Any, covariance: Array) -> ExpectedAccuracy:
         """End-effector error to expect, of the platform in the robot's own frame."""

@@ -196,12 +196,25 @@ class Plan(Result):
     @cached_property
     def unknowns(self) -> tuple[PlannedUnknown, ...]:
         """How well each unknown will be known; empty for full poses and all parameters."""
-        from symkin.planning.prediction import survey_covariance
-
-        survey = None if self.basis is None else self.basis.survey
-        if survey is None:
+        if self._survey is None:
             return ()
-        return survey.promised(survey_covariance(survey, self, measured=self.measured))
+        return self._survey.promised(self._survey.covariance(self._survey_rows))
+
+    @cached_property
+    def unseen(self) -> tuple[str, ...]:
+        """Combinations of unknowns, in tolerances, that priors alone hold."""
+        return () if self._survey is None else self._survey.unseen(self._survey_rows)
+
+    @property
+    def _survey(self) -> Survey | None:
+        return None if self.basis is None else self.basis.survey
+
+    @cached_property
+    def _survey_rows(self) -> list[NDArray[np.float64]]:
+        from symkin.planning.prediction import survey_rows
+
+        assert self._survey is not None
+        return survey_rows(self._survey, self, measured=self.measured)
 
     @cached_property
     def observability(self) -> tuple[Observability, ...]:
@@ -210,7 +223,7 @@ class Plan(Result):
         Empty where something else is observed or unknown, see `unknowns`. The indices are those of
         the rows that the selection saw, the rest of the paper's rows.
         """
-        if self.basis is not None and self.basis.survey is not None:
+        if self._survey is not None:
             return ()
         legs = []
         for leg, poses in enumerate(self.leg_poses()):
@@ -254,6 +267,7 @@ class Plan(Result):
             "selection": self.basis and self.basis.to_dict(),
             "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
             "unknowns": [each.to_dict() for each in self.unknowns],
+            "unseen": list(self.unseen),
             "legs": [
                 {
                     "poses": len(self.rows_of(shown.leg)),

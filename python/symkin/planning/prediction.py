@@ -85,8 +85,8 @@ def predict_accuracy(
         survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
     if survey is not None:
         _require_joint(estimator)
-        covariance = survey_covariance(survey, plan, poses=poses, measured=measured)
-        return survey.expected(workspace, covariance)
+        rows = survey_rows(survey, plan, poses=poses, measured=measured)
+        return survey.expected(workspace, survey.covariance(rows))
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
@@ -103,24 +103,21 @@ def predict_accuracy(
     return expected_accuracy(mechanism, workspace, covariance)
 
 
-def survey_covariance(
+def survey_rows(
     survey: Survey,
     plan: Plan,
     *,
     poses: PoseUse = "all",
     measured: Measurements | None = None,
-) -> NDArray[np.float64]:
-    """Covariance of a survey's unknowns that a plan's poses promise, see `predict_accuracy`."""
+) -> list[NDArray[np.float64]]:
+    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
     wanted = ~plan.spare
     sets = plan.leg_sets[wanted, None]
-    everyone = np.full((len(sets), plan.readings.shape[1]), True)
     own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
-    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else everyone)]
+    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
     if not np.isfinite(rows[0]).all():
         raise SymkinError("a pose of the plan is out of the nominal robot's reach")
-    if measured is not None:
-        rows.append(survey.measured_rows(measured))
-    return survey.covariance(rows)
+    return rows if measured is None else [*rows, survey.measured_rows(measured)]
 
 
 def _require_joint(estimator: Estimator | None) -> None:
@@ -233,6 +230,11 @@ class PoseCountCurve(Result):
             expected=points[high].accuracy,
             remedies=() if reached else _remedies(self, points[high], limits),
         )
+
+    @property
+    def survey(self) -> Survey | None:
+        """What will be observed and what is unknown; None for full poses and all parameters."""
+        return _survey_of(self.mechanism, self.candidates, self.settings)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the curve, a row a count."""
@@ -508,11 +510,17 @@ def _orbit_size(mechanism: Mechanism, design: Design) -> int:
     return len(task.elements) if task.is_orbit else 1
 
 
+def _survey_of(
+    mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]
+) -> Survey | None:
+    """What the settings of a curve say of what is observed and unknown."""
+    asked = {name: settings[name] for name in Unknowns.__annotations__ if name in settings}
+    return Survey.of(mechanism, cloud, settings.get("observe"), asked)
+
+
 def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:
     """As many poses as bring an equation for each parameter of a leg, or for each unknown."""
-    names = ("observe", *Unknowns.__annotations__)
-    asked = {name: settings[name] for name in names if name in settings}
-    survey = Survey.of(mechanism, cloud, asked.pop("observe", None), asked)
+    survey = _survey_of(mechanism, cloud, settings)
     if survey is None:
         return len(mechanism.parameter_names)
     _, conditions, columns = survey.rows(cloud[:1]).shape
