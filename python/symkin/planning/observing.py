@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.frames import COMPONENTS, frame, transforms
 from symkin.identification.estimate import with_file_settings
 from symkin.identification.problem import JointOptions, Problem
 from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
@@ -30,8 +31,9 @@ Array = NDArray[np.float64]
 Observing = Observed | Observable | Sequence[Observable]
 
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
+_BLOCK = 4096  # poses whose effects are held together
 _FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
-_PRIORS = 'prior="tolerances" (--prior tolerances) holds it'
+_PRIORS = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
 
 class Unknowns(TypedDict, total=False):
@@ -220,7 +222,11 @@ class Survey(Value):
         return tuple(name_combination(each, self.unknowns) for each in directions)
 
     def expected(self, workspace: ArrayLike | Any, covariance: Array) -> ExpectedAccuracy:
-        """End-effector error to expect, of the platform in the robot's own frame."""
+        """Error to expect of the target in the device's frame, at given readings.
+
+        Without frames that is the platform's in the robot's own. What frames and parameters explain
+        alike does not matter to it, however uncertain either is.
+        """
         position, orientation, evaluated, failed = self._weights(pose_rows(workspace))
         return ExpectedAccuracy(
             _rms(position, covariance), _rms(orientation, covariance), evaluated, failed
@@ -245,37 +251,76 @@ class Survey(Value):
         return tuple(PlannedUnknown(name, unit, *each) for name, unit, each in named)
 
     def _weights(self, poses: Array) -> tuple[Array, Array, int, int]:
-        """Mean squared errors, as quadratic forms of errors of the unknowns.
-
-        An error of a sensor's curvature is one of its offset, by as much as the reading says.
-        """
-        mechanism, layout = self.mechanism, self.layout
-        legs, p = len(mechanism.legs), len(mechanism.parameter_names)
-        own = layout.column[: legs * (p + 3)].reshape(legs, p + 3)
-        onto = np.zeros((legs * p, len(layout.names)))
-        of_parameters = own[:, :p].ravel()
-        moving = np.flatnonzero(of_parameters >= 0)
-        onto[moving, of_parameters[moving]] = 1
-        whole = _core.accuracy_weights(mechanism.core, poses)
-        if (own[:, p:] < 0).all():
-            position, orientation = (
-                onto.T @ each @ onto for each in (whole.position, whole.orientation)
+        """Mean squared errors, as quadratic forms of errors of the unknowns; poses in and out."""
+        columns = len(self.unknowns)
+        forms, evaluated = np.zeros((2, columns, columns)), 0
+        for first in range(0, len(poses), _BLOCK):
+            effects = self._effects(poses[first : first + _BLOCK])
+            evaluated += len(effects)
+            for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
+                form += np.einsum("nij,nik->jk", part, part)
+        if not evaluated:
+            raise SymkinError(
+                f'mechanism "{self.mechanism.name}" can take none of the {len(poses)} poses over '
+                "which accuracy is expected"
             )
-            return position, orientation, whole.evaluated, whole.failed
+        position, orientation = forms / evaluated
+        return position, orientation, evaluated, len(poses) - evaluated
+
+    def _effects(self, poses: Array) -> Array:
+        """How the target moves in the device's frame with the unknowns, at the readings of poses.
+
+        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular.
+        """
+        mechanism, space = self.mechanism, self.mechanism.pose_space
+        legs, p = len(mechanism.legs), len(mechanism.parameter_names)
         offset = mechanism.parameter_names.index("sensor_offset")
-        forms = np.zeros((2, len(layout.names), len(layout.names)))
-        for pose, psi in zip(poses, mechanism.inverse_kinematics(poses), strict=True):
-            try:
-                here = _core.accuracy_weights(mechanism.core, pose[None])
-            except SymkinError:  # out of reach or singular, as `whole` has counted
-                continue
-            bent = onto.copy()
-            terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])
-            for leg, term in np.argwhere(own[:, p:] >= 0):
-                bent[leg * p + offset, own[leg, p + term]] += terms[leg, term]
-            forms += [bent.T @ each @ bent for each in (here.position, here.orientation)]
-        position, orientation = forms / whole.evaluated
-        return position, orientation, whole.evaluated, whole.failed
+        readings = mechanism.inverse_kinematics(poses)
+        by_pose, by_leg = [], []
+        for leg, psi in enumerate(readings.T):
+            rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
+            terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
+            bent = rows.by_parameters[:, [offset]] * terms
+            by_pose.append(rows.by_pose)
+            by_leg.append(np.hstack([rows.by_parameters, bent]))
+        by_poses, by_legs = np.stack(by_pose, axis=1), np.stack(by_leg, axis=1)
+        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2))
+        singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
+        good = reached & (singular[:, -1] > _RANK * singular[:, 0])
+        inverse = np.linalg.pinv(by_poses[good])
+        of_legs = -(inverse[..., None] * by_legs[good][:, None]).reshape(
+            len(inverse), -1, legs * (p + 3)
+        )
+        moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
+        moves[:, COMPONENTS[space]] = of_legs
+
+        frames = mechanism.frames or Frames()
+        base, target = frame(space, frames.base), frame(space, frames.target)
+        platform = transforms(space, poses[good])
+        arm = platform.rotation @ target.translation
+        seen = (platform.translation + arm) @ base.rotation.T
+        turned = base.rotation @ platform.rotation
+        effects = np.concatenate(
+            [
+                _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves,
+                _adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
+                _adjoint(turned, np.zeros_like(seen)),
+            ],
+            axis=2,
+        )
+        if space == "point":
+            effects[:, 3:] = 0
+        column = self.layout.column[: effects.shape[2]]
+        onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
+        return np.asarray(effects @ onto)
+
+
+def _adjoint(rotations: Array, arms: Array) -> Array:
+    """Tangents of points at the ends of arms, turned, by those of where the arms begin."""
+    made = np.zeros((len(arms), 6, 6))
+    made[:, :3, :3] = made[:, 3:, 3:] = rotations
+    made[:, :3, 3:] = rotations @ np.cross(arms[:, None], np.eye(3))
+    return made
 
 
 @dataclass(frozen=True)

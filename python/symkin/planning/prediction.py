@@ -64,8 +64,8 @@ def predict_accuracy(
         What is measured already and identifies the legs too.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`; by default what the plan was
-        made for. What is held has no error, and priors count. The error is that of the platform in
-        the robot's own frame.
+        made for. What is held has no error, and priors count. The error is that of the target in
+        the device's frame, at given readings: without frames, of the platform in the robot's own.
 
     Returns
     -------

@@ -85,7 +85,7 @@ def plan_page(plan: Plan) -> Page:
         "with all poses, for the declared noise."
     )
     if surveyed:
-        errors += " They are of the platform in the robot's own frame; what is held has none."
+        errors += " They are of the target in the device's frame; what is held has none."
     return Page(
         title=f"{mechanism.name}: plan",
         subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",

@@ -9,9 +9,11 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.observability import mechanism_rows
+from symkin.frames import frame, transforms
+from symkin.observability import expected_accuracy, mechanism_rows
 from symkin.observed import Observed
 from symkin.planning import Survey, predict_accuracy
+from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
 from symkin.settings import Frames
 
 PRIORS = {"observe": "position", "prior": "tolerances"}
@@ -96,28 +98,71 @@ def test_poses_chosen_for_positions_beat_those_for_full_poses_where_these_are_me
     assert dets[0] > dets[1]
 
 
-def test_the_expected_error_of_a_curved_sensor_is_that_of_curved_robots(paper, sample):
-    # Against finite differences of forward kinematics, through the covariance of all unknowns.
-    unknowns = {"sensor": "quadratic", "prior": "tolerances"}
-    plan = symkin.make_plan(paper, sample, 30, design="mechanism", spares=0, **unknowns)
-    survey, places = plan.basis.survey, sample.poses[:4]
-    covariance = survey.covariance([survey.rows(plan.poses)])
-    readings, step = paper.inverse_kinematics(places), 1e-6
-    columns = []
-    for name in survey.unknowns:
-        leg, parameter = int(name[3]) - 1, name.partition(".")[2]
-        changed = [np.array(paper.parameters), np.zeros((3, 3))]
-        if parameter == "sensor_quadratic":
-            changed[1][leg, 0] = step
-        else:
-            changed[0][leg, paper.parameter_names.index(parameter)] += step
-        moved = paper.with_parameters(changed[0]).replace(symmetry=None, curvature=changed[1])
-        poses = moved.forward_kinematics(readings, places)[0]
-        columns.append((poses - places)[:, :2] / step)
-    by_unknowns = np.stack(columns, axis=-1)
-    squares = np.einsum("nij,jk,nik->n", by_unknowns, covariance, by_unknowns)
-    expected = survey.expected(places, covariance).position
-    assert expected == pytest.approx(np.sqrt(squares.mean()), rel=1e-3)
+@pytest.mark.parametrize(
+    ("name", "base", "target"),
+    [
+        ("3RRR", (1.0, -0.5, 2.0), (0.1, 0.05, 0.3)),
+        ("hexapod_jugglebot", (1.0, -0.5, 0.2, 0.3, 0.2, 2.0), (0.1, 0.0, 0.05, 0.0, 0.4, 0.3)),
+    ],
+)
+def test_the_expected_error_is_that_of_robots_with_errors(name, base, target):
+    # Against differences of forward kinematics, for every unknown of legs, sensors and frames.
+    nominal = symkin.load_mechanism(name)
+    nominal = nominal.replace(symmetry=None, frames=Frames(base=base, target=target))
+    places = symkin.sample_workspace(nominal, 200, seed=1).poses[:3]
+    asked = {"sensor": "quadratic", "frames": ["base", "target"]}
+    survey = Survey.of(nominal, places, "pose", asked)
+    readings, step = nominal.inverse_kinematics(places), 1e-6
+    seen = device_poses(nominal, places)
+    effects = []
+    for unknown in survey.unknowns:
+        block, _, own = unknown.partition(".")
+        changed = nominal
+        if block.startswith("leg"):
+            leg, parameters = int(block[3:]) - 1, np.array(nominal.parameters)
+            curvature = np.zeros((len(parameters), 3))
+            if own == "sensor_quadratic":
+                curvature[leg, 0] = step
+            else:
+                parameters[leg, nominal.parameter_names.index(own)] += step
+            changed = nominal.with_parameters(parameters).replace(curvature=curvature)
+        moved = device_poses(changed, changed.forward_kinematics(readings, places)[0])
+        if block in ("base", "target"):
+            tangent = np.zeros(6)
+            tangent[("x", "y", "z", "rx", "ry", "rz").index({"phi": "rz"}.get(own, own))] = step
+            moved = device_poses(nominal, places, **{block: tangent})
+        turned = moved.rotation @ np.swapaxes(seen.rotation, 1, 2)
+        shift = moved.translation - seen.translation
+        effects.append(np.hstack([shift, vectors_from_rotations(turned)]) / step)
+    effect = np.stack(effects, axis=-1)
+    covariance = np.cov(np.random.default_rng(1).normal(size=(len(effects), 99)))
+    squares = np.einsum("nij,jk,nik->ni", effect, covariance, effect)
+    expected = survey.expected(places, covariance)
+    position, orientation = squares[:, :3].sum(axis=1), squares[:, 3:].sum(axis=1)
+    assert expected.position == pytest.approx(np.sqrt(position.mean()), rel=1e-3)
+    assert expected.orientation == pytest.approx(np.sqrt(orientation.mean()), rel=1e-3)
+
+
+def device_poses(mechanism, poses, base=(0.0,) * 6, target=(0.0,) * 6):
+    """Where the device sees the target, with frames that are moved by small tangents."""
+    space, frames = mechanism.pose_space, mechanism.frames
+
+    def shifted(values, tangent):
+        own = frame(space, values)
+        turn = rotations_from_vectors(np.array([tangent[3:]]))[0]
+        return Transform(turn @ own.rotation, own.translation + tangent[:3])
+
+    return shifted(frames.base, base) @ transforms(space, poses) @ shifted(frames.target, target)
+
+
+def test_full_poses_and_all_parameters_expect_the_usual_error(paper, sample):
+    survey = Survey.of(paper, sample.poses, "pose", {})
+    covariance = np.cov(np.random.default_rng(1).normal(size=(24, 99)))
+    usual = expected_accuracy(paper, sample, covariance)
+    mine = survey.expected(sample, covariance)
+    assert mine.position == pytest.approx(usual.position, rel=1e-9)
+    assert mine.orientation == pytest.approx(usual.orientation, rel=1e-9)
+    assert mine.evaluated == usual.evaluated
 
 
 def test_what_is_measured_already_counts(paper, sample, plan):
@@ -131,9 +176,9 @@ def test_what_is_measured_already_counts(paper, sample, plan):
 
 
 def test_what_nothing_shows_is_named_with_what_would_hold_it(paper, sample, plan):
-    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*--prior tolerances"):
+    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*prior \"tolerances\""):
         symkin.make_plan(paper, sample, 30, design="mechanism", observe="position")
-    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*--prior tolerances"):
+    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*prior \"tolerances\""):
         predict_accuracy(paper, plan, sample, observe="position")
     with pytest.raises(NotIdentifiableError, match="say nothing"):
         symkin.make_plan(paper, sample, 30, design="mechanism", observe="readings")
