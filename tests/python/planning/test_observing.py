@@ -229,3 +229,12 @@ def test_counts_are_for_what_is_observed(paper, sample):
     assert 20 < needed.count <= 40
     with pytest.raises(SymkinError, match='expected "joint"'):
         symkin.pose_count_curve(paper, sample, [20], estimator="inverse", **asked)
+
+
+def test_a_reading_that_is_not_taken_brings_one_condition_less(paper, sample):
+    survey = Survey.of(paper, sample.poses, "pose", {})
+    read = np.array([[True, True, True], [True, False, True]])
+    rows = survey.rows(sample.poses[:2], read)
+    assert np.array_equal(rows[0], survey.rows(sample.poses[:1])[0])
+    assert np.linalg.matrix_rank(rows[1]) == 2
+    assert not rows[1, :, 8:16].any()  # of the second leg
