@@ -122,7 +122,8 @@ def make_plan(
     **unknowns
         `free`, `fixed`, `shared`, `prior`, `frames` and `sensor` of `identify`: what is unknown; by
         default what the mechanism's `identification` says, or all parameters. Priors count as
-        information that is there beforehand. As with `observe`, the design is "mechanism".
+        information that is there beforehand. As with `observe`, the design is "mechanism". With
+        neither, plans are for full poses and all parameters, whatever `identification` says.
 
     Returns
     -------

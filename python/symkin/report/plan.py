@@ -34,6 +34,7 @@ _DESIGNS = {
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
 _SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
+_COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
 _PERCENT = "\N{NO-BREAK SPACE}%"
 
@@ -68,7 +69,10 @@ def plan_page(plan: Plan) -> Page:
     if silent:
         notes.append(f"no better known than their priors say: {_few(silent)}")
     if plan.unseen:
-        notes.append(f"no observation shows, so that priors alone hold: {'; '.join(plan.unseen)}")
+        shown = "; ".join(plan.unseen)
+        if len(plan.unseen) > _COMBINED:
+            shown = f"{count(len(plan.unseen))} combinations of the unknowns"
+        notes.append(f"no observation shows, so that priors alone hold: {shown}")
     sections = [
         plan_section(plan),
         _unknowns_section(plan)
