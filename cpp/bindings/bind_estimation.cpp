@@ -8,6 +8,7 @@
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/estimation/observability.hpp"
+#include "symkin/estimation/observed_rows.hpp"
 #include "symkin/estimation/simulation.hpp"
 #include "symkin/estimation/starting_point.hpp"
 #include "symkin/support/error.hpp"
@@ -253,6 +254,15 @@ void bind_joint(py::module_& module) {
   module.def("with_starting_frames", &symkin::with_starting_frames, py::arg("mechanism"),
              py::arg("setup"), py::arg("observations"), py::arg("home"), py::arg("base"),
              py::arg("target"), ReleaseGil());
+  module.def(
+      "observed_rows",
+      [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
+         std::vector<symkin::Index> column, symkin::Vector prior, symkin::ConstRows poses) {
+        const Layout layout{std::move(column), std::move(prior)};
+        return symkin::observed_rows(mechanism, setup, observations, layout, poses);
+      },
+      py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
+      py::arg("prior"), py::arg("poses"), ReleaseGil());
 
   py::class_<RowFit>(module, "RowFit")
       .def_readonly("pose", &RowFit::pose)

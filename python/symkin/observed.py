@@ -20,10 +20,11 @@ from symkin.poses import (
 )
 from symkin.settings import NoiseSettings
 
-__all__ = ["Observable", "Observed"]
+__all__ = ["NO_NOISE", "Observable", "Observed"]
 
 Array = NDArray[np.float64]
 Observable = Literal["pose", "position", "orientation", "points", "distance", "height", "readings"]
+NO_NOISE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
 
 
@@ -175,6 +176,15 @@ class Observed:
             heights = above / np.linalg.norm(normal)
             found["heights"] = noisy("height_deviations", heights, noise.position)
         return replace(taken, poses=poses, readings=readings, **found, **deviations)
+
+    def exact(self, taken: Measurements) -> Measurements:
+        """Measure poses and readings that are exact without noise; the arguments of `measure`.
+
+        Returns
+        -------
+        Measurements
+        """
+        return self.measure(taken, NO_NOISE, 0)
 
     def _frame(self, name: str, space: str) -> Transform:
         given, count = getattr(self, name), 6 if space == "spatial" else 3

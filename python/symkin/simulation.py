@@ -15,19 +15,15 @@ from symkin.identification.calibrated import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
-from symkin.observed import Observable, Observed
+from symkin.observed import NO_NOISE, Observable, Observed
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.result import Result, record
-from symkin.settings import NoiseSettings
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
 __all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate"]
-
-
-_NONE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
 
 
 @record
@@ -160,7 +156,7 @@ def simulate(
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
     observed = Observed((observe,)) if isinstance(observe, str) else observe
     as_usual = observed == Observed()
-    noise = mechanism.noise if as_usual else _NONE
+    noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements
     measurements = Measurements(

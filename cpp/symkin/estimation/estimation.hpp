@@ -15,6 +15,7 @@
 #include "symkin/estimation/noise.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/estimation/observations.hpp"
+#include "symkin/estimation/observed_rows.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/simulation.hpp"
 #include "symkin/estimation/starting_point.hpp"

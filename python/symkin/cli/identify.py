@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -22,8 +21,17 @@ from symkin.cli.options import (
     PoseUseOption,
     SeedOption,
 )
+from symkin.cli.unknown_options import (
+    FixedOption,
+    FramesOption,
+    FreeOption,
+    PriorOption,
+    SensorOption,
+    SharedOption,
+    unknowns,
+)
 from symkin.identification import JointIdentification, Loss
-from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.identification.unknowns import Gauge, LossPer
 from symkin.io.output_files import OutputFiles
 
 
@@ -46,41 +54,12 @@ def identify(
         LossPer | None,
         typer.Option(help="Whether a blunder spoils its pose, or is found and left out alone."),
     ] = None,
-    free: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PATTERN",
-            help="Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
-            "?; without a dot, in any leg. By default all parameters of all legs.",
-        ),
-    ] = None,
-    fixed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATTERN", help="Held, whatever else says so."),
-    ] = None,
-    shared: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATTERN", help="Changed by the same amount in all legs that match."),
-    ] = None,
-    prior: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PRIOR",
-            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'.",
-        ),
-    ] = None,
-    frames: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FRAME",
-            help="Unknown: base, target, points, anchors or plane. May be given several times, as "
-            "may the patterns, or several in one, with commas.",
-        ),
-    ] = None,
-    sensor: Annotated[
-        Sensor | None,
-        typer.Option(help="What sensors may do besides a straight line: bend, or err once a turn."),
-    ] = None,
+    free: FreeOption = None,
+    fixed: FixedOption = None,
+    shared: SharedOption = None,
+    prior: PriorOption = None,
+    frames: FramesOption = None,
+    sensor: SensorOption = None,
     gauge: Annotated[
         Gauge | None,
         typer.Option(
@@ -143,12 +122,7 @@ def identify(
                 loss=loss,
                 loss_per=loss_per,
                 max_iterations=max_iterations,
-                free=_several(free),
-                fixed=_several(fixed),
-                shared=_several(shared),
-                prior=_priors(_several(prior)),
-                frames=_several(frames),
-                sensor=sensor,
+                **unknowns(free, fixed, shared, prior, frames, sensor),
                 gauge=gauge,
                 noise=None if noise == "declared" else noise,
             )
@@ -166,22 +140,3 @@ def identify(
             say(f"\n{out / 'report.html'}")
     if not found.converged:
         not_converged(found.failure)
-
-
-def _several(given: list[str] | None) -> list[str] | None:
-    """Patterns that were given one by one, or several with commas outside of brackets."""
-    if given is None:
-        return None
-    return [part.strip() for each in given for part in re.split(r",(?![^\[]*\])", each)]
-
-
-def _priors(given: list[str] | None) -> Priors | None:
-    if given is None or given == ["tolerances"]:
-        return None if given is None else "tolerances"
-    priors = dict(each.rpartition("=")[::2] for each in given)
-    if "" in priors:
-        raise typer.BadParameter(
-            f'--prior is {", ".join(given)}; expected "tolerances", or patterns with a standard '
-            'deviation each, such as "leg1.*=0.1 mm"'
-        )
-    return priors

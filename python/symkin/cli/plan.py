@@ -27,6 +27,23 @@ from symkin.cli.options import (
     ThreadsOption,
 )
 from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
+from symkin.cli.unknown_options import (
+    NO_PLANE,
+    AnchorOption,
+    BaseOption,
+    FixedOption,
+    FramesOption,
+    FreeOption,
+    ObserveOption,
+    PlaneOption,
+    PointOption,
+    PriorOption,
+    SensorOption,
+    SharedOption,
+    TargetOption,
+    planned,
+    unknowns,
+)
 from symkin.io.output_files import OutputFiles
 
 _FILES = ("plan.csv", "plan.json", "plan.html")
@@ -35,6 +52,7 @@ _FILES = ("plan.csv", "plan.json", "plan.html")
 @with_example(
     "symkin plan 3RRR --out planned",
     "symkin plan 3RRR --out orbits --design orbits --avoid y=0.3:",
+    "symkin plan 3RRR --out seen --design mechanism --observe position --prior tolerances",
 )
 def plan(
     mechanism: MechanismArgument,
@@ -61,6 +79,18 @@ def plan(
         ),
     ] = None,
     columns: ColumnsOption = None,
+    observe: ObserveOption = None,
+    base: BaseOption = None,
+    target: TargetOption = None,
+    point: PointOption = None,
+    anchor: AnchorOption = None,
+    plane: PlaneOption = NO_PLANE,
+    free: FreeOption = None,
+    fixed: FixedOption = None,
+    shared: SharedOption = None,
+    prior: PriorOption = None,
+    frames: FramesOption = None,
+    sensor: SensorOption = None,
     avoid: AvoidOption = None,
     minimum_distance: MinimumDistanceOption = "0",
     margin_sigmas: MarginSigmasOption = 3.0,
@@ -95,6 +125,10 @@ def plan(
     Poses are chosen from the workspace for the reference leg, so that they show its parameters
     best, and carried to the other legs by the symmetry. Every set gets spares too, for poses that
     the robot cannot take.
+
+    With --observe, or unknowns as `symkin identify` has them, poses are chosen for what will be
+    observed and is unknown then, all at once (--design mechanism). Priors count as information that
+    is there beforehand.
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
@@ -134,6 +168,8 @@ def plan(
                 spares=spares,
                 time_limit=time_limit,
                 threads=threads,
+                observe=planned(loaded, observe, base, target, point, anchor, plane),
+                **unknowns(free, fixed, shared, prior, frames, sensor),
             )
             document = {"command": "plan", **made.to_dict()}
             stage("writing the report")

@@ -15,15 +15,32 @@ from symkin.cli.options import (
     CandidatesOption,
     CriterionOption,
     DesignOption,
-    EstimatorOption,
     JsonOption,
     MechanismArgument,
+    OptionalEstimatorOption,
     OverwriteOption,
     PoseUseOption,
     RowsOption,
     SeedOption,
 )
 from symkin.cli.plan_options import AccuracyOption, accuracies
+from symkin.cli.unknown_options import (
+    NO_PLANE,
+    AnchorOption,
+    BaseOption,
+    FixedOption,
+    FramesOption,
+    FreeOption,
+    ObserveOption,
+    PlaneOption,
+    PointOption,
+    PriorOption,
+    SensorOption,
+    SharedOption,
+    TargetOption,
+    planned,
+    unknowns,
+)
 from symkin.io.output_files import OutputFiles
 from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
 
@@ -48,12 +65,24 @@ def pose_count(
             help="Of the position error, that another pose must save to be worth while.",
         ),
     ] = 0.02,
-    estimator: EstimatorOption = "implicit",
+    estimator: OptionalEstimatorOption = None,
     use: PoseUseOption = "all",
     candidates: CandidatesOption = None,
     design: DesignOption = "legs",
     rows: RowsOption = "noise_aware",
     criterion: CriterionOption = "O1",
+    observe: ObserveOption = None,
+    base: BaseOption = None,
+    target: TargetOption = None,
+    point: PointOption = None,
+    anchor: AnchorOption = None,
+    plane: PlaneOption = NO_PLANE,
+    free: FreeOption = None,
+    fixed: FixedOption = None,
+    shared: SharedOption = None,
+    prior: PriorOption = None,
+    frames: FramesOption = None,
+    sensor: SensorOption = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -63,6 +92,8 @@ def pose_count(
     For numbers of poses from that of a leg's parameters to ten times as many, poses are selected,
     and the end-effector error after identification is predicted from the declared noise. With
     --accuracy, the fewest poses are found that give it; if they are too many, what else would help.
+    With --observe, or unknowns as `symkin identify` has them, for what is observed and unknown then
+    (--design mechanism).
     """
     from symkin.io.results import write_results
 
@@ -86,6 +117,8 @@ def pose_count(
                 estimator=estimator,
                 poses=use,
                 least_gain=least_gain,
+                observe=planned(loaded, observe, base, target, point, anchor, plane),
+                **unknowns(free, fixed, shared, prior, frames, sensor),
             )
             result: PoseCountCurve | NeededPoses = curve
             if accuracy:

@@ -405,7 +405,7 @@ def identify(
         "gauge": gauge,
         "loss_per": loss_per,
     }
-    wanted = _with_defaults(given, mechanism.identification)
+    wanted = with_file_settings(given, mechanism.identification)
     reason = _needs_joint(mechanism, measurements, wanted, noise)
     if not reason:
         return identify_legs(
@@ -445,7 +445,7 @@ def identify_legs(
         return Identification.of(mechanism, measurements, FitOptions(estimator, **options))
 
 
-def _with_defaults(
+def with_file_settings(
     given: Mapping[str, Any], settings: IdentificationSettings | None
 ) -> dict[str, Any]:
     """What was asked for, or else what the mechanism's file says."""
@@ -514,7 +514,7 @@ def cross_validate(
     """
     names = {each.name for each in dataclasses.fields(IdentificationSettings)}
     given = {name: options.pop(name) for name in names & options.keys()}
-    wanted = _with_defaults({**dict.fromkeys(names), **given}, mechanism.identification)
+    wanted = with_file_settings({**dict.fromkeys(names), **given}, mechanism.identification)
     reason = _needs_joint(mechanism, measurements, wanted, options.get("noise"))
     if reason:
         if estimator not in (None, "joint"):

@@ -3,6 +3,7 @@
 
 from symkin.planning.designs import Clearance, Design, Region
 from symkin.planning.making import make_plan
+from symkin.planning.observing import PlannedUnknown, Survey
 from symkin.planning.plan import ChosenPoses, Plan, PlanBasis
 from symkin.planning.prediction import (
     NeededPoses,
@@ -20,9 +21,11 @@ __all__ = [
     "NeededPoses",
     "Plan",
     "PlanBasis",
+    "PlannedUnknown",
     "PoseCountCurve",
     "Region",
     "Remedy",
+    "Survey",
     "make_plan",
     "pose_count_curve",
     "predict_accuracy",

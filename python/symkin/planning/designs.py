@@ -13,9 +13,15 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, one_of
-from symkin.measurements import ALL_LEGS
+from symkin.measurements import ALL_LEGS, Measurements
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind, mechanism_rows, observability_rows
+from symkin.observability import (
+    RowKind,
+    error_weight,
+    mechanism_rows,
+    observability_rows,
+    parameter_tolerances,
+)
 from symkin.planning.selection import LegRows
 from symkin.result import Value, field, record
 from symkin.symmetry import (
@@ -116,6 +122,36 @@ class Task:
         return tuple(
             f"leg {leg} {name}" for leg in range(1, len(mechanism.legs) + 1) for name in names
         )
+
+    def scale(self, mechanism: Mechanism) -> NDArray[np.float64]:
+        """A typical size of an error in each column: its tolerance."""
+        return parameter_tolerances(mechanism)[self._legs(mechanism)].ravel()
+
+    def error_weight(self, mechanism: Mechanism, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """B of the expected squared error, see `symkin.observability.error_weight`."""
+        legs, p = self._legs(mechanism), len(mechanism.parameter_names)
+        own = slice(legs[0] * p, (legs[-1] + 1) * p)
+        return error_weight(mechanism, poses)[own, own]
+
+    def prior(
+        self, mechanism: Mechanism, measured: Measurements | None, kind: RowKind
+    ) -> NDArray[np.float64] | None:
+        """Information of what is measured already; rows that miss a reading do not count."""
+        if measured is None:
+            return None
+        readings = measured.readings if self.leg is None else measured.readings[:, [self.leg]]
+        measured.require_complete()
+        complete = np.isfinite(readings).all(axis=1)
+        rows = self.measured_rows(mechanism, measured.poses[complete], kind)
+        rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
+        return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
+
+    def advice(self) -> str:
+        """What to do where nothing shows a column; empty if there is nothing."""
+        return ""
+
+    def _legs(self, mechanism: Mechanism) -> list[int]:
+        return list(range(len(mechanism.legs))) if self.leg is None else [self.leg]
 
 
 def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) -> list[Task]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from symkin.checks import undefined_angles
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind, error_weight, parameter_tolerances
+from symkin.observability import RowKind
 from symkin.planning.designs import (
     Clearance,
     Design,
@@ -25,6 +25,7 @@ from symkin.planning.designs import (
     clearance,
     design_tasks,
 )
+from symkin.planning.observing import ObservedTask, Observing, Survey, Unknowns
 from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
 from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
 from symkin.planning.visiting import visiting_order
@@ -58,6 +59,8 @@ def make_plan(
     spares: int | None = None,
     time_limit: float = 10.0,
     threads: int = 0,
+    observe: Observing | None = None,
+    **unknowns: Unpack[Unknowns],
 ) -> Plan:
     """Choose the poses to measure: for the reference leg, carried to the other legs by symmetry.
 
@@ -111,6 +114,16 @@ def make_plan(
         Of the proof of method "exhaustive", s.
     threads : int
         0 for as many as the machine has; the plan is the same with any number.
+    observe : Observed or str, optional
+        What will be observed besides the readings, by default full poses. A frame, point or anchor
+        that it does not give is where the mechanism's `frames` has it. The poses are then chosen
+        for everything that is unknown at once, as `identify` estimates it, with noise-aware rows;
+        the design is "mechanism".
+    **unknowns
+        `free`, `fixed`, `shared`, `prior`, `frames` and `sensor` of `identify`: what is unknown; by
+        default what the mechanism's `identification` says, or all parameters. Priors count as
+        information that is there beforehand. As with `observe`, the design is "mechanism". With
+        neither, plans are for full poses and all parameters, whatever `identification` says.
 
     Returns
     -------
@@ -120,13 +133,14 @@ def make_plan(
     Raises
     ------
     NotIdentifiableError
-        If no choice shows all parameters; names the combination.
+        If no choice shows all parameters, or unknowns; names the combination.
     SymkinError
         For demands that contradict each other or the mechanism.
     """
     one_of("visit", visit, ("sets", "travel"))
     poses = pose_rows(candidates)
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
+    survey = Survey.of(mechanism, poses, observe, unknowns)
     demands = _Demands(
         mechanism=mechanism,
         candidates=poses,
@@ -144,13 +158,14 @@ def make_plan(
         spares=spares,
         time_limit=time_limit,
         threads=threads,
+        survey=survey,
     )
     symmetric = use_symmetry and not demands.tells_legs_apart
     kept = clearance(mechanism, poses, margin_sigmas)
-    chosen = [
-        _choose(demands, task, kept)
-        for task in design_tasks(mechanism, design, use_symmetry=symmetric)
-    ]
+    tasks = design_tasks(mechanism, design, use_symmetry=symmetric)
+    if survey is not None:
+        tasks = [ObservedTask(**vars(task), survey=survey) for task in tasks]
+    chosen = [_choose(demands, task, kept) for task in tasks]
     plan = _assemble(demands, chosen, kept)
     return _in_visiting_order(mechanism, plan, demands.seed) if visit == "travel" else plan
 
@@ -194,6 +209,7 @@ def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> 
             excluded=max(found.excluded for found in chosen),
             clearance=kept,
             choices=tuple(found.record(len(mechanism.legs)) for found in chosen),
+            survey=demands.survey,
         ),
         candidates=demands.candidates if demands.sample is None else demands.sample,
         measured=demands.measured,
@@ -243,6 +259,7 @@ class _Demands:
     spares: int | None
     time_limit: float
     threads: int
+    survey: Survey | None
 
     def __post_init__(self) -> None:
         """Refuse demands that do not go together."""
@@ -256,6 +273,17 @@ class _Demands:
                 "orbits are chosen for one leg and serve all legs alike, so required poses, "
                 "measured poses and a minimum distance do not go with them; choose the design "
                 '"legs" or "mechanism"'
+            )
+        if self.survey is not None and self.design != "mechanism":
+            raise SymkinError(
+                f'the design "{self.design}" is chosen from full poses for the parameters of one '
+                "leg, so what is observed or unknown otherwise does not go with it; choose the "
+                'design "mechanism"'
+            )
+        if self.survey is not None and self.rows == "paper":
+            raise SymkinError(
+                "the paper's rows know full poses and all parameters alone, so what is observed or "
+                'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
         check_regions(self.mechanism, self.avoid)
 
@@ -310,7 +338,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     wanted = demands.count
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
-    prior = _prior(demands, task)
+    prior = task.prior(mechanism, demands.measured, demands.rows)
     selection = _select(
         demands,
         task,
@@ -346,21 +374,8 @@ def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selec
     except NotIdentifiableError as error:
         legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
-        error.args = ("; ".join([str(error), *causes]),)
+        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
         raise
-
-
-def _prior(demands: _Demands, task: Task) -> NDArray[np.float64] | None:
-    """Information of what is measured already; rows in which a reading is missing do not count."""
-    measured = demands.measured
-    if measured is None:
-        return None
-    readings = measured.readings if task.leg is None else measured.readings[:, [task.leg]]
-    measured.require_complete()
-    complete = np.isfinite(readings).all(axis=1)
-    rows = task.measured_rows(demands.mechanism, measured.poses[complete], demands.rows)
-    rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
-    return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
 
 
 def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
@@ -371,13 +386,10 @@ def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
 
 
 def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:
-    mechanism, p = demands.mechanism, len(demands.mechanism.parameter_names)
-    legs = range(len(mechanism.legs)) if task.leg is None else [task.leg]
-    scale = parameter_tolerances(mechanism)[list(legs)].ravel()
+    scale = task.scale(demands.mechanism)
     if demands.criterion != "expected_error":
         return {"scale": scale}
-    own = slice(legs[0] * p, (legs[-1] + 1) * p)
-    weight = error_weight(mechanism, thinned(demands.candidates))[own, own]
+    weight = task.error_weight(demands.mechanism, thinned(demands.candidates))
     return {"scale": scale, "error_weight": weight}
 
 

@@ -18,6 +18,7 @@ from symkin.measurements import ALL_LEGS, Measurements, make_arrays, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, Observability, RowKind, analyse_observability
 from symkin.planning.designs import Clearance, Design
+from symkin.planning.observing import PlannedUnknown, Survey
 from symkin.planning.selection import Criterion, Selection, SelectionMethod
 from symkin.planning.visiting import travel_length
 from symkin.result import Result, Value, field, record
@@ -80,6 +81,8 @@ class PlanBasis(Value):
         How far they stay from the end of a leg's reach and from singularities.
     choices : tuple of ChosenPoses
         One for each leg that is its own reference.
+    survey : Survey or None
+        What will be observed and what is unknown then; None for full poses and all parameters.
     """
 
     design: Design
@@ -91,6 +94,7 @@ class PlanBasis(Value):
     excluded: int
     clearance: Clearance
     choices: tuple[ChosenPoses, ...]
+    survey: Survey | None = None
 
     @property
     def symmetrical(self) -> bool:
@@ -174,7 +178,8 @@ class Plan(Result):
     def expected(self) -> ExpectedAccuracy | None:
         """The end-effector error to expect over the candidates; None if that cannot be told.
 
-        With `estimator`, all poses and those measured already, see `predict_accuracy`.
+        With `estimator`, all poses and those measured already, for what the plan was made to
+        observe; see `predict_accuracy`.
         """
         from symkin.planning.prediction import predict_accuracy
 
@@ -189,11 +194,37 @@ class Plan(Result):
             return None
 
     @cached_property
-    def observability(self) -> tuple[Observability, ...]:
-        """What the poses show of each leg, with those measured already.
+    def unknowns(self) -> tuple[PlannedUnknown, ...]:
+        """How well each unknown will be known; empty for full poses and all parameters."""
+        if self._survey is None:
+            return ()
+        return self._survey.promised(self._survey.covariance(self._survey_rows))
 
-        The indices are those of the rows that the selection saw, the rest of the paper's rows.
+    @cached_property
+    def unseen(self) -> tuple[str, ...]:
+        """Combinations of unknowns, in tolerances, that priors alone hold."""
+        return () if self._survey is None else self._survey.unseen(self._survey_rows)
+
+    @property
+    def _survey(self) -> Survey | None:
+        return None if self.basis is None else self.basis.survey
+
+    @cached_property
+    def _survey_rows(self) -> list[NDArray[np.float64]]:
+        from symkin.planning.prediction import survey_rows
+
+        assert self._survey is not None
+        return survey_rows(self._survey, self, measured=self.measured)
+
+    @cached_property
+    def observability(self) -> tuple[Observability, ...]:
+        """What the poses show of each leg, with those measured already, if they are full.
+
+        Empty where something else is observed or unknown, see `unknowns`. The indices are those of
+        the rows that the selection saw, the rest of the paper's rows.
         """
+        if self._survey is not None:
+            return ()
         legs = []
         for leg, poses in enumerate(self.leg_poses()):
             shown = analyse_observability(self.mechanism, leg, poses)
@@ -235,6 +266,8 @@ class Plan(Result):
             "travel_m": self.travel,
             "selection": self.basis and self.basis.to_dict(),
             "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
+            "unknowns": [each.to_dict() for each in self.unknowns],
+            "unseen": list(self.unseen),
             "legs": [
                 {
                     "poses": len(self.rows_of(shown.leg)),

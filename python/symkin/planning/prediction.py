@@ -5,21 +5,22 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, one_of
 from symkin.identification.estimate import Estimator, PoseUse, identify_legs
-from symkin.measurements import Measurements, pose_rows
+from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
 from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
+from symkin.planning.observing import Observing, Survey, Unknowns
 from symkin.planning.plan import Plan, thinned
 from symkin.planning.selection import Criterion
-from symkin.result import Result, Value, record
+from symkin.result import Result, Value, plain, record
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
@@ -37,10 +38,12 @@ def predict_accuracy(
     mechanism: Mechanism,
     plan: Plan,
     workspace: ArrayLike | WorkspaceSample,
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
     measured: Measurements | None = None,
+    observe: Observing | None = None,
+    **unknowns: Unpack[Unknowns],
 ) -> ExpectedAccuracy:
     """Predict the end-effector error after identification with a plan, to first order.
 
@@ -56,9 +59,13 @@ def predict_accuracy(
     workspace : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses over which the error is averaged.
     estimator, poses
-        See `identify`.
+        See `identify`; by default "implicit", and "joint" with what follows.
     measured : Measurements, optional
         What is measured already and identifies the legs too.
+    observe, **unknowns
+        What will be observed and what is unknown, see `make_plan`; by default what the plan was
+        made for. What is held has no error, and priors count. The error is that of the target in
+        the device's frame, at given readings: without frames, of the platform in the robot's own.
 
     Returns
     -------
@@ -66,9 +73,20 @@ def predict_accuracy(
 
     Raises
     ------
+    NotIdentifiableError
+        If the plan's poses and the priors do not show all unknowns; names the combination.
     SymkinError
-        If the plan's poses do not show all parameters.
+        If the plan's poses do not show all parameters, or for an estimator that cannot know what is
+        observed or unknown.
     """
+    survey = Survey.of(mechanism, plan.poses, observe, unknowns)
+    if survey is None and plan.basis is not None and plan.basis.survey is not None:
+        made_for = plan.basis.survey
+        survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
+    if survey is not None:
+        _require_joint(estimator)
+        rows = survey_rows(survey, plan, poses=poses, measured=measured)
+        return survey.expected(workspace, survey.covariance(rows))
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
@@ -78,10 +96,36 @@ def predict_accuracy(
         parts.append((measured.poses, readings, measured.leg_sets))
     poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
     exact = Measurements.of(poses_taken, read, sets)
-    covariance = identify_legs(mechanism, exact, estimator, poses=poses).covariance
+    how = estimator or "implicit"
+    covariance = identify_legs(mechanism, exact, how, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
     return expected_accuracy(mechanism, workspace, covariance)
+
+
+def survey_rows(
+    survey: Survey,
+    plan: Plan,
+    *,
+    poses: PoseUse = "all",
+    measured: Measurements | None = None,
+) -> list[NDArray[np.float64]]:
+    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
+    wanted = ~plan.spare
+    sets = plan.leg_sets[wanted, None]
+    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
+    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
+    if not np.isfinite(rows[0]).all():
+        raise SymkinError("a pose of the plan is out of the nominal robot's reach")
+    return rows if measured is None else [*rows, survey.measured_rows(measured)]
+
+
+def _require_joint(estimator: Estimator | None) -> None:
+    if estimator is not None and one_of("estimator", estimator, Estimator) != "joint":
+        raise SymkinError(
+            f'the estimator "{estimator}" looks at each leg by itself, from full poses; expected '
+            '"joint" for what is observed or unknown otherwise'
+        )
 
 
 @record
@@ -95,7 +139,8 @@ class PoseCountCurve(Result):
     candidates : ndarray, shape (n, coordinates)
         What the poses were chosen from.
     settings : dict
-        What they were predicted for: design, rows, criterion, estimator, poses, seed.
+        What they were predicted for: design, rows, criterion, estimator, poses, seed; observe and
+        what is unknown, if that is not full poses and all parameters.
     counts : ndarray of int, shape (k,)
         Poses that each leg is identified from, ascending.
     measured : ndarray of int, shape (k,)
@@ -158,7 +203,8 @@ class PoseCountCurve(Result):
             accuracy = points[orbits].accuracy
             return bool((np.array([accuracy.position, accuracy.orientation]) <= limits).all())
 
-        fewest = -(-len(self.mechanism.parameter_names) // size)
+        p = _least(self.mechanism, self.candidates, self.settings)
+        fewest = -(-p // size)
         met = np.flatnonzero((self.position <= limits[0]) & (self.orientation <= limits[1]))
         if len(met):
             low = int(self.counts[met[0] - 1]) // size if met[0] else fewest - 1
@@ -167,7 +213,7 @@ class PoseCountCurve(Result):
             low = high = int(self.counts[-1]) // size
             reaches(high)
             available = points[high].allowed // size
-            most = max(high, min(_MOST * len(self.mechanism.parameter_names) // size, available))
+            most = max(high, min(_MOST * p // size, available))
             while not reaches(high) and high < most:
                 low, high = high, min(2 * high, most)
         reached = reaches(high)
@@ -185,6 +231,11 @@ class PoseCountCurve(Result):
             remedies=() if reached else _remedies(self, points[high], limits),
         )
 
+    @property
+    def survey(self) -> Survey | None:
+        """What will be observed and what is unknown; None for full poses and all parameters."""
+        return _survey_of(self.mechanism, self.candidates, self.settings)
+
     def columns(self) -> Mapping[str, Any]:
         """Return the curve, a row a count."""
         return {
@@ -199,7 +250,7 @@ class PoseCountCurve(Result):
         """Return the curve and what it was predicted for."""
         return {
             "mechanism": self.mechanism.name,
-            "settings": dict(self.settings),
+            "settings": plain(dict(self.settings)),
             **{name: np.asarray(column).tolist() for name, column in self.columns().items()},
             "least_gain": self.least_gain,
             "enough": self.enough,
@@ -306,9 +357,11 @@ def pose_count_curve(
     design: Design = "legs",
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     poses: PoseUse = "all",
     least_gain: float = 0.02,
+    observe: Observing | None = None,
+    **unknowns: Unpack[Unknowns],
 ) -> PoseCountCurve:
     """Predict the accuracy that different numbers of poses give.
 
@@ -319,15 +372,18 @@ def pose_count_curve(
     candidates : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses to choose from, over which the error is averaged too.
     counts : sequence of int, optional
-        Numbers of poses, by default 25 from the number p of a leg's parameters to 10 p.
+        Numbers of poses, by default 25 from the number p of a leg's parameters to 10 p; with
+        unknowns, p is the least number of poses that bring as many conditions.
     seed : int, optional
         By default the protocol's.
     design, rows, criterion
         See `make_plan`.
     estimator, poses
-        See `identify`.
+        See `predict_accuracy`.
     least_gain : float
         Share of the position error that another pose must save to be worth while.
+    observe, **unknowns
+        What will be observed and what is unknown, see `make_plan`.
 
     Returns
     -------
@@ -341,15 +397,20 @@ def pose_count_curve(
     if not 0 < least_gain < 1:
         raise SymkinError(f"the least gain is {least_gain:g}; expected a share between 0 and 1")
     cloud = pose_rows(candidates)
+    known = {name: value for name, value in unknowns.items() if value is not None}
+    surveyed = known if observe is None else {"observe": observe, **known}
+    if surveyed:
+        _require_joint(estimator)
     settings = {
         "design": design,
         "rows": rows,
         "criterion": criterion,
-        "estimator": estimator,
+        "estimator": estimator or ("joint" if surveyed else "implicit"),
         "poses": poses,
         "seed": mechanism.protocol.seed if seed is None else seed,
+        **surveyed,
     }
-    numbers = _counts(mechanism, design, counts)
+    numbers = _counts(mechanism, cloud, settings, counts)
     points = [_predicted(mechanism, cloud, count, settings) for count in numbers]
     position = np.array([point.accuracy.position for point in points])
     return PoseCountCurve(
@@ -379,7 +440,7 @@ class _Point:
 def _predicted(
     mechanism: Mechanism, cloud: NDArray[np.float64], count: int, settings: Mapping[str, Any]
 ) -> _Point:
-    made_by = {name: settings[name] for name in ("seed", "design", "rows", "criterion")}
+    made_by = {k: v for k, v in settings.items() if k not in ("estimator", "poses")}
     plan = make_plan(mechanism, cloud, count, spares=0, **made_by)
     accuracy = predict_accuracy(
         mechanism, plan, thinned(cloud), settings["estimator"], poses=settings["poses"]
@@ -449,12 +510,34 @@ def _orbit_size(mechanism: Mechanism, design: Design) -> int:
     return len(task.elements) if task.is_orbit else 1
 
 
-def _counts(mechanism: Mechanism, design: Design, counts: Sequence[int] | None) -> list[int]:
+def _survey_of(
+    mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]
+) -> Survey | None:
+    """What the settings of a curve say of what is observed and unknown."""
+    asked = {name: settings[name] for name in Unknowns.__annotations__ if name in settings}
+    return Survey.of(mechanism, cloud, settings.get("observe"), asked)
+
+
+def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:
+    """As many poses as bring an equation for each parameter of a leg, or for each unknown."""
+    survey = _survey_of(mechanism, cloud, settings)
+    if survey is None:
+        return len(mechanism.parameter_names)
+    _, conditions, columns = survey.rows(cloud[:1]).shape
+    return -(-int(columns) // int(conditions))
+
+
+def _counts(
+    mechanism: Mechanism,
+    cloud: NDArray[np.float64],
+    settings: Mapping[str, Any],
+    counts: Sequence[int] | None,
+) -> list[int]:
     """Counts to try, ascending, as whole orbits."""
-    p = len(mechanism.parameter_names)
     if counts is None:
+        p = _least(mechanism, cloud, settings)
         counts = np.rint(np.geomspace(p, _LARGEST * p, _POINTS)).astype(int).tolist()
-    size = _orbit_size(mechanism, design)
+    size = _orbit_size(mechanism, settings["design"])
     return sorted({-(-count // size) * size for count in counts})
 
 

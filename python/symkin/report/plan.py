@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symkin.mechanism import Mechanism
-from symkin.planning import ChosenPoses, Plan, PlanBasis
+from symkin.planning import ChosenPoses, Plan, PlanBasis, Survey
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import mechanism_section
@@ -18,7 +18,7 @@ from symkin.report.workspace import workspace_section
 from symkin.simulation import Simulation
 from symkin.workspace import WorkspaceSample
 
-__all__ = ["CRITERIA", "expected_headlines", "plan_page", "plan_section"]
+__all__ = ["CRITERIA", "expected_headlines", "plan_page", "plan_section", "survey_text"]
 
 CRITERIA = {
     "O1": "O1 (D-optimality)",
@@ -33,6 +33,9 @@ _DESIGNS = {
     "orbits": "whole orbits of poses, which every leg uses",
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
+_SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
+_COMBINED = 3  # combinations of unknowns in a sentence
+_NAMED = 12  # names in a sentence
 _PERCENT = "\N{NO-BREAK SPACE}%"
 
 
@@ -61,9 +64,22 @@ def plan_page(plan: Plan) -> Page:
         notes.append(f"{excluded} are left out by limits")
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
+    surveyed = basis is not None and basis.survey is not None
+    silent = [each.name for each in plan.unknowns if each.deviation > _SILENT * each.prior]
+    if silent:
+        notes.append(f"no better known than their priors say: {_few(silent)}")
+    if plan.unseen:
+        shown = "; ".join(plan.unseen)
+        if len(plan.unseen) > _COMBINED:
+            shown = f"{count(len(plan.unseen))} combinations of the unknowns"
+        notes.append(f"no observation shows, so that priors alone hold: {shown}")
     sections = [
         plan_section(plan),
-        observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind, brief=True),
+        _unknowns_section(plan)
+        if surveyed
+        else observability_section(
+            mechanism, sets, symmetric=symmetric, rows=plan.row_kind, brief=True
+        ),
     ]
     if isinstance(plan.candidates, WorkspaceSample):
         sections.append(workspace_section(mechanism, plan.candidates, plan))
@@ -72,6 +88,8 @@ def plan_page(plan: Plan) -> Page:
         "Expected errors are those of the end effector over the workspace after identification "
         "with all poses, for the declared noise."
     )
+    if surveyed:
+        errors += " They are of the target in the device's frame; what is held has none."
     return Page(
         title=f"{mechanism.name}: plan",
         subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
@@ -81,7 +99,8 @@ def plan_page(plan: Plan) -> Page:
         notes=notes,
         paragraphs=[errors] if expected is not None else [],
         next_step="take the poses in their order, spares only in place of those that the robot "
-        "cannot take; then symkin identify MECHANISM measurements.csv --out DIR",
+        "cannot take; then symkin identify MECHANISM measurements.csv --out DIR"
+        + (", with the same unknowns" if surveyed else ""),
         sections=sections,
     )
 
@@ -95,6 +114,41 @@ def expected_headlines(
         ("Orientation error", milli(orientation, "rad"), remark),
     ]
     return errors[:1] if mechanism.pose_space == "point" else errors
+
+
+def _unknowns_section(plan: Plan) -> Section:
+    """What will be known of each unknown."""
+    rows = [
+        (
+            each.name,
+            each.unit or "1",
+            significant(each.deviation),
+            significant(each.tolerance),
+            significant(each.prior),
+        )
+        for each in plan.unknowns
+    ]
+    columns = ("Unknown", "Unit", "Expected deviation", "Tolerance", "Prior")
+    caption = "Standard deviations to expect of the unknowns"
+    return Section(
+        "unknowns", "What will be known", [], [Table(caption, columns, [Group(rows)], brief=True)]
+    )
+
+
+def survey_text(survey: Survey) -> str:
+    """What will be observed, and what is unknown."""
+    kinds = [kind for kind in survey.observed.kinds if kind != "readings"]
+    of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
+    text = f"Observed will be {' and '.join(['the readings', *kinds])}{of}; unknown are "
+    text += f"{plural(len(survey.unknowns), 'scalar')}: {_few(survey.unknowns)}."
+    priors = int(np.isfinite(survey.priors).sum())
+    return f"{text} Priors of {count(priors)} of them count too." if priors else text
+
+
+def _few(names: Sequence[str]) -> str:
+    """Names, or the first of many."""
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {count(more)} more" if more > 0 else "")
 
 
 def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
@@ -182,4 +236,4 @@ def _made(basis: PlanBasis) -> list[str]:
         "root of the determinant for O1, of the value for O2 to O5, of the expected squared error "
         "for that criterion. The bound with repeats lets a pose be measured more than once."
     )
-    return [text, certificate]
+    return [text, *([] if basis.survey is None else [survey_text(basis.survey)]), certificate]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
-from symkin.report.plan import expected_headlines
+from symkin.report.plan import expected_headlines, survey_text
 from symkin.report.wording import milli, plural, setting, significant
 
 if TYPE_CHECKING:
@@ -38,10 +38,16 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
         verdict="good",
         judgement=enough,
-        paragraphs=["Errors are predicted to first order from the declared noise."],
-        next_step=_plan(curve.enough or int(curve.counts[-1])),
+        paragraphs=[_basis(curve)],
+        next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
         sections=[_curve_section(curve)],
     )
+
+
+def _basis(curve: PoseCountCurve) -> str:
+    text = "Errors are predicted to first order from the declared noise"
+    survey = curve.survey
+    return f"{text}." if survey is None else f"{text}. {survey_text(survey)}"
 
 
 def needed_poses_page(needed: NeededPoses) -> Page:
@@ -76,13 +82,14 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         verdict="good" if reached else "bad",
         judgement=judgement,
         doubts=doubts,
-        next_step=_plan(needed.tried) if reached else "",
+        next_step=_plan(curve, needed.tried) if reached else "",
         sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
     )
 
 
-def _plan(count: int) -> str:
-    return f"symkin plan MECHANISM --pose-count {count} --out DIR"
+def _plan(curve: PoseCountCurve, count: int) -> str:
+    same = "" if curve.survey is None else ", with the same options"
+    return f"symkin plan MECHANISM --pose-count {count} --out DIR{same}"
 
 
 def _remedies(needed: NeededPoses) -> Table:

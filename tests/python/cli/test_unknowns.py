@@ -110,3 +110,23 @@ def test_wrong_sections_are_refused_with_line_and_key(tmp_path, section, message
     with pytest.raises(symkin.errors.MechanismFileError) as error:
         symkin.load_mechanism(tmp_path / "robot.toml")
     assert message in str(error.value)
+
+
+def test_a_plan_is_for_what_will_be_observed_and_is_unknown(tmp_path, capsys):
+    asked = ["--design", "mechanism", "--observe", "position", "--prior", "tolerances"]
+    asked += ["--fixed", "sensor_gain", "--base", "1 m, 0, 90 deg", "--candidates", "500"]
+    arguments = ["plan", "3RRR", "--out", str(tmp_path / "out"), "--pose-count", "20", *asked]
+    assert main([*arguments, "--json"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    survey = made["selection"]["survey"]
+    assert survey["observed"]["kinds"] == ["position"]
+    assert survey["observed"]["base"] == pytest.approx([1.0, 0.0, 1.5707963], abs=1e-6)
+    assert len(survey["unknowns"]) == len(made["unknowns"]) == 21
+    page = (tmp_path / "out/plan.html").read_text()
+    assert "Observed will be the readings and position of the target" in page
+    assert main(["pose-count", "3RRR", *asked, "--accuracy", "0.1mm", "--json"]) == 0
+    needed = json.loads(capsys.readouterr().out)
+    assert needed["settings"]["estimator"] == "joint"
+    assert needed["accuracy"]["expected"]["position_rms_m"] <= 1e-4
+    assert main(["plan", "3RRR", "--out", str(tmp_path / "legs"), "--observe", "position"]) == 2
+    assert 'choose the design "mechanism"' in capsys.readouterr().err

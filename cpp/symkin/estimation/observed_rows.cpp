@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/observed_rows.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+namespace {
+
+Observed some(const Observed& observed, Index first, Index count) {
+  if (!observed.any()) {
+    return observed;
+  }
+  return {observed.values.middleRows(first, count), observed.deviations.middleRows(first, count)};
+}
+
+Observations some(const Observations& all, Index first, Index count) {
+  return {some(all.readings, first, count),  some(all.poses, first, count),
+          some(all.reported, first, count),  some(all.points, first, count),
+          some(all.distances, first, count), some(all.heights, first, count)};
+}
+
+class Linearised {
+ public:
+  Linearised(const Mechanism& mechanism, const Setup& setup, const Observations& observations,
+             const Layout& layout, const ConstRows& poses)
+      : mechanism_(mechanism),
+        setup_(setup),
+        observations_(observations),
+        layout_(layout),
+        poses_(poses),
+        jacobians_(static_cast<std::size_t>(poses.rows())) {
+    constexpr Index kBlock = 1024;  // poses whose linearisations are held together
+    for (Index first = 0; first < poses.rows(); first += kBlock) {
+      linearise(first, std::min(kBlock, poses.rows() - first));
+    }
+  }
+
+  RowMatrix rows() const {
+    Index r = 0;
+    for (const Eigen::MatrixXd& jacobian : jacobians_) {
+      r = std::max(r, jacobian.rows());
+    }
+    RowMatrix all = RowMatrix::Zero(poses_.rows() * r, layout_.columns());
+    for (Index i = 0; i < poses_.rows(); ++i) {
+      const Eigen::MatrixXd& jacobian = jacobians_[static_cast<std::size_t>(i)];
+      if (jacobian.cols() == 0) {
+        all.middleRows(i * r, r).setConstant(std::numeric_limits<double>::quiet_NaN());
+      } else {
+        all.middleRows(i * r, jacobian.rows()) = jacobian;
+      }
+    }
+    return all;
+  }
+
+ private:
+  void linearise(Index first, Index count) {
+    check_interrupt();
+    const Observations observed = some(observations_, first, count);
+    const RowMatrix poses = poses_.middleRows(first, count);
+    std::vector<bool> aside;
+    for (Index i = 0; i < count; ++i) {
+      aside.push_back(!poses.row(i).allFinite());
+    }
+    LatentProblem problem(mechanism_, observed, layout_, setup_, poses, aside, RobustLoss{}, 1);
+    NormalEquations equations;
+    if (!problem.linearise(equations)) {  // some pose cannot be linearised: find it
+      if (count > 1) {
+        linearise(first, count / 2);
+        linearise(first + count / 2, count - count / 2);
+      }
+      return;
+    }
+    for (Index i = 0; i < count; ++i) {
+      if (!aside[static_cast<std::size_t>(i)]) {
+        jacobians_[static_cast<std::size_t>(first + i)] = problem.linear(i).jacobian;
+      }
+    }
+  }
+
+  const Mechanism& mechanism_;
+  const Setup& setup_;
+  const Observations& observations_;
+  const Layout& layout_;
+  const ConstRows& poses_;
+  std::vector<Eigen::MatrixXd> jacobians_;  // without columns where there is none
+};
+
+}  // namespace
+
+RowMatrix observed_rows(const Mechanism& mechanism, const Setup& setup,
+                        const Observations& observations, const Layout& layout, ConstRows poses) {
+  layout.check(mechanism, setup);
+  observations.check(mechanism, setup);
+  if (poses.rows() != observations.count() ||
+      poses.cols() != coordinate_count(mechanism.pose_space())) {
+    throw InvalidInput("the poses are " + std::to_string(poses.rows()) + " x " +
+                       std::to_string(poses.cols()) + "; expected " +
+                       std::to_string(observations.count()) + " x " +
+                       std::to_string(coordinate_count(mechanism.pose_space())));
+  }
+  return Linearised(mechanism, setup, observations, layout, poses).rows();
+}
+
+}  // namespace symkin

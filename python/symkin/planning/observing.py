@@ -1,0 +1,401 @@
+# SPDX-License-Identifier: MIT
+"""Plans for what will be observed and what is unknown then: rows, priors and what they promise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.frames import COMPONENTS, frame, transforms
+from symkin.identification.estimate import with_file_settings
+from symkin.identification.problem import JointOptions, Problem
+from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
+from symkin.measurements import Measurements, pose_rows
+from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy, RowKind, name_combination
+from symkin.observed import Observable, Observed
+from symkin.planning.designs import Task
+from symkin.result import Value, field, record
+from symkin.settings import Frames
+
+__all__ = ["Observing", "PlannedUnknown", "Survey", "Unknowns"]
+
+Array = NDArray[np.float64]
+Observing = Observed | Observable | Sequence[Observable]
+
+_RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
+_BLOCK = 4096  # poses whose effects are held together
+_FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
+_PRIORS = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
+
+
+class Unknowns(TypedDict, total=False):
+    """What is unknown, as the arguments of `identify` with these names."""
+
+    free: Sequence[str] | None
+    fixed: Sequence[str] | None
+    shared: Sequence[str] | None
+    prior: Priors | None
+    frames: Sequence[str] | None
+    sensor: Sensor | None
+
+
+@record
+class PlannedUnknown(Value):
+    """How well an unknown will be known.
+
+    Attributes
+    ----------
+    name, unit : str
+        As `JointIdentification.names` has it; ``m``, ``rad``, or empty for a number.
+    deviation : float
+        Expected standard deviation.
+    tolerance, prior : float
+        Standard deviations of manufacturing and of the prior; NaN without.
+    """
+
+    name: str
+    unit: str
+    deviation: float
+    tolerance: float
+    prior: float
+
+
+@record
+class Survey(Value):
+    """What will be observed of a robot beside its readings, and what of it is unknown then.
+
+    Attributes
+    ----------
+    observed : Observed
+        What will be observed, with the frames of the mechanism where it gives none itself.
+    unknowns : tuple of str
+        Names of the columns that are estimated.
+    priors : ndarray
+        Standard deviation of each about the drawing; infinite without a prior.
+    """
+
+    observed: Observed
+    unknowns: tuple[str, ...]
+    priors: Array
+    mechanism: Mechanism = field(private=True)
+    layout: Layout = field(private=True)
+    options: JointOptions = field(private=True)
+
+    @classmethod
+    def of(
+        cls,
+        mechanism: Mechanism,
+        poses: Array,
+        observe: Observing | None,
+        unknowns: Mapping[str, Any],
+    ) -> Survey | None:
+        """What was asked for at such poses; None if that is full poses and all parameters.
+
+        Raises
+        ------
+        SymkinError
+            For options that `identify` refuses, and for what nobody can know beforehand.
+        """
+        given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
+        further = sorted(unknowns.keys() - given.keys())
+        if further:
+            raise TypeError(f"unexpected arguments: {', '.join(further)}")
+        if observe is None and all(each is None for each in given.values()):
+            return None
+        readings = np.abs(mechanism.inverse_kinematics(poses))
+        observed, mechanism = _placed(mechanism, "pose" if observe is None else observe)
+        options = JointOptions(**with_file_settings(given, mechanism.identification))
+        layout = Layout.of(
+            mechanism,
+            core_setup(mechanism),
+            free=options.free,
+            fixed=options.fixed,
+            shared=options.shared,
+            prior=options.prior,
+            frames=options.frames,
+            sensor=options.sensor,
+            largest_reading=float(np.nanmax(readings, initial=0.0)),
+        )
+        return cls(observed, layout.names, layout.prior, mechanism, layout, options)
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What is unknown, as it was asked for."""
+        return {name: getattr(self.options, name) for name in Unknowns.__annotations__}
+
+    @property
+    def scale(self) -> Array:
+        """A typical size of each unknown: its tolerance, else its prior, else a small one."""
+        tolerances = self.layout.column_tolerances
+        others = np.where(np.isfinite(self.priors), self.priors, _FRAME)
+        return np.where(tolerances > 0, tolerances, others)
+
+    @property
+    def prior_information(self) -> Array:
+        """What the priors say, as an information matrix."""
+        return np.diag(self.priors**-2.0)
+
+    def rows(self, poses: Array, read: NDArray[np.bool_] | None = None) -> Array:
+        """Rows that the observations bring at poses, shape (n, r, unknowns).
+
+        Whitened, at the nominal values: the least squares of these rows is what `joint` solves. A
+        pose with fewer conditions than another has rows of zeros; one out of reach, of NaN. `read`,
+        shape (n, legs), says which readings are taken; by default all.
+
+        Raises
+        ------
+        NotIdentifiableError
+            If no pose says anything.
+        """
+        mechanism = self.mechanism
+        readings = mechanism.inverse_kinematics(poses)
+        reached = np.asarray(np.isfinite(readings).all(axis=1))
+        if read is not None:
+            readings = np.where(read, readings, np.nan)
+        exact = Measurements.of(poses, readings, reading_unit=mechanism.reading_unit)
+        taken = self.observed.exact(exact).observations(mechanism.noise)
+        places = np.where(reached[:, None], poses, np.nan)
+        rows = self._rows(core_setup(mechanism), taken, places)
+        if not rows.shape[1]:
+            raise NotIdentifiableError(
+                f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
+                "say nothing of what is unknown; observe more of the poses"
+            )
+        return rows
+
+    def measured_rows(self, measured: Measurements) -> Array:
+        """Rows of what is measured already, of any kind, without poses that no start is found for.
+
+        Returns
+        -------
+        ndarray, shape (k, r, unknowns)
+        """
+        problem = Problem.of(self.mechanism, measured, self.options)
+        core, setup, seen = self.mechanism.core, problem.setup, problem.observations
+        places = _core.starting_poses(core, setup, seen, self.mechanism.home)
+        rows = self._rows(setup, seen, places)
+        return rows[np.isfinite(rows).all(axis=(1, 2))]
+
+    def _rows(self, setup: _core.Setup, seen: _core.Observations, places: Array) -> Array:
+        layout, core = self.layout, self.mechanism.core
+        rows = _core.observed_rows(core, setup, seen, layout.column.tolist(), layout.prior, places)
+        return rows.reshape(len(places), -1, len(layout.names))
+
+    def covariance(self, rows: Sequence[Array]) -> Array:
+        """Covariance of the unknowns that rows and priors promise.
+
+        Raises
+        ------
+        NotIdentifiableError
+            Naming combinations that neither shows.
+        """
+        values, vectors = self._decomposed([*rows, np.diag(1 / self.priors)[None]])
+        if len(values) < len(vectors):
+            raise NotIdentifiableError(
+                f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
+                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))}); {_PRIORS}"
+            )
+        half = vectors / values[:, None] * self.scale
+        return np.asarray(half.T @ half)
+
+    def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:
+        """Combinations of unknowns, in tolerances, that the observations alone do not show."""
+        values, vectors = self._decomposed(rows)
+        return self._named(vectors[len(values) :])
+
+    def _decomposed(self, rows: Sequence[Array]) -> tuple[Array, Array]:
+        """Singular values above zero, and all directions of the unknowns in their scale."""
+        columns = len(self.scale)
+        whole = [*(each.reshape(-1, columns) for each in rows), np.zeros((columns, columns))]
+        _, values, vectors = np.linalg.svd(np.concatenate(whole) * self.scale, full_matrices=False)
+        return values[values > _RANK * values[0]], vectors
+
+    def _named(self, directions: Array) -> tuple[str, ...]:
+        return tuple(name_combination(each, self.unknowns) for each in directions)
+
+    def expected(self, workspace: ArrayLike | Any, covariance: Array) -> ExpectedAccuracy:
+        """Error to expect of the target in the device's frame, at given readings.
+
+        Without frames that is the platform's in the robot's own. What frames and parameters explain
+        alike does not matter to it, however uncertain either is.
+        """
+        position, orientation, evaluated, failed = self._weights(pose_rows(workspace))
+        return ExpectedAccuracy(
+            _rms(position, covariance), _rms(orientation, covariance), evaluated, failed
+        )
+
+    def error_weight(self, workspace: ArrayLike | Any) -> Array:
+        """As `symkin.observability.error_weight`, by the unknowns."""
+        position, orientation, *_ = self._weights(pose_rows(workspace))
+        return np.asarray(position + self.mechanism.characteristic_length**2 * orientation)
+
+    def promised(self, covariance: Array) -> tuple[PlannedUnknown, ...]:
+        """How well each unknown will be known."""
+        layout = self.layout
+        tolerances = layout.column_tolerances
+        values = (
+            np.sqrt(np.diag(covariance)),
+            np.where(tolerances > 0, tolerances, np.nan),
+            np.where(np.isfinite(self.priors), self.priors, np.nan),
+        )
+        columns = zip(*(each.tolist() for each in values), strict=True)
+        named = zip(layout.names, layout.column_units, columns, strict=True)
+        return tuple(PlannedUnknown(name, unit, *each) for name, unit, each in named)
+
+    def _weights(self, poses: Array) -> tuple[Array, Array, int, int]:
+        """Mean squared errors, as quadratic forms of errors of the unknowns; poses in and out."""
+        columns = len(self.unknowns)
+        forms, evaluated = np.zeros((2, columns, columns)), 0
+        for first in range(0, len(poses), _BLOCK):
+            effects = self._effects(poses[first : first + _BLOCK])
+            evaluated += len(effects)
+            for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
+                form += np.einsum("nij,nik->jk", part, part)
+        if not evaluated:
+            raise SymkinError(
+                f'mechanism "{self.mechanism.name}" can take none of the {len(poses)} poses over '
+                "which accuracy is expected"
+            )
+        position, orientation = forms / evaluated
+        return position, orientation, evaluated, len(poses) - evaluated
+
+    def _effects(self, poses: Array) -> Array:
+        """How the target moves in the device's frame with the unknowns, at the readings of poses.
+
+        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular.
+        """
+        mechanism, space = self.mechanism, self.mechanism.pose_space
+        legs, p = len(mechanism.legs), len(mechanism.parameter_names)
+        offset = mechanism.parameter_names.index("sensor_offset")
+        readings = mechanism.inverse_kinematics(poses)
+        by_pose, by_leg = [], []
+        for leg, psi in enumerate(readings.T):
+            rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
+            terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
+            bent = rows.by_parameters[:, [offset]] * terms
+            by_pose.append(rows.by_pose)
+            by_leg.append(np.hstack([rows.by_parameters, bent]))
+        by_poses, by_legs = np.stack(by_pose, axis=1), np.stack(by_leg, axis=1)
+        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2))
+        singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
+        good = reached & (singular[:, -1] > _RANK * singular[:, 0])
+        inverse = np.linalg.pinv(by_poses[good])
+        of_legs = -(inverse[..., None] * by_legs[good][:, None]).reshape(
+            len(inverse), -1, legs * (p + 3)
+        )
+        moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
+        moves[:, COMPONENTS[space]] = of_legs
+
+        frames = mechanism.frames or Frames()
+        base, target = frame(space, frames.base), frame(space, frames.target)
+        platform = transforms(space, poses[good])
+        arm = platform.rotation @ target.translation
+        seen = (platform.translation + arm) @ base.rotation.T
+        turned = base.rotation @ platform.rotation
+        effects = np.concatenate(
+            [
+                _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves,
+                _adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
+                _adjoint(turned, np.zeros_like(seen)),
+            ],
+            axis=2,
+        )
+        if space == "point":
+            effects[:, 3:] = 0
+        column = self.layout.column[: effects.shape[2]]
+        onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
+        return np.asarray(effects @ onto)
+
+
+def _adjoint(rotations: Array, arms: Array) -> Array:
+    """Tangents of points at the ends of arms, turned, by those of where the arms begin."""
+    made = np.zeros((len(arms), 6, 6))
+    made[:, :3, :3] = made[:, 3:, 3:] = rotations
+    made[:, :3, 3:] = rotations @ np.cross(arms[:, None], np.eye(3))
+    return made
+
+
+@dataclass(frozen=True)
+class ObservedTask(Task):
+    """The selection for a survey: of poses for all unknowns at once."""
+
+    survey: Survey
+
+    def candidate_rows(self, _mechanism: Mechanism, poses: Array, _kind: RowKind) -> Array:
+        """Rows that candidates bring to a selection."""
+        return self.survey.rows(poses)
+
+    def rows(self, _mechanism: Mechanism, poses: Array, _kind: RowKind) -> Array:
+        """The same."""
+        return self.survey.rows(poses)
+
+    def parameter_names(self, _mechanism: Mechanism) -> tuple[str, ...]:
+        """Names of the columns of its rows."""
+        return self.survey.unknowns
+
+    def scale(self, _mechanism: Mechanism) -> Array:
+        """A typical size of each."""
+        return self.survey.scale
+
+    def error_weight(self, _mechanism: Mechanism, poses: Array) -> Array:
+        """B of the expected squared error, see `symkin.observability.error_weight`."""
+        return self.survey.error_weight(poses)
+
+    def prior(
+        self, _mechanism: Mechanism, measured: Measurements | None, _kind: RowKind
+    ) -> Array | None:
+        """Information of the priors and of what is measured already."""
+        information = self.survey.prior_information
+        if measured is not None:
+            rows = self.survey.measured_rows(measured)
+            information = information + np.einsum("nri,nrj->ij", rows, rows)
+        return information if information.any() else None
+
+    def advice(self) -> str:
+        """What to do where nothing shows an unknown."""
+        return _PRIORS
+
+
+def _rms(form: Array, covariance: Array) -> float:
+    return math.sqrt(max(float(np.sum(form * covariance)), 0.0))
+
+
+def _placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:
+    """What is observed and the mechanism, with the same frames: those observed, else its own."""
+    frames = mechanism.frames or Frames()
+    if not isinstance(observe, Observed):
+        kinds: Any = (observe,) if isinstance(observe, str) else tuple(observe)
+        observe = Observed(
+            kinds,
+            points=frames.points if "points" in kinds else (),
+            anchors=frames.anchors if "distance" in kinds else (),
+        )
+    for name in ("missing", "spread"):
+        if getattr(observe, name):
+            raise SymkinError(
+                f"observe has {name} = {getattr(observe, name):g}; expected 0 in a plan, since "
+                "nobody knows beforehand which rows that will be"
+            )
+    flat = observe.plane == (0.0, 0.0, 0.0)
+    observed = replace(
+        observe,
+        base=observe.base or frames.base or None,
+        target=observe.target or frames.target or None,
+        plane=frames.plane if flat and frames.plane else observe.plane,
+    )
+    placed = Frames(
+        base=observed.base or (),
+        target=observed.target or (),
+        points=observed.points or frames.points,
+        anchors=observed.anchors or frames.anchors,
+        plane=observed.plane if mechanism.pose_space == "spatial" else (),
+    )
+    return observed, mechanism.replace(frames=placed)

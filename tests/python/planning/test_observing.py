@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: MIT
+"""Plans for what will be observed and what is unknown."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.frames import frame, transforms
+from symkin.observability import expected_accuracy, mechanism_rows
+from symkin.observed import Observed
+from symkin.planning import Survey, predict_accuracy
+from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.settings import Frames
+
+PRIORS = {"observe": "position", "prior": "tolerances"}
+
+
+@pytest.fixture(scope="module")
+def sample(paper):
+    return symkin.sample_workspace(paper, 800, seed=1)
+
+
+@pytest.fixture(scope="module")
+def plan(paper, sample):
+    return symkin.make_plan(paper, sample, 30, design="mechanism", spares=0, **PRIORS)
+
+
+def promised_and_found(mechanism, plan, **unknowns):
+    """Standard deviations before and after measuring a robot that is as drawn."""
+    survey = plan.basis.survey
+    taken = symkin.simulate(mechanism, plan, 1, mechanism, observe=survey.observed)
+    found = symkin.identify(mechanism, taken.measurements, "joint", **unknowns)
+    assert found.names == survey.unknowns
+    promised = [each.deviation for each in plan.unknowns]
+    return np.array(promised), np.sqrt(np.diag(found.covariance)), found
+
+
+def test_full_poses_and_all_parameters_are_the_rows_of_the_mechanism(paper, sample):
+    survey = Survey.of(paper, sample.poses, "pose", {})
+    rows, usual = survey.rows(sample.poses), mechanism_rows(paper, sample, "noise_aware")
+    mine, theirs = (np.einsum("nri,nrj->nij", each, each) for each in (rows, usual))
+    scale = np.sqrt(np.einsum("nii->i", theirs))
+    assert np.abs((mine - theirs) / np.outer(scale, scale)).max() < 1e-9
+
+
+def test_rows_out_of_reach_are_nan_and_the_others_as_without_them(paper, sample):
+    survey = Survey.of(paper, sample.poses, "position", {})
+    poses = np.array(sample.poses[:3])
+    poses[1, :2] = 100.0
+    rows = survey.rows(poses)
+    assert np.isnan(rows[1]).all()
+    assert np.array_equal(rows[[0, 2]], survey.rows(poses[[0, 2]]))
+
+
+def test_positions_alone_promise_what_they_keep(paper, plan):
+    promised, found, result = promised_and_found(paper, plan, prior="tolerances")
+    assert promised == pytest.approx(found, rel=0.03)
+    assert plan.unseen == result.unseen
+
+
+def test_a_five_bar_with_shared_and_held_parameters_promises_what_it_keeps():
+    mechanism = symkin.load_mechanism("5bar")
+    sample = symkin.sample_workspace(mechanism, 500, seed=1)
+    unknowns = {"fixed": ["base_*", "sensor_gain"], "shared": ["proximal_length"]}
+    plan = symkin.make_plan(mechanism, sample, 20, design="mechanism", spares=0, **unknowns)
+    promised, found, _ = promised_and_found(mechanism, plan, **unknowns)
+    assert "proximal_length" in plan.basis.survey.unknowns
+    assert promised == pytest.approx(found, rel=0.05)
+
+
+def test_heights_over_an_unknown_bed_promise_what_they_keep(hexapod):
+    sample = symkin.sample_workspace(hexapod, 400, seed=1)
+    unknowns = {"free": ["sensor_offset"], "frames": ["plane"], "prior": "tolerances"}
+    observe = Observed(("height",), target=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0), plane=(0.1, 0.02, 0.01))
+    hexapod = hexapod.replace(frames=Frames(target=observe.target, plane=observe.plane))
+    plan = symkin.make_plan(
+        hexapod, sample, 30, design="mechanism", spares=0, observe=observe, **unknowns
+    )
+    promised, found, _ = promised_and_found(hexapod, plan, **unknowns)
+    assert promised == pytest.approx(found, rel=0.05)
+
+
+def test_poses_chosen_for_positions_beat_those_for_full_poses_where_these_are_measured(
+    paper, sample, plan
+):
+    full = symkin.make_plan(paper, sample, 30, design="mechanism", spares=0)
+    expected = predict_accuracy(paper, full, sample, **PRIORS)
+    assert predict_accuracy(paper, plan, sample).position < expected.position
+    survey = plan.basis.survey
+    dets = [
+        np.linalg.slogdet(np.einsum("nri,nrj->ij", rows, rows) + survey.prior_information)[1]
+        for rows in (survey.rows(each.poses) for each in (plan, full))
+    ]
+    assert dets[0] > dets[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "base", "target"),
+    [
+        ("3RRR", (1.0, -0.5, 2.0), (0.1, 0.05, 0.3)),
+        ("hexapod_jugglebot", (1.0, -0.5, 0.2, 0.3, 0.2, 2.0), (0.1, 0.0, 0.05, 0.0, 0.4, 0.3)),
+    ],
+)
+def test_the_expected_error_is_that_of_robots_with_errors(name, base, target):
+    # Against differences of forward kinematics, for every unknown of legs, sensors and frames.
+    nominal = symkin.load_mechanism(name)
+    nominal = nominal.replace(symmetry=None, frames=Frames(base=base, target=target))
+    places = symkin.sample_workspace(nominal, 200, seed=1).poses[:3]
+    asked = {"sensor": "quadratic", "frames": ["base", "target"]}
+    survey = Survey.of(nominal, places, "pose", asked)
+    readings, step = nominal.inverse_kinematics(places), 1e-6
+    seen = device_poses(nominal, places)
+    effects = []
+    for unknown in survey.unknowns:
+        block, _, own = unknown.partition(".")
+        changed = nominal
+        if block.startswith("leg"):
+            leg, parameters = int(block[3:]) - 1, np.array(nominal.parameters)
+            curvature = np.zeros((len(parameters), 3))
+            if own == "sensor_quadratic":
+                curvature[leg, 0] = step
+            else:
+                parameters[leg, nominal.parameter_names.index(own)] += step
+            changed = nominal.with_parameters(parameters).replace(curvature=curvature)
+        moved = device_poses(changed, changed.forward_kinematics(readings, places)[0])
+        if block in ("base", "target"):
+            tangent = np.zeros(6)
+            tangent[("x", "y", "z", "rx", "ry", "rz").index({"phi": "rz"}.get(own, own))] = step
+            moved = device_poses(nominal, places, **{block: tangent})
+        turned = moved.rotation @ np.swapaxes(seen.rotation, 1, 2)
+        shift = moved.translation - seen.translation
+        effects.append(np.hstack([shift, vectors_from_rotations(turned)]) / step)
+    effect = np.stack(effects, axis=-1)
+    covariance = np.cov(np.random.default_rng(1).normal(size=(len(effects), 99)))
+    squares = np.einsum("nij,jk,nik->ni", effect, covariance, effect)
+    expected = survey.expected(places, covariance)
+    position, orientation = squares[:, :3].sum(axis=1), squares[:, 3:].sum(axis=1)
+    assert expected.position == pytest.approx(np.sqrt(position.mean()), rel=1e-3)
+    assert expected.orientation == pytest.approx(np.sqrt(orientation.mean()), rel=1e-3)
+
+
+def device_poses(mechanism, poses, base=(0.0,) * 6, target=(0.0,) * 6):
+    """Where the device sees the target, with frames that are moved by small tangents."""
+    space, frames = mechanism.pose_space, mechanism.frames
+
+    def shifted(values, tangent):
+        own = frame(space, values)
+        turn = rotations_from_vectors(np.array([tangent[3:]]))[0]
+        return Transform(turn @ own.rotation, own.translation + tangent[:3])
+
+    return shifted(frames.base, base) @ transforms(space, poses) @ shifted(frames.target, target)
+
+
+def test_full_poses_and_all_parameters_expect_the_usual_error(paper, sample):
+    survey = Survey.of(paper, sample.poses, "pose", {})
+    covariance = np.cov(np.random.default_rng(1).normal(size=(24, 99)))
+    usual = expected_accuracy(paper, sample, covariance)
+    mine = survey.expected(sample, covariance)
+    assert mine.position == pytest.approx(usual.position, rel=1e-9)
+    assert mine.orientation == pytest.approx(usual.orientation, rel=1e-9)
+    assert mine.evaluated == usual.evaluated
+
+
+def test_what_is_measured_already_counts(paper, sample, plan):
+    taken = symkin.simulate(paper, plan, 1, observe="position").measurements
+    more = symkin.make_plan(
+        paper, sample, 6, design="mechanism", spares=2, measured=taken, **PRIORS
+    )
+    assert more.expected.position < plan.expected.position
+    alone = dataclasses.replace(more, measured=None)
+    assert more.expected.position < alone.expected.position
+
+
+def test_what_nothing_shows_is_named_with_what_would_hold_it(paper, sample, plan):
+    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*prior \"tolerances\""):
+        symkin.make_plan(paper, sample, 30, design="mechanism", observe="position")
+    with pytest.raises(NotIdentifiableError, match=r"leg1\.platform_angle.*prior \"tolerances\""):
+        predict_accuracy(paper, plan, sample, observe="position")
+    with pytest.raises(NotIdentifiableError, match="say nothing"):
+        symkin.make_plan(paper, sample, 30, design="mechanism", observe="readings")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"observe": "position"}, 'choose the design "mechanism"'),
+        ({"free": ["sensor_offset"], "design": "orbits"}, 'choose the design "mechanism"'),
+        ({"observe": "position", "design": "mechanism", "rows": "paper"}, "noise_aware"),
+        ({"free": ["sensor_ofset"], "design": "mechanism"}, "sensor_offset"),
+        ({"observe": Observed(missing=0.2), "design": "mechanism"}, "nobody knows beforehand"),
+        ({"observe": "height", "design": "mechanism"}, "planar"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(paper, sample, options, words):
+    with pytest.raises(SymkinError, match=words):
+        symkin.make_plan(paper, sample, 30, **options)
+
+
+def test_an_estimator_that_looks_at_legs_alone_is_refused(paper, sample, plan):
+    with pytest.raises(SymkinError, match='expected "joint"'):
+        predict_accuracy(paper, plan, sample, "inverse")
+
+
+def test_a_plan_and_its_files_say_what_will_be_observed_and_what_is_unknown(plan):
+    document = json.loads(json.dumps(plan.to_dict()))
+    survey = document["selection"]["survey"]
+    assert survey["observed"]["kinds"] == ["position"]
+    assert survey["unknowns"] == [each["name"] for each in document["unknowns"]]
+    (unseen,) = document["unseen"]
+    assert "leg1.platform_angle" in unseen
+    text = " ".join(words for section in plan.page().sections for words in section.paragraphs)
+    assert "Observed will be the readings and position of the target" in text
+    assert "Priors of 24 of them" in text
+
+
+def test_counts_are_for_what_is_observed(paper, sample):
+    asked = {"design": "mechanism", **PRIORS}
+    curve = symkin.pose_count_curve(paper, sample, [20, 40], **asked)
+    plan = symkin.make_plan(paper, sample, 40, spares=0, **asked)
+    expected = predict_accuracy(paper, plan, sample)
+    assert curve.position[-1] == pytest.approx(expected.position, rel=1e-9)
+    assert curve.settings["estimator"] == "joint"
+    assert curve.to_dict()["settings"]["observe"] == "position"
+    needed = curve.for_accuracy(float(curve.position.mean()))
+    assert 20 < needed.count <= 40
+    with pytest.raises(SymkinError, match='expected "joint"'):
+        symkin.pose_count_curve(paper, sample, [20], estimator="inverse", **asked)
+
+
+def test_a_reading_that_is_not_taken_brings_one_condition_less(paper, sample):
+    survey = Survey.of(paper, sample.poses, "pose", {})
+    read = np.array([[True, True, True], [True, False, True]])
+    rows = survey.rows(sample.poses[:2], read)
+    assert np.array_equal(rows[0], survey.rows(sample.poses[:1])[0])
+    assert np.linalg.matrix_rank(rows[1]) == 2
+    assert not rows[1, :, 8:16].any()  # of the second leg
