@@ -18,7 +18,7 @@ namespace {
 
 // Residuals this far below the declared noise, in variance, are those of arithmetic.
 constexpr double kRounding = 1e-10;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUntested = std::numeric_limits<double>::quiet_NaN();
 
 using Columns = std::vector<Vector>;  // of a leg's closure at all measured poses, metres
 
@@ -372,8 +372,8 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
   check_readings(estimate, measurements.poses.rows(), measurements.readings);
   Diagnosis diagnosis;
   const Index count = measurements.poses.rows();
-  diagnosis.student.setConstant(count, estimate.leg_count(), kNaN);
-  diagnosis.student_p.setConstant(count, estimate.leg_count(), kNaN);
+  diagnosis.student.setConstant(count, estimate.leg_count(), kUntested);
+  diagnosis.student_p.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.pose_p.setOnes(count);
   for (const WhitenedClosures& system : systems_of(estimate, measurements, noise)) {
     std::vector<bool> left_out;
