@@ -106,6 +106,8 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("dof", &Mechanism::dof)
       .def_property_readonly("leg_count", &Mechanism::leg_count)
       .def_property_readonly("parameters", &Mechanism::parameters)
+      .def_property_readonly("estimated_parameters",
+                             [](const Mechanism& self) { return self.estimated_parameters(); })
       .def("with_parameters", &Mechanism::with_parameters, py::arg("parameters"))
       .def(
           "joint_centres",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
 from symkin.poses import (
+    POSE_SPACES,
     Transform,
     cross_matrices,
     rotations_from_quaternions,
@@ -20,12 +21,9 @@ from symkin.poses import (
     vectors_from_rotations,
 )
 
-__all__ = ["COMPONENTS", "align", "anchor", "moved", "transforms", "with_moved_workspace"]
+__all__ = ["align", "anchor", "moved", "transforms", "with_moved_workspace"]
 
 Array = NDArray[np.float64]
-
-# Components of a tangent in space (translation, then rotation vector) that poses have.
-COMPONENTS = {"planar": [0, 1, 5], "point": [0, 1], "spatial": [0, 1, 2, 3, 4, 5]}
 
 _STAYS = Transform(np.eye(3), np.zeros(3))
 
@@ -42,7 +40,7 @@ def transforms(pose_space: str, poses: Array) -> Transform:
     if poses.shape[1] == 7:
         return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
     tangents = np.zeros((len(poses), 6))
-    tangents[:, COMPONENTS[pose_space]] = poses
+    tangents[:, POSE_SPACES[pose_space].components] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 
@@ -60,8 +58,8 @@ def align(
         One motion from platform to base frame for each of N poses.
     length : float
         m.
-    pose_space : {"planar", "point", "spatial"}
-        A planar pose is moved in its plane. A point has no tool frame: it does not turn, so that
+    pose_space : {"planar", "point", "spatial", "translating"}
+        A planar pose is moved in its plane. A platform that never turns has no tool frame, since
         the base frame does the same.
 
     Returns
@@ -70,9 +68,9 @@ def align(
         Base and tool; None for so few poses that they would always fit. Where the poses do not tell
         base and tool apart, either does.
     """
-    base_free, tool_free = _FREE[pose_space]
-    coordinates = 2 if pose_space == "point" else len(base_free)
-    if coordinates * len(wanted.translation) <= len(base_free) + len(tool_free):
+    space = POSE_SPACES[pose_space]
+    base_free, tool_free = space.frame_components, space.frame_components if space.turns else []
+    if space.dof * len(wanted.translation) <= len(base_free) + len(tool_free):
         return None
     problem = _Problem(poses, wanted, length, base_free, tool_free)
     few = problem.some(_FEW)
@@ -85,14 +83,6 @@ def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform)
     found = base @ poses @ tool
     turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
     return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
-
-
-# Components of the tangents (translation, then rotation vector) of base and tool that are free.
-_FREE = {
-    "planar": ([0, 1, 5], [0, 1, 5]),
-    "point": ([0, 1, 5], []),
-    "spatial": ([0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5]),
-}
 
 
 class _Problem(NamedTuple):
@@ -257,8 +247,8 @@ def _moved(
         vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
     elif near is not None and mechanism.pose_space == "spatial":
         vectors = _on_the_branch_of(near[3:], vectors)
-    components = COMPONENTS[mechanism.pose_space]
-    return np.asarray(np.hstack([found.translation, vectors])[:, components])
+    found_tangents = np.hstack([found.translation, vectors])
+    return np.asarray(found_tangents[:, mechanism.space.components])
 
 
 def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
@@ -271,7 +261,7 @@ def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
         return _STAYS
     before, after = (_anchor_points(each, end) for each in (nominal, made))
     if kind == "point":
-        motion = _best_motion(before, after, in_plane=nominal.pose_space != "spatial")
+        motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
     else:
         motion = _motion_of_lines(nominal, made, end)
     displaced = before @ motion.rotation.T + motion.translation - before
@@ -285,16 +275,15 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
 
     Shape (legs, 3).
     """
-    values = dict(zip(mechanism.parameter_names, mechanism.parameters.T, strict=True))
-    if mechanism.pose_space == "spatial":
-        polar, azimuth = values[f"{end}_polar_angle"], values[f"{end}_azimuth"]
-        level = np.sin(polar)
-        unit = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.cos(polar)], axis=1)
-    else:
-        angle = values[f"{end}_angle"]
-        unit = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    radius = values.get(f"{end}_radius", np.full(len(unit), mechanism.characteristic_length))
-    return np.asarray(radius[:, None] * unit)
+    columns = zip(mechanism.parameter_roles, mechanism.parameters.T, strict=True)
+    values = {role.kind: column for role, column in columns if role.end == end}
+    azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]
+    polar = values.get("polar_angle", np.full(len(azimuth), np.pi / 2))
+    length = np.full(len(azimuth), mechanism.characteristic_length)
+    radius = values.get("radius", values.get("direction_distance", length))
+    level = radius * np.sin(polar)
+    height = values.get("height", radius * np.cos(polar))
+    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=1)
 
 
 def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
-from symkin.poses import wrong_quaternion
+from symkin.poses import space_named, wrong_quaternion
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
-_POSE_SPACES = {2: "point", 3: "planar", 7: "spatial"}  # by the coordinates of a pose
 
 
 def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
@@ -38,7 +37,8 @@ class Measurements(Result):
     Attributes
     ----------
     poses : ndarray, shape (N, coordinates)
-        ``x, y, phi`` (planar), ``x, y`` (point) or ``x, y, z, qx, qy, qz, qw`` (spatial); m, rad.
+        ``x, y, phi`` (planar), ``x, y`` (point), ``x, y, z, qx, qy, qz, qw`` (spatial) or
+        ``x, y, z`` (translating); m, rad.
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
@@ -51,6 +51,8 @@ class Measurements(Result):
         The file that they were read from.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
     """
 
     poses: NDArray[np.float64]
@@ -59,6 +61,7 @@ class Measurements(Result):
     row_numbers: NDArray[np.intp]
     source: Path | None = None
     reading_unit: str = ""
+    pose_space: str = ""
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -69,6 +72,8 @@ class Measurements(Result):
             leg_sets=(1, "int"),
             row_numbers=(1, "int"),
         )
+        space = space_named(self.pose_space, self.poses.shape[1])
+        object.__setattr__(self, "pose_space", space.name)
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers"):
             count = len(getattr(self, name))
@@ -94,20 +99,20 @@ class Measurements(Result):
         readings: ArrayLike,
         leg_sets: ArrayLike | None = None,
         reading_unit: str = "",
+        pose_space: str = "",
     ) -> Measurements:
         """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
         rows = np.asarray(poses, dtype=np.float64)
         sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
         numbers = np.arange(1, len(rows) + 1)
-        return cls(rows, np.asarray(readings), sets, numbers, reading_unit=reading_unit)
-
-    @property
-    def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point" or "spatial"."""
-        try:
-            return _POSE_SPACES[self.poses.shape[1]]
-        except KeyError as error:
-            raise MeasurementError(f"poses of {error} coordinates; expected 2, 3 or 7") from None
+        return cls(
+            rows,
+            np.asarray(readings),
+            sets,
+            numbers,
+            reading_unit=reading_unit,
+            pose_space=pose_space,
+        )
 
     @property
     def source_name(self) -> str:
@@ -180,6 +185,7 @@ class Measurements(Result):
                 self.row_numbers[rows],
                 self.source,
                 self.reading_unit,
+                self.pose_space,
             )
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None

@@ -33,14 +33,15 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
 LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
                     const std::vector<Index>& rows) {
   const auto count = static_cast<Index>(rows.size());
-  if (count < mechanism.parameter_count()) {
+  if (count < mechanism.estimated_count()) {
     throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
                        std::to_string(count) + " poses; its " +
-                       std::to_string(mechanism.parameter_count()) +
+                       std::to_string(mechanism.estimated_count()) +
                        " parameters need at least as many");
   }
   LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
-               RowMatrix(count, measurements.poses.cols()), Vector(count)};
+               RowMatrix(count, measurements.poses.cols()), Vector(count),
+               mechanism.estimated_parameters(leg)};
   for (Index i = 0; i < count; ++i) {
     const Index row = rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
@@ -82,13 +83,15 @@ LegSight sight_of(const WhitenedClosures& system) {
   return {condition, named_directions(svd.vectors.rightCols(p - rank), scale)};
 }
 
-void require_identifiable(const WhitenedClosures& system, Index leg) {
+void require_identifiable(const WhitenedClosures& system, const Mechanism& mechanism, Index leg) {
   const LegSight sight = sight_of(system);
   if (sight.unseen.cols() > 0) {
+    RowMatrix unseen = RowMatrix::Zero(mechanism.parameter_count(), sight.unseen.cols());
+    unseen(mechanism.estimated_parameters(leg), Eigen::all) = sight.unseen;
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
                               " do not show all of its " + std::to_string(sight.unseen.rows()) +
                               " parameters",
-                          sight.unseen);
+                          unseen);
   }
 }
 
@@ -119,31 +122,34 @@ LegIdentification describe(const WhitenedClosures& system, const LegEstimate& es
 
 // How the leg's estimate answers to errors of its closures, at the estimate.
 LegInfluence influence_of(const WhitenedClosures& system, const LegEstimate& estimate,
-                          Estimator estimator) {
+                          const std::vector<Index>& estimated, Estimator estimator) {
   const ClosureRows& all = system.rows.front();
   const auto count = static_cast<Index>(system.poses.size());
   LegInfluence leg;
   leg.by_pose.resize(count, all.by_pose.cols());
   leg.by_reading.resize(count);
-  RowMatrix by_parameters(count, all.by_parameters.cols());
+  RowMatrix by_parameters(count, static_cast<Index>(estimated.size()));
   Vector factors(count);  // on h in the estimator's residual; the paper's is -h / (dh/dpsi)
   for (Index k = 0; k < count; ++k) {
     const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
     leg.rows.push_back(pose.row);
     leg.by_pose.row(k) = all.by_pose.row(pose.row);
     leg.by_reading[k] = all.by_reading[pose.row];
-    by_parameters.row(k) = all.by_parameters.row(pose.row);
+    by_parameters.row(k) = all.by_parameters.row(pose.row)(estimated);
     const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
     factors[k] = 1 / (in_readings ? leg.by_reading[k] : pose.factor(0, 0));
   }
-  leg.influence = least_squares_influence(by_parameters, factors, estimate.loss_weights);
+  const RowMatrix influence =
+      least_squares_influence(by_parameters, factors, estimate.loss_weights);
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
   leg.deleted.resize(count);
   for (Index k = 0; k < count; ++k) {
-    const double leverage = by_parameters.row(k).dot(leg.influence.col(k));
+    const double leverage = by_parameters.row(k).dot(influence.col(k));
     const double closure = all.closure[system.poses[static_cast<std::size_t>(k)].row];
     leg.deleted[k] = closure / std::max(1 - leverage, kLeast);
   }
+  leg.influence = RowMatrix::Zero(all.by_parameters.cols(), count);
+  leg.influence(estimated, Eigen::all) = influence;
   return leg;
 }
 
@@ -161,10 +167,19 @@ std::vector<Index> rejected_rows(const JointEstimate& joint, Index leg) {
 }
 
 // Takes the statistics of the joint estimate in place of those of its start.
-void describe_joint(const JointEstimate& joint, Identification& result) {
+void describe_joint(const JointEstimate& joint, const Mechanism& mechanism,
+                    Identification& result) {
   result.goodness = {goodness_of_fit(joint.system, joint.loss_weights, 1)};
   const double spread = result.goodness.front().spread();
-  result.covariance = spread * spread * joint_covariance(joint);
+  std::vector<Index> columns;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (const Index i : mechanism.estimated_parameters(leg)) {
+      columns.push_back(leg * mechanism.parameter_count() + i);
+    }
+  }
+  const Index all = mechanism.leg_count() * mechanism.parameter_count();
+  result.covariance = RowMatrix::Zero(all, all);
+  result.covariance(columns, columns) = spread * spread * joint_covariance(joint);
   for (std::size_t i = 0; i < result.legs.size(); ++i) {
     LegIdentification& leg = result.legs[i];
     leg.converged = joint.outcome.converged;
@@ -209,9 +224,10 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   options.check();
   check_one_closure(mechanism.model().info(), "identification");
   check_measurements(mechanism, measurements);
+  const auto estimated = mechanism.estimated_parameters();
   const auto leg_system = [&](ConstRows parameters, Index leg) {
-    return whiten_closures(mechanism.model(), parameters, measurements, {leg}, options.use,
-                           options.noise);
+    return whiten_closures(mechanism.model(), parameters, estimated, measurements, {leg},
+                           options.use, options.noise);
   };
   std::vector<LegEstimate> estimates;
   Identification result;
@@ -219,7 +235,7 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const LegData data =
         data_of_leg(mechanism, measurements, leg, rows_of_leg(measurements, leg, options.use));
-    require_identifiable(leg_system(mechanism.parameters(), leg), leg);
+    require_identifiable(leg_system(mechanism.parameters(), leg), mechanism, leg);
     estimates.push_back(estimate_leg(data, mechanism.leg(leg).parameters, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
@@ -235,10 +251,11 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
     result.legs.push_back(describe(system, estimate));
     result.goodness.push_back(
         goodness_of_fit(system, estimate.loss_weights, mechanism.leg_count()));
-    influences.push_back(influence_of(system, estimate, options.estimator));
+    influences.push_back(influence_of(system, estimate, estimated[static_cast<std::size_t>(leg)],
+                                      options.estimator));
   }
   if (options.estimator == Estimator::joint) {
-    describe_joint(joint, result);
+    describe_joint(joint, mechanism, result);
   } else {
     const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
                                         [](const GoodnessOfFit& fit) { return fit.unexplained(); });

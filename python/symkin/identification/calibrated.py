@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import chain_info
 from symkin.errors import FailedFitError, MechanismError, SymkinError
 from symkin.frames import anchor, with_moved_workspace
 from symkin.mechanism import Mechanism
@@ -68,6 +69,7 @@ def calibrated_mechanism(
         )
     covariance = covariance * np.outer(signs, signs)
     deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
+    deviations[~nominal.is_estimated] = np.nan
     try:
         made = nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
@@ -81,7 +83,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     """Write points with radii that are not negative, and angles within half a turn of another's.
 
     The closures stay the same. A guide's distance from the centre keeps its sign, on which the
-    direction of travel depends.
+    direction of travel depends, and so does a base's radius less a platform's.
 
     Parameters
     ----------
@@ -101,26 +103,28 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
     near = mechanism.parameters
+    signed = chain_info(mechanism.chain, mechanism.platform).signed_radius
     for end in ("base", "platform"):
-        if anchor(mechanism, end) != "point":
+        if anchor(mechanism, end) != "point" or signed:
             continue
         radius = roles.index((end, "radius"))
         azimuth = roles.index((end, "azimuth"))
         for leg in np.flatnonzero(values[:, radius] < 0):
             values[leg, [radius, azimuth]] = -values[leg, radius], values[leg, azimuth] + np.pi
             signs[leg, radius] = -1
-            if mechanism.pose_space == "spatial":
-                polar = names.index(f"{end}_polar_angle")
+            if (end, "polar_angle") in roles:
+                polar = roles.index((end, "polar_angle"))
                 values[leg, polar] = np.pi - values[leg, polar]
                 signs[leg, polar] = -1
     angles = [
         index
         for index, role in enumerate(roles)
-        if role.kind in ("azimuth", "polar_angle", "direction_azimuth")
+        if role.kind in ("azimuth", "polar_angle", "direction_azimuth", "swing")
+        or role.kind.endswith("_elevation")
     ]
     values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
-    if mechanism.pose_space == "spatial":
-        for end in ("base", "platform"):
+    for end in ("base", "platform"):
+        if (end, "polar_angle") in roles:
             _take_nearer_polar_angle(values, signs, near, names, end)
     return values, signs.ravel()
 
@@ -198,8 +202,7 @@ def _with_home_at(mechanism: Mechanism, poses: Array) -> Iterator[Mechanism]:
     assert settings is not None
     coordinates = workspace_coordinates(mechanism, poses)
     apart = coordinates - workspace_coordinates(mechanism, mechanism.home)
-    positions = 3 if mechanism.pose_space == "spatial" else 2
-    apart[:, positions:] *= mechanism.characteristic_length
+    apart[:, mechanism.space.size :] *= mechanism.characteristic_length
     for row in np.linalg.norm(apart, axis=1).argsort(kind="stable"):
         home = tuple(coordinates[row].tolist())
         yield mechanism.replace(workspace=dataclasses.replace(settings, home=home))

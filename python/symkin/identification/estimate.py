@@ -418,8 +418,7 @@ def cross_validate(
         evaluation=Evaluation.of(
             differences[complete],
             measurements.poses[complete],
-            mechanism.characteristic_length,
-            name=mechanism.name,
+            mechanism,
             row_numbers=measurements.row_numbers[complete],
         )
         if np.isfinite(differences).any()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.io.quantities import unit_factor, unit_names
 from symkin.io.tables import Table
-from symkin.poses import quaternions_from_rotation_vectors
+from symkin.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
 
 __all__ = [
@@ -31,9 +31,6 @@ __all__ = [
     "uses_own_names",
 ]
 
-_POSITION = {"planar": ("x", "y"), "point": ("x", "y"), "spatial": ("x", "y", "z")}
-_QUATERNION = ("qx", "qy", "qz", "qw")
-_ROTATION_VECTOR = ("rx", "ry", "rz")
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
@@ -44,6 +41,7 @@ _ORIENTATION: dict[str, dict[str, int]] = {
     "planar": {"angle": 1},
     "point": {},
     "spatial": {"quaternion": 4, "rotation_vector": 3},
+    "translating": {},
 }
 # Nothing that was measured is larger, and squares of it can still be added.
 _MOST = 1e12
@@ -62,7 +60,7 @@ def check_columns(
         Naming the key of the mapping, its number of columns and the number expected; a column that
         it names twice; a unit that is unknown or of another dimension.
     """
-    _expect("position", len(columns.position), 3 if pose_space == "spatial" else 2)
+    _expect("position", len(columns.position), POSE_SPACES[pose_space].size)
     _expect("readings", len(columns.readings), leg_count)
     given = {
         "angle": int(columns.angle is not None),
@@ -86,8 +84,10 @@ def check_columns(
 
 def pose_column_names(pose_space: str) -> list[str]:
     """Return the columns that symkin writes for poses, in the order of a pose array."""
-    position = [f"{name}_m" for name in _POSITION[pose_space]]
-    return position + {"planar": ["phi_rad"], "point": [], "spatial": [*_QUATERNION]}[pose_space]
+    space = POSE_SPACES[pose_space]
+    # An angle has a unit, the numbers of a quaternion have none.
+    orientation = [f"{name}_rad" if name in space.rotation else name for name in space.orientation]
+    return [f"{name}_m" for name in space.position] + orientation
 
 
 def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
@@ -98,21 +98,24 @@ def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
 
 def own_columns(table: Table, pose_space: str, leg_count: int) -> MeasurementColumns:
     """Return the columns of a table that names them as symkin does, with any unit."""
-    has_vector = any(_with_units(table, name) for name in _ROTATION_VECTOR)
-    spatial = pose_space == "spatial"
+    space = POSE_SPACES[pose_space]
+    quaternion, vector = (
+        (space.orientation, space.rotation) if pose_space == "spatial" else ((), ())
+    )
+    has_vector = any(_with_units(table, name) for name in vector)
     return MeasurementColumns(
-        position=_POSITION[pose_space],
+        position=space.position,
         readings=tuple(f"psi_{leg + 1}" for leg in range(leg_count)),
         angle="phi" if pose_space == "planar" else None,
-        quaternion=_QUATERNION if spatial and not has_vector else (),
-        rotation_vector=_ROTATION_VECTOR if spatial and has_vector else (),
+        quaternion=() if has_vector else quaternion,
+        rotation_vector=vector if has_vector else (),
         leg="leg" if "leg" in table.names else None,
     )
 
 
 def uses_own_names(table: Table, pose_space: str) -> bool:
     """Whether the position columns are named as symkin names them."""
-    return all(_with_units(table, name) for name in _POSITION[pose_space])
+    return all(_with_units(table, name) for name in POSE_SPACES[pose_space].position)
 
 
 def has_columns(table: Table, columns: MeasurementColumns) -> bool:

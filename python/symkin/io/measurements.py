@@ -92,6 +92,7 @@ def read_measurements(
         row_numbers=table.row_numbers,
         source=table.path,
         reading_unit=mechanism.reading_unit,
+        pose_space=mechanism.pose_space,
     )
     _check_unread_rows(table, measurements)
     _check_repeated_rows(table, measurements)
@@ -99,7 +100,7 @@ def read_measurements(
     _check_units(table, values, measurements, mechanism, stated)
     if len(measurements.measured_legs) == len(mechanism.legs):
         # A leg may be identified from the sets of all legs, so these count too.
-        measurements.for_all_legs().require(len(mechanism.parameter_names))
+        measurements.for_all_legs().require(mechanism.estimated_count)
     return measurements
 
 

@@ -18,10 +18,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from symkin.chains import chain_info, chains
+from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.errors import QuantityError, SymkinError, did_you_mean, printable
 from symkin.io.quantities import evaluate_quantity
 from symkin.io.toml_file import KeyPath, TomlSource
+from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -32,7 +33,6 @@ from symkin.settings import (
 )
 
 __all__ = [
-    "COORDINATES",
     "HEADER",
     "MEASUREMENTS",
     "Kind",
@@ -44,12 +44,6 @@ __all__ = [
 
 Schema = dict[str, Any]
 
-# Coordinates of bounds and home, position then orientation, and their units.
-COORDINATES: dict[str, dict[str, str]] = {
-    "planar": {"x": "m", "y": "m", "phi": "rad"},
-    "point": {"x": "m", "y": "m"},
-    "spatial": {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"},
-}
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
 
@@ -307,7 +301,7 @@ _HEADER_KINDS: dict[str, Kind] = {
     "schema": _one_of(1),
     "name": _text(200, _check_name),
     "chain": _text(),
-    "platform": _one_of("rigid", "point"),
+    "platform": _one_of(*PLATFORMS),
     "reading_unit": _one_of("rad", "m"),
 }
 HEADER = table(
@@ -327,10 +321,11 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     info = chain_info(chain, platform)
     unit = reading_unit or info.reading_unit
     units = info.units_of_sensor(unit)
-    parameters = {name: _parameter(chain, name, units[name]) for name in units}
+    parameters = {name: _parameter(info, name, units[name]) for name in units}
     estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
     mode: dict[str, Kind] = {"working_mode": _one_of(-1, 1)}
-    coordinates = COORDINATES[info.pose_space]
+    coordinates = POSE_SPACES[info.pose_space].units
+    needed = tuple(name for name in parameters if name not in info.defaults)
     limit = _quantity(unit, note="in the sensor's unit")
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}
@@ -355,8 +350,8 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "chain": _one_of(chain),
         "platform": _one_of(platform),
         "symmetry": _SYMMETRY,
-        "reference_leg": table(mode | parameters, tuple(parameters)),
-        "legs": _list_of(table(mode | estimates, tuple(parameters)), 1, _MOST_LEGS),
+        "reference_leg": table(mode | parameters, needed),
+        "legs": _list_of(table(mode | estimates, needed), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -364,21 +359,22 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "protocol": _PROTOCOL,
         "measurements": MEASUREMENTS,
     }
-    required = ("schema", "chain") + (("platform",) if platform == "point" else ())
+    required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
     return table(_HEADER_KINDS | sections, required)
 
 
-def _parameter(chain: str, name: str, unit: str) -> Kind:
+def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
     sign: Sign = "any"
-    joints = chain.replace("[", "").replace("]", "")
-    end = {"base_radius": joints[0], "platform_radius": joints[-1]}.get(name, "")
-    if name.endswith("_length"):
+    kind = info.parameter_roles[name].kind
+    if kind == "length":
         sign = "positive"
-    elif name == "sensor_gain":
+    elif kind == "gain":
         sign = "not zero"
-    elif name.endswith("_radius") and end != "P":
-        sign = "not negative"  # a guide's distance from the centre is signed, a point's is not
-    note = "active joint per sensor reading" if name == "sensor_gain" else ""
+    elif kind == "radius" and not info.signed_radius:  # a guide's distance is signed
+        sign = "not negative"
+    note = "active joint per sensor reading" if kind == "gain" else ""
+    if name in info.defaults:
+        note = f"held; by default {info.defaults[name]}"
     return _quantity(unit, sign, note, direction=unit == "rad")
 
 
@@ -391,7 +387,7 @@ def mechanism_schema() -> Schema:
     """
     files = [
         mechanism_table(chain, platform, None).schema
-        for platform in ("rigid", "point")
+        for platform in PLATFORMS
         for chain in chains(platform)
     ]
     return {

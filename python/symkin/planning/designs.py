@@ -110,11 +110,12 @@ class Task:
 
     def parameter_names(self, mechanism: Mechanism) -> tuple[str, ...]:
         """Names of the columns of its rows."""
-        names = mechanism.parameter_names
         if self.leg is not None:
-            return names
+            return mechanism.estimated_names(self.leg)
         return tuple(
-            f"leg {leg} {name}" for leg in range(1, len(mechanism.legs) + 1) for name in names
+            f"leg {leg + 1} {name}"
+            for leg in range(len(mechanism.legs))
+            for name in mechanism.estimated_names(leg)
         )
 
 

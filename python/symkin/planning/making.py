@@ -365,18 +365,22 @@ def _prior(demands: _Demands, task: Task) -> NDArray[np.float64] | None:
 def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
     if not demands.minimum_distance:
         return {}
-    size = 3 if demands.mechanism.pose_space == "spatial" else 2
-    return {"coordinates": poses[:, :size], "minimum_distance": demands.minimum_distance}
+    return {
+        "coordinates": poses[:, : demands.mechanism.space.size],
+        "minimum_distance": demands.minimum_distance,
+    }
 
 
 def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:
-    mechanism, p = demands.mechanism, len(demands.mechanism.parameter_names)
-    legs = range(len(mechanism.legs)) if task.leg is None else [task.leg]
-    scale = parameter_tolerances(mechanism)[list(legs)].ravel()
+    mechanism = demands.mechanism
+    identified = mechanism.is_estimated
+    if task.leg is not None:
+        identified[np.arange(len(identified)) != task.leg] = False
+    scale = parameter_tolerances(mechanism)[identified]
     if demands.criterion != "expected_error":
         return {"scale": scale}
-    own = slice(legs[0] * p, (legs[-1] + 1) * p)
-    weight = error_weight(mechanism, thinned(demands.candidates))[own, own]
+    own = np.flatnonzero(identified)
+    weight = error_weight(mechanism, thinned(demands.candidates))[np.ix_(own, own)]
     return {"scale": scale, "error_weight": weight}
 
 

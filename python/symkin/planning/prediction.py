@@ -157,7 +157,7 @@ class PoseCountCurve(Result):
             accuracy = points[orbits].accuracy
             return bool((np.array([accuracy.position, accuracy.orientation]) <= limits).all())
 
-        fewest = -(-len(self.mechanism.parameter_names) // size)
+        fewest = -(-self.mechanism.estimated_count // size)
         met = np.flatnonzero((self.position <= limits[0]) & (self.orientation <= limits[1]))
         if len(met):
             low = int(self.counts[met[0] - 1]) // size if met[0] else fewest - 1
@@ -166,7 +166,7 @@ class PoseCountCurve(Result):
             low = high = int(self.counts[-1]) // size
             reaches(high)
             available = points[high].allowed // size
-            most = max(high, min(_MOST * len(self.mechanism.parameter_names) // size, available))
+            most = max(high, min(_MOST * self.mechanism.estimated_count // size, available))
             while not reaches(high) and high < most:
                 low, high = high, min(2 * high, most)
         reached = reaches(high)
@@ -434,8 +434,10 @@ def _check_wanted(mechanism: Mechanism, position: float | None, orientation: flo
     wanted = {"position": position, "orientation": orientation}
     if position is None and orientation is None:
         raise SymkinError("no accuracy is wanted; expected one of the position or the orientation")
-    if orientation is not None and mechanism.pose_space == "point":
-        raise SymkinError(f"{mechanism.name} has a point platform, which has no orientation")
+    if orientation is not None and not mechanism.space.turns:
+        raise SymkinError(
+            f"the platform of {mechanism.name} never turns: it has no orientation to be in error"
+        )
     for name, value in wanted.items():
         if value is not None and not 0 < value < np.inf:
             raise SymkinError(f"the {name} error wanted is {value:g}; expected a positive one")
@@ -449,7 +451,7 @@ def _orbit_size(mechanism: Mechanism, design: Design) -> int:
 
 def _counts(mechanism: Mechanism, design: Design, counts: Sequence[int] | None) -> list[int]:
     """Counts to try, ascending, as whole orbits."""
-    p = len(mechanism.parameter_names)
+    p = mechanism.estimated_count
     if counts is None:
         counts = np.rint(np.geomspace(p, _LARGEST * p, _POINTS)).astype(int).tolist()
     size = _orbit_size(mechanism, design)

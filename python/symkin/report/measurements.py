@@ -33,7 +33,7 @@ def measurements_page(taken: Measurements) -> Page:
         "poses",
         "Scatter plots of the measured poses.",
         "The measured poses.",
-        plotted("poses", taken.poses),
+        plotted("poses", taken),
     )
     return Page(
         title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",

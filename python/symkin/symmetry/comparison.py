@@ -234,7 +234,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         deviations=structure if reference is not None else (),
         sensors=_sensor_verdict(sensors, group),
         sensor_deviations=sensors,
-        spatial=mechanism.pose_space == "spatial",
+        spatial=mechanism.space.in_space,
     )
 
 

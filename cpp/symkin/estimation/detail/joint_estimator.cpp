@@ -48,6 +48,11 @@ SolverOutcome fit(const Mechanism& mechanism, const MeasurementSet& measurements
     problem.AddResidualBlock(new JointCost(std::move(of_pose), std::move(whitening)), loss.get(),
                              blocks);
   }
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    if (problem.HasParameterBlock(parameters.row(leg).data())) {
+      hold_others(problem, parameters.row(leg).transpose(), mechanism.estimated_parameters(leg));
+    }
+  }
   return solve_dense(problem, options.max_iterations);
 }
 
@@ -67,8 +72,8 @@ JointEstimate estimate_joint(const Mechanism& mechanism, const MeasurementSet& m
                              const RowMatrix& start, const IdentificationOptions& options) {
   const std::vector<Index> legs = all_legs(mechanism.leg_count());
   const auto system_at = [&](const RowMatrix& parameters) {
-    return whiten_closures(mechanism.model(), parameters, measurements, legs, PoseUse::all,
-                           options.noise);
+    return whiten_closures(mechanism.model(), parameters, mechanism.estimated_parameters(),
+                           measurements, legs, PoseUse::all, options.noise);
   };
   JointEstimate estimate;
   estimate.parameters = start;

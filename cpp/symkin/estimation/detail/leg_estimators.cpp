@@ -28,6 +28,7 @@ ReadingErrors reading_errors(const LegData& data, const Vector& parameters) {
   ClosureRows rows;
   data.model.linearise(parameters, data.poses, data.readings + result.errors, rows);
   result.by_parameters = -(rows.by_parameters.array().colwise() / rows.by_reading.array());
+  result.by_parameters = RowMatrix(result.by_parameters(Eigen::all, data.estimated));
   return result;
 }
 
@@ -49,14 +50,15 @@ double reading_deviation(const LegData& data, const Vector& parameters,
 }
 
 // One weighted least-squares fit with fixed factors, from and into `parameters`.
-SolverOutcome fit(Costs costs, const Vector& factors, const RobustLoss& loss, double spread,
-                  int max_iterations, Vector& parameters) {
+SolverOutcome fit(Costs costs, const LegData& data, const Vector& factors, const RobustLoss& loss,
+                  double spread, int max_iterations, Vector& parameters) {
   const auto loss_function = loss.make(spread);
   ceres::Problem problem(shared_loss());
   for (std::size_t i = 0; i < costs.size(); ++i) {
     problem.AddResidualBlock(new ScaledCost(std::move(costs[i]), factors[static_cast<Index>(i)]),
                              loss_function.get(), parameters.data());
   }
+  hold_others(problem, parameters, data.estimated);
   return solve_dense(problem, max_iterations);
 }
 
@@ -89,8 +91,8 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
     // of Eq. 26 must be subtracted.
     const Vector step = Eigen::MatrixXd(now.by_parameters).colPivHouseholderQr().solve(now.errors);
-    estimate.parameters -= step;
-    const Vector size = estimate.parameters.cwiseAbs().cwiseMax(1);
+    estimate.parameters(data.estimated) -= step;
+    const Vector size = estimate.parameters(data.estimated).cwiseAbs().cwiseMax(1);
     if (step.cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-11) {
       outcome.converged = true;
       return estimate;
@@ -116,7 +118,7 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
   double spread = options.loss.spread(errors / deviation);
   estimate.outcome = fit_until_still(estimate.parameters, [&] {
     SolverOutcome outcome =
-        fit(data.model.reading_costs(data.working_mode, data.poses, data.readings),
+        fit(data.model.reading_costs(data.working_mode, data.poses, data.readings), data,
             Vector::Constant(data.readings.size(), 1 / deviation), options.loss, spread,
             options.max_iterations, estimate.parameters);
     errors = reading_errors(data, estimate.parameters).errors;
@@ -144,7 +146,7 @@ LegEstimate estimate_implicit(const LegData& data, const Vector& start,
   double spread = options.loss.spread(closures.cwiseQuotient(deviations));
   estimate.outcome = fit_until_still(estimate.parameters, [&] {
     SolverOutcome outcome =
-        fit(data.model.closure_costs(data.poses, data.readings), deviations.cwiseInverse(),
+        fit(data.model.closure_costs(data.poses, data.readings), data, deviations.cwiseInverse(),
             options.loss, spread, options.max_iterations, estimate.parameters);
     deviations = closure_deviations(data, estimate.parameters, options.noise, closures);
     spread = options.loss.spread(closures.cwiseQuotient(deviations));

@@ -12,6 +12,7 @@ struct LegData {
   int working_mode;
   RowMatrix poses;
   Vector readings;
+  std::vector<Index> estimated;  // columns of the parameters
 };
 
 // Where an estimator ended, and how it weighed the poses.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/solver.hpp"
 
+#include <ceres/manifold.h>
 #include <ceres/solver.h>
+
+#include <algorithm>
 
 #include "symkin/support/interrupt.hpp"
 
@@ -53,6 +56,20 @@ SolverOutcome fit_until_still(Eigen::Ref<Vector> parameters,
   total.failure = "the weights still moved the estimate after " + std::to_string(kMaxPasses) +
                   " passes, by " + std::to_string(change) + " in the last";
   return total;
+}
+
+void hold_others(ceres::Problem& problem, Eigen::Ref<Vector> block,
+                 const std::vector<Index>& estimated) {
+  std::vector<int> held;
+  for (Index i = 0; i < block.size(); ++i) {
+    if (!std::binary_search(estimated.begin(), estimated.end(), i)) {
+      held.push_back(static_cast<int>(i));
+    }
+  }
+  if (!held.empty()) {
+    problem.SetManifold(block.data(),
+                        new ceres::SubsetManifold(static_cast<int>(block.size()), held));
+  }
 }
 
 ceres::Problem::Options shared_loss() {

@@ -20,6 +20,10 @@ SolverOutcome fit_until_still(Eigen::Ref<Vector> parameters,
                               const std::function<SolverOutcome()>& fit);
 
 // A problem that takes over its cost functions, but not its loss.
+// Keeps all but the `estimated` of a block's values as they are. The block has residuals already.
+void hold_others(ceres::Problem& problem, Eigen::Ref<Vector> block,
+                 const std::vector<Index>& estimated);
+
 ceres::Problem::Options shared_loss();
 
 }  // namespace symkin

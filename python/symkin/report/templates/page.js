@@ -7,10 +7,11 @@ function movable(figure) {
   const { axes, inner } = data;
   const legs = data.base.length;
   const free = inner === 0;
-  const spatial = data.space === "spatial";
+  const spatial = data.dimensions === 3;
   const alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   const code = new Map([...alphabet].map((character, value) => [character, value]));
-  const width = 3 + 4 * inner * legs;
+  const each = 2 * data.dimensions; // characters of a joint
+  const width = 3 + each * inner * legs;
   const place = [...data.home]; // on each axis, in nodes
   const view = { azimuth: -65, elevation: 22 };
 
@@ -75,10 +76,10 @@ function movable(figure) {
   }
 
   function innerJoints(leg) {
-    const start = at(place) + 3 + 4 * inner * leg;
+    const start = at(place) + 3 + each * inner * leg;
     const joints = [];
     for (let j = 0; j < inner; j += 1) {
-      const numbers = [pair(start + 4 * j), pair(start + 4 * j + 2)];
+      const numbers = data.offset.map((_, k) => pair(start + each * j + 2 * k));
       if (numbers.includes(4095)) return null;
       joints.push(numbers.map((number, k) => data.offset[k] + number * data.step));
     }
