@@ -139,12 +139,15 @@ def space_named(name: str, coordinates: int) -> PoseSpace:
     MeasurementError
         If there is none.
     """
-    if name and coordinates != POSE_SPACES[one_of("pose_space", name, POSE_SPACES)].coordinates:
-        raise MeasurementError(
-            f"poses of {coordinates} coordinates; a {name} pose has {POSE_SPACES[name].coordinates}"
-        )
+    if name:
+        space: PoseSpace = one_of("pose_space", name, POSE_SPACES)
+        if coordinates != space.coordinates:
+            raise MeasurementError(
+                f"poses of {coordinates} coordinates; a {name} pose has {space.coordinates}"
+            )
+        return space
     for space in POSE_SPACES.values():
-        if space.name == name or (not name and space.coordinates == coordinates):
+        if space.coordinates == coordinates:
             return space
     raise MeasurementError(f"poses of {coordinates} coordinates; expected 2, 3 or 7")
 

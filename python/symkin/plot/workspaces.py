@@ -106,7 +106,7 @@ def poses(
     """
     cloud = np.asarray(getattr(poses, "poses", poses), dtype=float)
     chosen = [np.asarray(each, dtype=float) for each in sets]
-    space = space_named(pose_space or getattr(poses, "pose_space", ""), cloud.shape[1]).name
+    space = space_named(pose_space or getattr(poses, "pose_space", "") or "", cloud.shape[1]).name
     views = views_of(POSE_SPACES[space])
     figure = new_figure(*_SIZES[space], figure)
     columns = 2 if space == "planar" else len(views)
