@@ -195,9 +195,7 @@ def analyse_observability(
         singular_values=result.singular_values,
         condition=result.condition,
         rank=result.rank,
-        unseen=tuple(
-            name_combination(direction, names) for direction in result.null_directions.T
-        ),
+        unseen=tuple(name_combination(direction, names) for direction in result.null_directions.T),
     )
 
 
