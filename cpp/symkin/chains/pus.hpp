@@ -15,9 +15,9 @@ namespace symkin {
 struct PusActive1 {
   using ForTranslating = LegGeometry<kDistalLength, kBaseRadius, kBaseAzimuth, kBaseHeight,
                                      kGuideAzimuth, kGuideElevation, kGuideSwing>;
-  using ForRigid = LegGeometry<kDistalLength, kBaseRadius, kBaseAzimuth, kBaseHeight, kGuideAzimuth,
-                               kGuideElevation, kGuideSwing, kPlatformRadius, kPlatformAzimuth,
-                               kPlatformHeight>;
+  using ForRigid =
+      LegGeometry<kDistalLength, kBaseRadius, kBaseAzimuth, kBaseHeight, kGuideAzimuth,
+                  kGuideElevation, kGuideSwing, kPlatformRadius, kPlatformAzimuth, kPlatformHeight>;
   static constexpr std::string_view kName = "[P]US";
   static constexpr ActiveJoint kActiveJoint = ActiveJoint::travel_from_point;
   static constexpr bool kModeIsOrientation = false;

@@ -10,9 +10,9 @@
 namespace symkin {
 
 // [R]US: a crank about an axis in space, through A along a, and a rod from the crank's end to the
-// platform (rotary delta, Hexa). q is the crank's angle about a, from p0. Closure (m): distance from
-// the crank's end to the platform point, less the rod:  |w - l (cos q p0 + sin q n)| - L.  Working
-// mode: sign of a . (crank x rod).
+// platform (rotary delta, Hexa). q is the crank's angle about a, from p0. Closure (m): distance
+// from the crank's end to the platform point, less the rod:  |w - l (cos q p0 + sin q n)| - L.
+// Working mode: sign of a . (crank x rod).
 struct RusActive1 {
   using ForTranslating = LegGeometry<kProximalLength, kDistalLength, kBaseRadius, kBaseAzimuth,
                                      kBaseHeight, kAxisAzimuth, kAxisElevation, kAxisSwing>;

@@ -74,8 +74,8 @@ Vec3<T> guide_direction(const Azimuth<T>& azimuth, const Azimuth<T>& elevation,
 }
 
 // The axis a of a crank, the direction p0 = da/ds that its angle counts from and n = a x p0:
-// a = cos s (cos eps tau + sin eps z) + sin s rho, where eps = 0 is tangential, 90 degrees vertical.
-// At eps = s = 0 a positive angle turns the crank down.
+// a = cos s (cos eps tau + sin eps z) + sin s rho, where eps = 0 is tangential, 90 degrees
+// vertical. At eps = s = 0 a positive angle turns the crank down.
 template <typename T>
 struct CrankFrame {
   CrankFrame(const Azimuth<T>& azimuth, const Azimuth<T>& elevation, const Azimuth<T>& swing)

@@ -9,8 +9,8 @@ namespace symkin {
 
 // U[P]S: the leg of a hexapod, or a cable. Closure (m): distance between base and platform point,
 // less the leg's length:  |w| - q.  A point is given by its distance from the origin, its polar
-// angle from Z and its azimuth (conditions 4 and 5 of the paper's section 5). The length is the only
-// root.
+// angle from Z and its azimuth (conditions 4 and 5 of the paper's section 5). The length is the
+// only root.
 struct UpsActive2 {
   using ForTranslating = LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth>;
   using ForRigid = LegGeometry<kBaseRadius, kBasePolarAngle, kBaseAzimuth, kPlatformRadius,

@@ -8,9 +8,7 @@
 
 namespace symkin {
 
-Frame Frame::inverse() const {
-  return {-(rotation.transpose() * position), rotation.transpose()};
-}
+Frame Frame::inverse() const { return {-(rotation.transpose() * position), rotation.transpose()}; }
 
 Frame operator*(const Frame& outer, const Frame& inner) {
   return {outer.position + outer.rotation * inner.position, outer.rotation * inner.rotation};
@@ -55,8 +53,7 @@ const std::vector<Index>& frame_slots(PoseSpace space) {
 
 Frame frame_of_pose(PoseSpace space, const double* pose) {
   Frame frame;
-  frame.position.head(position_size(space)) =
-      Eigen::Map<const Vector>(pose, position_size(space));
+  frame.position.head(position_size(space)) = Eigen::Map<const Vector>(pose, position_size(space));
   if (space == PoseSpace::planar) {
     frame.rotation = rotation_of({0, 0, pose[2]});
   } else if (space == PoseSpace::spatial) {

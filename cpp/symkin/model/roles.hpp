@@ -13,8 +13,8 @@ namespace symkin {
 //   translating  x, y, z                    3 coordinates, 3 degrees of freedom
 enum class PoseSpace { planar, point, spatial, translating };
 
-// The platform that the legs carry: one that turns, a point that only moves in the plane (five-bar),
-// or one in space that never turns (delta).
+// The platform that the legs carry: one that turns, a point that only moves in the plane
+// (five-bar), or one in space that never turns (delta).
 enum class Platform { rigid, point, translating };
 
 // The end of a leg that a parameter belongs to, whose frame it is given in and with which it turns.

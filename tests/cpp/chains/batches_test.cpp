@@ -19,11 +19,11 @@
 #include "symkin/chains/ppr.hpp"
 #include "symkin/chains/prp.hpp"
 #include "symkin/chains/prr.hpp"
+#include "symkin/chains/pus.hpp"
 #include "symkin/chains/rpp.hpp"
 #include "symkin/chains/rpr.hpp"
 #include "symkin/chains/rrp.hpp"
 #include "symkin/chains/rrr.hpp"
-#include "symkin/chains/pus.hpp"
 #include "symkin/chains/rus.hpp"
 #include "symkin/chains/ups.hpp"
 

@@ -82,8 +82,8 @@ inline std::string test_name(const ::testing::TestParamInfo<Chain>& info) {
     letters += c == '[' || c == ']' ? "" : std::string(1, c);
   }
   return letters + "_active" + std::to_string(chain.find('[') + 1) +
-         std::array{"_rigid", "_point", "_translating"}[static_cast<std::size_t>(
-             info.param.platform)];
+         std::array{"_rigid", "_point",
+                    "_translating"}[static_cast<std::size_t>(info.param.platform)];
 }
 
 // One leg at one pose with one reading.
@@ -187,7 +187,8 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
   RowMatrix random_pose(Random& random, double extent) const {
     RowMatrix pose(1, coordinate_count(info().pose_space));
     for (Index i = 0; i < pose.cols(); ++i) {
-      pose(0, i) = (2 * random.uniform() - 1) * (i < position_size(info().pose_space) ? extent : 3.0);
+      pose(0, i) =
+          (2 * random.uniform() - 1) * (i < position_size(info().pose_space) ? extent : 3.0);
     }
     return pose;
   }

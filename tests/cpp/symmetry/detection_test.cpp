@@ -185,7 +185,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
     };
     std::vector<Leg> legs = delta.legs();
     legs[3].parameters[place(chain == "[P]US" ? ParameterKind::guide_elevation
-                                               : ParameterKind::axis_elevation)] += kPi;
+                                              : ParameterKind::axis_elevation)] += kPi;
     legs[3].parameters[place(ParameterKind::swing)] *= -1;
     legs[3].parameters.tail<2>() *= -1;
     legs[3].working_mode *= -1;

@@ -64,8 +64,8 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
       by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
       system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
       system.jacobian.block(pose.first + k, position * p, closures, p) =
-          leg.by_parameters.middleRows(row, closures)(
-              Eigen::all, estimated[static_cast<std::size_t>(which)]);
+          leg.by_parameters.middleRows(row, closures)(Eigen::all,
+                                                      estimated[static_cast<std::size_t>(which)]);
     }
     pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
     const auto factor = pose.factor.triangularView<Eigen::Lower>();

@@ -38,7 +38,8 @@ struct WhitenedClosures {
 };
 
 // At `parameters` of all legs, which need not be those of a possible mechanism; `estimated` are the
-// columns of each that are unknown, as many for every leg. Throws InvalidInput, naming the pose, where the covariance of its closures is singular.
+// columns of each that are unknown, as many for every leg. Throws InvalidInput, naming the pose,
+// where the covariance of its closures is singular.
 WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
                                  const EstimatedParameters& estimated,
                                  const MeasurementSet& measurements, const std::vector<Index>& legs,
