@@ -195,7 +195,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
     // Most poses are beyond the reach of some leg.
     Random random(4);
     const RowMatrix poses =
-        RowMatrix::NullaryExpr(200, 3, [&] { return 6 * random.uniform() - 3; });
+        RowMatrix::NullaryExpr(2000, 3, [&] { return 6 * random.uniform() - 3; });
     const Vector readings = inverse_kinematics(rewritten, poses).col(3);
     const Vector expected = inverse_kinematics(delta, poses).col(3);
     Index reached = 0;
