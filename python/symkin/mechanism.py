@@ -250,7 +250,7 @@ class Mechanism(Kinematics):
     @property
     def estimated_count(self) -> int:
         """How many parameters of each leg are identified."""
-        return self.estimated.shape[1]
+        return len(self.estimated[0])
 
     def estimated_names(self, leg: int) -> tuple[str, ...]:
         """Names of a leg's (from 0) parameters that are identified."""

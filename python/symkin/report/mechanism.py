@@ -75,8 +75,8 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
         legs.setdefault(names, []).append(leg)
     return [
         f"Held as it was drawn is {' and '.join(names)}"
-        f"{'' if len(legs) == 1 else ' of ' + named_legs(which)}: it moves a point along its guide, "
-        "as the sensor's offset does."
+        + ("" if len(legs) == 1 else f" of {named_legs(which)}")
+        + ": it moves a point along its guide, as the sensor's offset does."
         for names, which in legs.items()
         if names
     ]
