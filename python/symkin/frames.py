@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -283,7 +283,27 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
     radius = values.get("radius", values.get("direction_distance", length))
     level = radius * np.sin(polar)
     height = values.get("height", radius * np.cos(polar))
-    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=1)
+    points = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=1)
+    if "guide_elevation" in values:
+        # Where the slider reads zero: the point itself is held along the guide.
+        offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
+        points += offset[:, None] * _guides(values)
+    return points
+
+
+def _guides(values: Mapping[str, Array]) -> Array:
+    """Directions of guides in space, shape (legs, 3)."""
+    azimuth, swing = values["reference_azimuth"], values["swing"]
+    outward = np.cos(swing) * np.cos(values["guide_elevation"])
+    cosine, sine = np.cos(azimuth), np.sin(azimuth)
+    return np.stack(
+        [
+            outward * cosine - np.sin(swing) * sine,
+            outward * sine + np.sin(swing) * cosine,
+            np.cos(swing) * np.sin(values["guide_elevation"]),
+        ],
+        axis=1,
+    )
 
 
 def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:

@@ -49,10 +49,10 @@ class Measurements(Result):
         or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
-    reading_unit : {"rad", "m", ""}
-        The sensors' unit; empty if nobody said it.
     pose_space : {"planar", "point", "spatial", "translating"}
         Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
+    reading_unit : {"rad", "m", ""}
+        The sensors' unit; empty if nobody said it.
     """
 
     poses: NDArray[np.float64]
@@ -60,8 +60,8 @@ class Measurements(Result):
     leg_sets: NDArray[np.intp] = field(number=True)
     row_numbers: NDArray[np.intp]
     source: Path | None = None
-    reading_unit: str = ""
     pose_space: str = ""
+    reading_unit: str = ""
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -184,8 +184,8 @@ class Measurements(Result):
                 self.leg_sets[rows],
                 self.row_numbers[rows],
                 self.source,
-                self.reading_unit,
                 self.pose_space,
+                self.reading_unit,
             )
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None

@@ -119,8 +119,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     angles = [
         index
         for index, role in enumerate(roles)
-        if role.kind in ("azimuth", "polar_angle", "direction_azimuth", "swing")
-        or role.kind.endswith("_elevation")
+        if role.kind in ("polar_angle", "swing") or role.kind.endswith(("azimuth", "_elevation"))
     ]
     values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
     for end in ("base", "platform"):

@@ -312,8 +312,10 @@ def _evidence(
 
 def _disagreement(found: Fit) -> float:
     """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
-    tolerances = parameter_tolerances(found.nominal)
-    distances = found.changes / np.hypot(tolerances, np.nan_to_num(found.deviations))
+    own = found.nominal.is_estimated
+    tolerances = parameter_tolerances(found.nominal)[own]
+    deviations = np.nan_to_num(found.deviations[own])
+    distances = found.changes[own] / np.hypot(tolerances, deviations)
     spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
     squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
     return squares / (spare + distances.size)
