@@ -4,7 +4,7 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run test sanitize lint format bench docs clean help system-packages system-lint-packages \
+.PHONY: run study test sanitize lint format bench docs clean help system-packages system-lint-packages \
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
@@ -26,6 +26,9 @@ CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
 
 run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
 	@.venv/bin/symkin run 3RRR --out out/3RRR --overwrite
+
+study: $(STAMPS)/package $(STAMPS)/cluster ## Judge the paper by a thousand robots a protocol and write out/study/report.html
+	@.venv/bin/symkin study paper --workers $(JOBS) --out out/study --overwrite
 
 test: $(STAMPS)/package $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
 	@cmake --build --preset dev --parallel $(JOBS)
@@ -76,7 +79,8 @@ $(STAMPS)/venv: scripts/make-venv | system-packages
 	@mkdir -p $(STAMPS) && touch $@
 
 # Requirements of pyproject.toml: "package" to build and run, or an extra.
-$(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench: \
+$(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench \
+    $(STAMPS)/cluster: \
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
 	@echo "Installing Python packages: $(*:requirements=build and runtime)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt

@@ -24,6 +24,7 @@ release = re.search(
     r"project\(\s*symkin\s+VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
 ).group(1)
 
+exclude_patterns = ["figures/*.md"]  # included by pages
 extensions = [
     "mathml",
     "matplotlib.sphinxext.plot_directive",

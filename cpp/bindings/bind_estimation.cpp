@@ -4,10 +4,12 @@
 #include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/evaluation.hpp"
+#include "symkin/estimation/fleet.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/estimation/simulation.hpp"
+#include "symkin/estimation/starting_point.hpp"
 #include "symkin/support/error.hpp"
 
 namespace {
@@ -191,7 +193,10 @@ void bind_joint(py::module_& module) {
   using symkin::Setup;
 
   py::class_<Frame>(module, "Frame")
-      .def(py::init([](const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
+      .def(py::init([](const symkin::Vector& position, const symkin::RowMatrix& rotation) {
+             if (position.size() != 3 || rotation.rows() != 3 || rotation.cols() != 3) {
+               throw symkin::InvalidInput("a frame is a position of 3 and a rotation of 3 x 3");
+             }
              return Frame{position, rotation};
            }),
            py::arg("position"), py::arg("rotation"))
@@ -200,12 +205,13 @@ void bind_joint(py::module_& module) {
   py::class_<Setup>(module, "Setup")
       .def(py::init([](const symkin::Mechanism& mechanism, const symkin::RowMatrix& curvature,
                        const Frame& base, const Frame& target, const symkin::RowMatrix& points,
-                       const symkin::RowMatrix& anchors, const Eigen::Vector3d& plane) {
+                       const symkin::RowMatrix& anchors, const symkin::Vector& plane) {
              Setup setup = Setup::of(mechanism);
              if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
-                 points.cols() != 3 || anchors.cols() != 3) {
+                 points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
                throw symkin::InvalidInput(
-                   "expected the curvature as legs x 3, points and anchors as n x 3");
+                   "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
+                   "3");
              }
              setup.curvature = curvature;
              setup.base = base;
@@ -242,6 +248,12 @@ void bind_joint(py::module_& module) {
            py::arg("readings"), py::arg("poses"), py::arg("reported"), py::arg("points"),
            py::arg("distances"), py::arg("heights"));
 
+  module.def("starting_poses", &symkin::starting_poses, py::arg("mechanism"), py::arg("setup"),
+             py::arg("observations"), py::arg("home"), ReleaseGil());
+  module.def("with_starting_frames", &symkin::with_starting_frames, py::arg("mechanism"),
+             py::arg("setup"), py::arg("observations"), py::arg("home"), py::arg("base"),
+             py::arg("target"), ReleaseGil());
+
   py::class_<RowFit>(module, "RowFit")
       .def_readonly("pose", &RowFit::pose)
       .def_readonly("kind", &RowFit::kind)
@@ -275,20 +287,49 @@ void bind_joint(py::module_& module) {
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
          std::vector<symkin::Index> column, symkin::Vector prior, RobustLoss::Kind loss,
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
-         symkin::Vector tolerances, symkin::RowMatrix start) {
+         symkin::Vector tolerances, symkin::RowMatrix start, bool rows) {
         const Layout layout{std::move(column), std::move(prior)};
         const JointOptions options{{loss, loss_scale},
                                    loss_spread,
                                    max_iterations,
                                    nearest ? Gauge::nominal : Gauge::refuse,
                                    std::move(tolerances),
-                                   std::move(start)};
+                                   std::move(start),
+                                   rows};
         return symkin::fit_jointly(mechanism, setup, observations, layout, options);
       },
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
       py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
       py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
-      ReleaseGil());
+      py::arg("rows") = true, ReleaseGil());
+}
+
+void bind_fleet(py::module_& module) {
+  using symkin::Fleet;
+
+  py::class_<Fleet>(module, "Fleet")
+      .def_readonly("parameters", &Fleet::parameters)
+      .def_readonly("deviations", &Fleet::deviations)
+      .def_readonly("chi_square", &Fleet::chi_square)
+      .def_readonly("degrees_of_freedom", &Fleet::degrees_of_freedom)
+      .def_readonly("limit", &Fleet::limit)
+      .def_readonly("least", &Fleet::least)
+      .def_readonly("residual_rms", &Fleet::residual_rms)
+      .def_readonly("rejected", &Fleet::rejected)
+      .def_readonly("failures", &Fleet::failures);
+  module.def(
+      "identify_many",
+      [](const symkin::Mechanism& mechanism, const symkin::MeasurementSet& measurements,
+         const std::vector<symkin::Index>& first, symkin::Estimator estimator, symkin::PoseUse use,
+         const symkin::MeasurementNoise& noise, symkin::RobustLoss::Kind loss, double loss_scale,
+         int max_iterations, int threads) {
+        const symkin::IdentificationOptions options{
+            estimator, use, noise, {loss, loss_scale}, max_iterations};
+        return symkin::identify_many(mechanism, measurements, first, options, threads);
+      },
+      py::arg("mechanism"), py::arg("measurements"), py::arg("first"), py::arg("estimator"),
+      py::arg("use"), py::arg("noise"), py::arg("loss"), py::arg("loss_scale"),
+      py::arg("max_iterations"), py::arg("threads"), ReleaseGil());
 }
 
 void bind_diagnosis(py::module_& module) {
@@ -349,6 +390,7 @@ void bind_estimation(py::module_& module) {
   bind_simulation(module);
   bind_identification(module);
   bind_joint(module);
+  bind_fleet(module);
   bind_diagnosis(module);
   bind_evaluation(module);
 }

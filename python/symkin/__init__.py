@@ -10,7 +10,7 @@ radians throughout; poses are arrays with one pose a row (see `Mechanism`). Legs
 0 in Python, from 1 in files and on the command line.
 
 The modules have more: `symkin.settings`, `symkin.errors`, `symkin.symmetry`, `symkin.workspace`,
-`symkin.observability`, `symkin.planning`, `symkin.identification`, `symkin.plot`.
+`symkin.observability`, `symkin.planning`, `symkin.identification`, `symkin.study`, `symkin.plot`.
 """
 
 from __future__ import annotations
@@ -36,10 +36,11 @@ except ModuleNotFoundError as error:
 from symkin.chains import chain_info, chains
 
 if TYPE_CHECKING:
+    from symkin.alignment import align_frames
     from symkin.checks import check_mechanism
     from symkin.errors import SymkinError
     from symkin.evaluation import evaluate
-    from symkin.identification import cross_validate, identify
+    from symkin.identification import cross_validate, identify, identify_many
     from symkin.io.measurements import read_measurements, write_measurements
     from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
     from symkin.io.mechanism_schema import mechanism_schema
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from symkin.planning import Plan, make_plan, pose_count_curve, predict_accuracy
     from symkin.planning.selection import select_poses
     from symkin.simulation import simulate
+    from symkin.study import run_study
     from symkin.symmetry import compare_symmetry, detect_symmetry
     from symkin.workspace import sample_workspace
     from symkin.workspace.study import study_workspace
@@ -62,6 +64,7 @@ __all__ = [
     "Mechanism",
     "Plan",
     "SymkinError",
+    "align_frames",
     "chain_info",
     "chains",
     "check_mechanism",
@@ -70,6 +73,7 @@ __all__ = [
     "detect_symmetry",
     "evaluate",
     "identify",
+    "identify_many",
     "load",
     "load_columns",
     "load_mechanism",
@@ -81,6 +85,7 @@ __all__ = [
     "read_plan",
     "read_results",
     "run_protocol",
+    "run_study",
     "sample_workspace",
     "save_mechanism",
     "select_poses",
@@ -98,12 +103,14 @@ _MODULES = {
     "Mechanism": "mechanism",
     "Plan": "planning",
     "SymkinError": "errors",
+    "align_frames": "alignment",
     "check_mechanism": "checks",
     "compare_symmetry": "symmetry",
     "cross_validate": "identification",
     "detect_symmetry": "symmetry",
     "evaluate": "evaluation",
     "identify": "identification",
+    "identify_many": "identification",
     "load": "io.mechanism_file",
     "load_columns": "io.mechanism_file",
     "load_mechanism": "io.mechanism_file",
@@ -115,6 +122,7 @@ _MODULES = {
     "read_plan": "io.plans",
     "read_results": "io.results",
     "run_protocol": "pipeline",
+    "run_study": "study",
     "sample_workspace": "workspace",
     "save_mechanism": "io.mechanism_writer",
     "select_poses": "planning.selection",
@@ -125,10 +133,10 @@ _MODULES = {
     "write_plan": "io.plans",
 }
 _ROOMS = (
-    "checks", "conditions", "errors", "evaluation", "identification", "io", "kinematics",
-    "measurements", "mechanism",
+    "alignment", "checks", "conditions", "errors", "evaluation", "identification", "io",
+    "kinematics", "measurements", "mechanism",
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
-    "symmetry", "workspace",
+    "study", "symmetry", "workspace",
 )  # fmt: skip
 
 

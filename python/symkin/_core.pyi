@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -358,6 +358,34 @@ class Estimator:
     @property
     def value(self) -> int:
         ...
+class Fleet:
+    @property
+    def chi_square(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def degrees_of_freedom(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def deviations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def failures(self) -> list[str]:
+        ...
+    @property
+    def least(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def limit(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def rejected(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def residual_rms(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
 class ForwardKinematicsResult:
     @property
     def converged(self) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
@@ -366,7 +394,7 @@ class ForwardKinematicsResult:
     def poses(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class Frame:
-    def __init__(self, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+    def __init__(self, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
         ...
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1078,7 +1106,7 @@ class SelectionOptions:
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class Setup:
-    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> None:
+    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
     def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -1381,7 +1409,7 @@ def disturb(nominal: Mechanism, tolerances: Tolerances, seed: typing.SupportsInt
     ...
 def expected_accuracy(weights: AccuracyWeights, covariance: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> tuple[float, float]:
     ...
-def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> JointFit:
+def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], rows: bool = True) -> JointFit:
     ...
 def forward_kinematics(mechanism: Mechanism, readings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], start: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], max_iterations: typing.SupportsInt | typing.SupportsIndex = 50) -> ForwardKinematicsResult:
     ...
@@ -1390,6 +1418,8 @@ def generate_legs(group: SymmetryGroup, chain: str, platform: str, parameters: t
 def generating_elements(group: SymmetryGroup, count: typing.SupportsInt | typing.SupportsIndex) -> list[SymmetryElement]:
     ...
 def identify(mechanism: Mechanism, measurements: MeasurementSet, estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex) -> Identification:
+    ...
+def identify_many(mechanism: Mechanism, measurements: MeasurementSet, first: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> Fleet:
     ...
 def image_of_legs(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement, tolerance: SymmetryTolerance = ...) -> ElementImage:
     ...
@@ -1429,6 +1459,8 @@ def simulate(actual: Mechanism, model: Mechanism, sets: collections.abc.Sequence
     ...
 def singularity_measures(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], characteristic_length: typing.SupportsFloat | typing.SupportsIndex) -> SingularityMeasures:
     ...
+def starting_poses(mechanism: Mechanism, setup: Setup, observations: Observations, home: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    ...
 def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def transform_leg(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], working_mode: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
@@ -1440,5 +1472,7 @@ def unknown_names(mechanism: Mechanism, setup: Setup) -> list[str]:
 def verify_symmetry(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> None:
     ...
 def verify_workspace_symmetry(mechanism: Mechanism, options: WorkspaceOptions, group: SymmetryGroup, element: SymmetryElement, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex, tolerance: SymmetryTolerance = ...) -> WorkspaceSymmetry:
+    ...
+def with_starting_frames(mechanism: Mechanism, setup: Setup, observations: Observations, home: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], base: bool, target: bool) -> Setup:
     ...
 IMAGE_TOLERANCES: float = 4.0

@@ -15,8 +15,10 @@ __all__ = [
     "NotIdentifiableError",
     "QuantityError",
     "ResultsError",
+    "StudyFileError",
     "SymkinError",
     "SymmetryError",
+    "TomlFileError",
     "did_you_mean",
     "named_legs",
     "one_of",
@@ -56,8 +58,8 @@ class ResultsError(SymkinError):
     """A results file cannot be read or written."""
 
 
-class MechanismFileError(SymkinError):
-    """A mechanism file is wrong at a known place.
+class TomlFileError(SymkinError):
+    """A TOML file is wrong at a known place.
 
     Attributes
     ----------
@@ -75,6 +77,14 @@ class MechanismFileError(SymkinError):
         self.path = path
         self.line = line
         self.key = key
+
+
+class MechanismFileError(TomlFileError):
+    """A mechanism file is wrong at a known place."""
+
+
+class StudyFileError(TomlFileError):
+    """The file of a study is wrong at a known place."""
 
 
 def printable(text: str) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.frames import align, moved, transforms
+from symkin.frames import align, moved, transforms, unframed
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
@@ -95,6 +95,8 @@ class Evaluation(Result):
         Of the model.
     unread : int
         Poses left out since not all legs were read there.
+    partial : int
+        Poses left out since they were measured in part.
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m; NaN where it was not read. None for
         a robot that was not measured.
@@ -113,6 +115,7 @@ class Evaluation(Result):
     pose_space: str = field(private=True)
     name: str = field(private=True, default="")
     unread: int = field(private=True, default=0)
+    partial: int = field(private=True, default=0)
     closures: Array | None = field(private=True, default=None)
 
     @classmethod
@@ -274,7 +277,8 @@ def evaluate(
         Commanded poses.
     measurements : Measurements
         Errors are those of the model's forward kinematics at the measured readings; a row without
-        all readings is left out.
+        all readings is left out. The poses are those of the target in the device's frame if the
+        model has `frames`.
 
     Returns
     -------
@@ -287,7 +291,13 @@ def evaluate(
     """
     numbers = None
     if measurements is not None and actual is None and poses is None:
-        complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
+        if model.frames is not None:
+            own = unframed(model, measurements.poses)
+            measurements = dataclasses.replace(measurements, poses=own)
+        whole = np.isfinite(measurements.poses).all(axis=1)
+        if not whole.any():
+            raise SymkinError("no row has a full measured pose, so none can be evaluated")
+        complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))
         if not len(complete):
             raise SymkinError("no pose has readings of all legs, so none can be evaluated")
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
@@ -306,16 +316,21 @@ def evaluate(
     result = Evaluation.of(differences, rows, model, row_numbers=numbers)
     if measurements is None:
         return result
-    unread = len(measurements.poses) - len(rows)
-    return dataclasses.replace(result, unread=unread, closures=closures_of(model, measurements))
+    partial = int((~whole).sum())
+    return dataclasses.replace(
+        result,
+        unread=whole.size - partial - len(rows),
+        partial=partial,
+        closures=closures_of(model, measurements),
+    )
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
     """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
     return _core.measurement_errors(
-        model.core,
+        model.straight,
         np.ascontiguousarray(measurements.poses),
-        np.ascontiguousarray(measurements.readings),
+        np.ascontiguousarray(model.straightened(measurements.readings)),
     ).differences
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +16,22 @@ from symkin.poses import (
     POSE_SPACES,
     Transform,
     cross_matrices,
+    poses_from_bounds,
     rotations_from_quaternions,
     rotations_from_vectors,
     vectors_from_rotations,
 )
 
-__all__ = ["align", "anchor", "moved", "transforms", "with_moved_workspace"]
+__all__ = [
+    "align",
+    "anchor",
+    "frame",
+    "moved",
+    "poses_of",
+    "transforms",
+    "unframed",
+    "with_moved_workspace",
+]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +52,36 @@ def transforms(pose_space: str, poses: Array) -> Transform:
     tangents = np.zeros((len(poses), 6))
     tangents[:, POSE_SPACES[pose_space].components] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
+
+
+def poses_of(pose_space: str, motions: Transform) -> Array:
+    """Motions from platform to base frame as poses, shape (N, coordinates)."""
+    vectors = vectors_from_rotations(motions.rotation)
+    values = np.hstack([motions.translation, vectors])[:, POSE_SPACES[pose_space].components]
+    return poses_from_bounds(pose_space, values)
+
+
+def frame(pose_space: str, values: Sequence[float]) -> Transform:
+    """A frame of a file, ``x, y, phi`` or ``x, y, z, rx, ry, rz``; without values, no motion."""
+    if not len(values):
+        return _STAYS
+    rows = np.zeros((1, 6))
+    rows[0, POSE_SPACES[pose_space].frame_components] = values
+    return Transform(rotations_from_vectors(rows[:, 3:])[0], rows[0, :3])
+
+
+def unframed(mechanism: Mechanism, poses: Array) -> Array:
+    """Poses of the target in the device's frame as poses of the platform in the base's."""
+    frames = mechanism.frames
+    if frames is None or not (frames.base or frames.target):
+        return poses
+    space = mechanism.pose_space
+    base, target = (frame(space, values) for values in (frames.base, frames.target))
+    turned = base.turn + target.turn
+    own = poses_of(space, base.inverse @ transforms(space, poses) @ target.inverse)
+    if space == "planar":
+        own[:, 2] = poses[:, 2] - turned  # on the branch that was measured
+    return own
 
 
 def align(

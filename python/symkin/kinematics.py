@@ -16,6 +16,10 @@ __all__ = ["Kinematics"]
 
 Array = NDArray[np.float64]
 
+# Newton's, from a straight sensor's reading to a curved one's.
+_STEPS = 20
+_MISSED = 1e-9
+
 
 class Kinematics:
     """What the core computes of a `Mechanism`, which has these methods.
@@ -23,7 +27,45 @@ class Kinematics:
     Poses are arrays with one pose a row, or a `WorkspaceSample`; see `Mechanism`.
     """
 
-    core: _core.Mechanism
+    curvature: Array | None
+    straight: _core.Mechanism
+
+    @property
+    def core(self) -> _core.Mechanism:
+        """The mechanism in the core, whose sensors are straight."""
+        raise NotImplementedError
+
+    @property
+    def sensor_gains(self) -> Array:
+        """Change of the active joint by a sensor's reading, shape (legs,)."""
+        raise NotImplementedError
+
+    def straightened(self, readings: ArrayLike) -> Array:
+        """Readings that straight sensors of the same gains and offsets would show, (N, legs).
+
+        Returns
+        -------
+        ndarray, shape (N, legs)
+            The same readings if the sensors are straight.
+        """
+        rows = _rows(readings)
+        if self.curvature is None:
+            return rows
+        quadratic, cosine, sine = self.curvature.T
+        bend = quadratic * rows**2 + cosine * np.cos(rows) + sine * np.sin(rows)
+        return np.asarray(rows + bend / self.sensor_gains)
+
+    def _curved(self, straight: Array) -> Array:
+        """Readings whose `straightened` ones these are; NaN where there are none nearby."""
+        if self.curvature is None:
+            return straight
+        quadratic, cosine, sine = self.curvature.T / self.sensor_gains
+        found = straight
+        for _ in range(_STEPS):
+            slope = 1 + 2 * quadratic * found - cosine * np.sin(found) + sine * np.cos(found)
+            found = found - (self.straightened(found) - straight) / slope
+        missed = np.abs(self.straightened(found) - straight) > _MISSED * (1 + np.abs(straight))
+        return np.where(missed, np.nan, found)
 
     @property
     def home(self) -> Array:
@@ -49,7 +91,7 @@ class Kinematics:
             In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
             cannot reach.
         """
-        return _core.inverse_kinematics(self.core, self._poses(poses))
+        return self._curved(_core.inverse_kinematics(self.straight, self._poses(poses)))
 
     def forward_kinematics(
         self, readings: ArrayLike, start: ArrayLike | None = None
@@ -71,7 +113,9 @@ class Kinematics:
             Whether the pose solves the closures within the start's aspect.
         """
         begin = self.home if start is None else start
-        result = _core.forward_kinematics(self.core, _rows(readings), self._poses(begin))
+        result = _core.forward_kinematics(
+            self.straight, self.straightened(readings), self._poses(begin)
+        )
         return result.poses, result.converged
 
     def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
@@ -84,7 +128,12 @@ class Kinematics:
         ndarray, shape (N,)
             m.
         """
-        return _core.closure(self.core, leg, self._poses(poses), np.atleast_1d(_floats(readings)))
+        own = np.atleast_1d(_floats(readings))
+        if self.curvature is not None:
+            every = np.zeros((len(own), len(self.curvature)))
+            every[:, leg] = own
+            own = np.ascontiguousarray(self.straightened(every)[:, leg])
+        return _core.closure(self.straight, leg, self._poses(poses), own)
 
     def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
         """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
@@ -133,7 +182,7 @@ class Kinematics:
     def _poses(self, poses: ArrayLike) -> Array:
         """Poses as rows; a quaternion that stands for no rotation is refused."""
         rows = _rows(poses)
-        wrong = wrong_quaternion(rows) if self.core.pose_space == "spatial" else None
+        wrong = wrong_quaternion(rows) if self.straight.pose_space == "spatial" else None
         if wrong is not None:
             raise MechanismError(
                 f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,16 +14,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin import _core
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
-from symkin.poses import space_named, wrong_quaternion
+from symkin.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
+    from symkin.settings import NoiseSettings
 
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
+# What may have been observed besides poses and readings, and the dimensions of its array.
+_FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
+_DEVIATIONS = {  # in the order of the core's observations
+    "readings": "reading_deviations",
+    "poses": "pose_deviations",
+    "reported": "reported_deviations",
+    "points": "point_deviations",
+    "distances": "distance_deviations",
+    "heights": "height_deviations",
+}
 
 
 def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
@@ -32,13 +45,18 @@ def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
 
 @record
 class Measurements(Result):
-    """Measured poses with the sensor readings taken at them, in SI units.
+    """Sensor readings and what was measured of the poses they were taken at, in SI units.
+
+    Most measurements are full poses and nothing else, `complete`. Everything else is optional: None
+    if nothing of the kind was observed, and NaN where a single value was not. A standard deviation
+    that is None or NaN is the noise settings'; it is in the unit of what it belongs to.
 
     Attributes
     ----------
     poses : ndarray, shape (N, coordinates)
         ``x, y, phi`` (planar), ``x, y`` (point), ``x, y, z, qx, qy, qz, qw`` (spatial) or
-        ``x, y, z`` (translating); m, rad.
+        ``x, y, z`` (translating); m, rad. NaN for a coordinate that was not measured, a quaternion
+        only as a whole.
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
@@ -53,6 +71,26 @@ class Measurements(Result):
         Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.
+    pose_deviations : ndarray, shape (N, dof), or None
+        Of the position's coordinates, then of the angle or the rotation vector.
+    reading_deviations : ndarray, shape (N, legs), or None
+        Of the readings.
+    reported : ndarray, shape (N, coordinates), or None
+        Poses of the platform in the base frame as a controller reports them, like `poses`.
+    reported_deviations : ndarray, shape (N, dof), or None
+        Like `pose_deviations`, but None and NaN are zero: what is reported is what it went to.
+    points : ndarray, shape (N, n, 2 or 3), or None
+        Targets on the platform, in the frame of the measuring device.
+    point_deviations : ndarray, shape (N, n, 2 or 3), or None
+        Of `points`.
+    distances : ndarray, shape (N, k), or None
+        From fixed points to the target.
+    distance_deviations : ndarray, shape (N, k), or None
+        Of `distances`.
+    heights : ndarray, shape (N,), or None
+        Of the target above a plane: zero where a probe touches it. Spatial robots only.
+    height_deviations : ndarray, shape (N,), or None
+        Of `heights`.
     """
 
     poses: NDArray[np.float64]
@@ -62,6 +100,16 @@ class Measurements(Result):
     source: Path | None = None
     pose_space: str = ""
     reading_unit: str = ""
+    pose_deviations: NDArray[np.float64] | None = None
+    reading_deviations: NDArray[np.float64] | None = None
+    reported: NDArray[np.float64] | None = None
+    reported_deviations: NDArray[np.float64] | None = None
+    points: NDArray[np.float64] | None = None
+    point_deviations: NDArray[np.float64] | None = None
+    distances: NDArray[np.float64] | None = None
+    distance_deviations: NDArray[np.float64] | None = None
+    heights: NDArray[np.float64] | None = None
+    height_deviations: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -74,11 +122,17 @@ class Measurements(Result):
         )
         space = space_named(self.pose_space, self.poses.shape[1])
         object.__setattr__(self, "pose_space", space.name)
+        further = {name: size for name, size in _FURTHER.items() if getattr(self, name) is not None}
+        make_arrays(self, **{name: (size, "float") for name, size in further.items()})
         rows = len(self.poses)
-        for name in ("readings", "leg_sets", "row_numbers"):
+        for name in ("readings", "leg_sets", "row_numbers", *further):
             count = len(getattr(self, name))
             if count != rows:
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
+        for name in ("poses", *further):
+            self._check_values(name)
+        for name, deviations in _DEVIATIONS.items():
+            self._check_deviations(name, deviations)
         wrong = wrong_quaternion(self.poses)
         if wrong is not None:
             raise MeasurementError(
@@ -100,19 +154,161 @@ class Measurements(Result):
         leg_sets: ArrayLike | None = None,
         reading_unit: str = "",
         pose_space: str = "",
+        **observed: Any,
     ) -> Measurements:
-        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs."""
+        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs.
+
+        `observed` is what else was: ``pose_deviations``, ``heights`` and so on, see the attributes.
+        """
         rows = np.asarray(poses, dtype=np.float64)
         sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
         numbers = np.arange(1, len(rows) + 1)
-        return cls(
-            rows,
-            np.asarray(readings),
-            sets,
-            numbers,
-            reading_unit=reading_unit,
-            pose_space=pose_space,
-        )
+        observed |= {"pose_space": pose_space, "reading_unit": reading_unit}
+        return cls(rows, np.asarray(readings), sets, numbers, **observed)
+
+    def _check_values(self, name: str) -> None:
+        """Refuse another shape than the poses want, infinite values, and half quaternions."""
+        values, space = getattr(self, name), self.space
+        if name == "reported" and values.shape != self.poses.shape:
+            raise MeasurementError(f"reported are {values.shape}; expected {self.poses.shape}")
+        if name == "points" and values.shape[2] != space.size:
+            raise MeasurementError(f"points are {values.shape}; expected (N, n, {space.size})")
+        if name == "heights" and not space.in_space:
+            raise MeasurementError(
+                "there are heights above a plane; expected none, since the robot is planar"
+            )
+        infinite = _flat(np.isinf(values)).any(axis=1)
+        if name != "poses" and infinite.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
+                "expected numbers, or NaN for what was not measured"
+            )
+        if name in ("poses", "reported") and len(space.orientation) > 1:
+            missing = np.isnan(values[:, 3:])
+            half = missing.any(axis=1) & ~missing.all(axis=1)
+            if half.any():
+                raise MeasurementError(
+                    f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
+                    "all of it, or NaN in all four"
+                )
+
+    def _check_deviations(self, name: str, deviations: str) -> None:
+        values, found = getattr(self, name), getattr(self, deviations)
+        if found is None:
+            return
+        if values is None:
+            raise MeasurementError(f"there are {deviations} without {name}")
+        make_arrays(self, **{deviations: (values.ndim, "float")})
+        found = getattr(self, deviations)
+        shape = (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+        if found.shape != shape:
+            raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
+        wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
+        if wrong.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
+                f"{deviations}; expected standard deviations, or NaN for the noise settings'"
+            )
+
+    @property
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every row has its full pose, and nothing else was observed: see the next."""
+        return not self.incomplete_because
+
+    @cached_property
+    def incomplete_because(self) -> str:
+        """Why estimators that look at each leg alone cannot use them; empty if they can.
+
+        In words, with the first row: a coordinate of a pose was not measured, something else than
+        poses and readings was observed, or a row has a standard deviation of its own.
+        """
+        missing = np.argwhere(np.isnan(self.poses))
+        if len(missing):
+            row, coordinate = missing[0].tolist()
+            if np.isnan(self.poses).all():
+                return "no pose was measured"
+            name = (*self.space.position, *self.space.orientation)[coordinate]
+            name = "orientation" if name.startswith("q") else name
+            return f"row {self.row_numbers[row]} has no measured {name}"
+        for name in _FURTHER:
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
+        for name in _DEVIATIONS.values():
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has standard deviations of its own"
+        return ""
+
+    def require_complete(self) -> None:
+        """Refuse what estimators that look at each leg alone cannot use.
+
+        Raises
+        ------
+        NotIdentifiableError
+            With `incomplete_because`.
+        """
+        if not self.complete:
+            origin = f"{self.source}: " if self.source else ""
+            raise NotIdentifiableError(
+                f"{origin}{self.incomplete_because}; legs are identified one by one from full "
+                "poses only"
+            )
+
+    def standard_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+        """Return the standard deviations of all that was observed.
+
+        Parameters
+        ----------
+        noise : NoiseSettings
+            Those of rows that have none of their own; reported poses are exact then.
+
+        Returns
+        -------
+        dict
+            Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
+        """
+        space = self.space
+        typical: dict[str, Any] = {
+            "poses": np.repeat(
+                [noise.position, noise.orientation], [space.size, len(space.rotation)]
+            ),
+            "readings": noise.reading,
+            "reported": 0.0,
+        }
+        found = {}
+        for name, deviations in _DEVIATIONS.items():
+            values, own = getattr(self, name), getattr(self, deviations)
+            if values is not None:
+                shape = (
+                    (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+                )
+                usual = np.broadcast_to(typical.get(name, noise.position), shape)
+                found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
+        return found
+
+    def observations(self, noise: NoiseSettings) -> _core.Observations:
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
+
+        Returns
+        -------
+        _core.Observations
+        """
+        deviations = self.standard_deviations(noise)
+
+        def observed(name: str) -> _core.Observed:
+            values = getattr(self, name)
+            if values is None:
+                return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
+            tables = (_flat(each) for each in (values, deviations[name]))
+            return _core.Observed(*map(np.ascontiguousarray, tables))
+
+        return _core.Observations(*map(observed, _DEVIATIONS))
 
     @property
     def source_name(self) -> str:
@@ -178,17 +374,20 @@ class Measurements(Result):
         Measurements
         """
         try:
-            return Measurements(
-                self.poses[rows],
-                self.readings[rows],
-                self.leg_sets[rows],
-                self.row_numbers[rows],
-                self.source,
-                self.pose_space,
-                self.reading_unit,
-            )
+            chosen: dict[str, Any] = {
+                each.name: value[rows]
+                for each in fields(self)
+                if isinstance(value := getattr(self, each.name), np.ndarray)
+            }
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+        return replace(self, **chosen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, without what was not observed at all."""
+        optional = {*_FURTHER, *_DEVIATIONS.values()}
+        document = super().to_dict()
+        return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
     def page(self) -> Page:
         """Return what was measured."""
@@ -232,6 +431,19 @@ class Measurements(Result):
         with OutputFiles(overwrite=overwrite) as outputs:
             write_table(outputs.file(Path(path)), self.columns())
         return Path(path)
+
+
+def _flat(values: NDArray[Any]) -> NDArray[Any]:
+    """A row of numbers for each row, also of none."""
+    return values.reshape(len(values), math.prod(values.shape[1:]))
+
+
+def _first_row(values: NDArray[np.float64] | None) -> int | None:
+    """The first row, from 0, that has any value."""
+    if values is None:
+        return None
+    rows = np.flatnonzero(_flat(np.isfinite(values)).any(axis=1))
+    return int(rows[0]) if len(rows) else None
 
 
 def make_arrays(table: Value, **fields: tuple[int, str]) -> None:

@@ -22,6 +22,8 @@ from symkin.legs import Leg, common_chain, parameter_values
 from symkin.poses import POSE_SPACES, PoseSpace, poses_from_bounds
 from symkin.settings import (
     DeclaredSymmetry,
+    Frames,
+    IdentificationSettings,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -33,7 +35,7 @@ from symkin.settings import (
 if TYPE_CHECKING:
     from symkin.checks import CheckResult
     from symkin.evaluation import Evaluation
-    from symkin.identification.estimate import Identification
+    from symkin.identification import Identification, JointIdentification
     from symkin.measurements import Measurements
     from symkin.pipeline import ProtocolResult
     from symkin.planning import Plan
@@ -67,12 +69,23 @@ class Mechanism(Kinematics):
     reading_unit : {"rad", "m"}, optional
         Unit of the sensors, by default the active joint's. A motor that winds a cable reads "rad"
         while its joint is a length; the gain is then m/rad.
+    reading_step : float, optional
+        How much of the reading's unit one step of a drive, or one count of an encoder, is: tables
+        may have columns such as ``psi_1_step``.
     symmetry, workspace, noise, tolerances, protocol, joint_limits, measurement_columns
         What a mechanism file holds besides the legs, see `symkin.settings`.
     deviations : array_like, shape (legs, p), optional
         Standard deviation of each parameter, of a calibrated mechanism.
     source : Path, optional
         The file that it was read from.
+    frames : Frames, optional
+        What stands around it as it is measured. Measured poses are those of the target in the
+        device's frame; poses that are commanded or calculated are the robot's own.
+    identification : IdentificationSettings, optional
+        What is unknown, unless `identify` is told otherwise.
+    curvature : array_like, shape (legs, 3), optional
+        c, a, b of sensors that are not straight: the active joint is at ``gain psi + offset +
+        c psi^2 + a cos(psi) + b sin(psi)`` at the reading psi (in rad for a and b).
 
     Raises
     ------
@@ -85,6 +98,7 @@ class Mechanism(Kinematics):
     legs: tuple[Leg, ...]
     platform: str
     reading_unit: str
+    reading_step: float | None
     symmetry: DeclaredSymmetry | None
     workspace: WorkspaceSettings | None
     noise: NoiseSettings
@@ -94,7 +108,10 @@ class Mechanism(Kinematics):
     deviations: Array | None
     measurement_columns: MeasurementColumns | None
     source: Path | None
-    core: _core.Mechanism
+    frames: Frames | None
+    identification: IdentificationSettings | None
+    curvature: Array | None
+    straight: _core.Mechanism
     _info: ClassVar[ChainInfo]  # set with the others, but no field
     _parameters: ClassVar[Array]
 
@@ -105,6 +122,7 @@ class Mechanism(Kinematics):
         *,
         platform: str = "rigid",
         reading_unit: str | None = None,
+        reading_step: float | None = None,
         symmetry: DeclaredSymmetry | None = None,
         workspace: WorkspaceSettings | None = None,
         noise: NoiseSettings | None = None,
@@ -114,12 +132,17 @@ class Mechanism(Kinematics):
         deviations: ArrayLike | None = None,
         measurement_columns: MeasurementColumns | None = None,
         source: Path | None = None,
+        frames: Frames | None = None,
+        identification: IdentificationSettings | None = None,
+        curvature: ArrayLike | None = None,
     ) -> None:
         if not name.isprintable():
             raise MechanismError(
                 f'the name "{printable(name)}" has characters that cannot be printed'
             )
         legs = tuple(legs)
+        if reading_step is not None and not 0 < reading_step < np.inf:
+            raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
         info = chain_info(common_chain(legs), platform)
         legs = tuple(
             dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
@@ -131,6 +154,7 @@ class Mechanism(Kinematics):
             "legs": legs,
             "platform": platform,
             "reading_unit": one_of("reading_unit", reading_unit or info.reading_unit, ("rad", "m")),
+            "reading_step": reading_step,
             "symmetry": symmetry,
             "workspace": workspace,
             "noise": noise or NoiseSettings(),
@@ -142,7 +166,14 @@ class Mechanism(Kinematics):
             ),
             "measurement_columns": measurement_columns,
             "source": source,
-            "core": _core.Mechanism(
+            "frames": frames,
+            "identification": identification,
+            "curvature": (
+                None
+                if curvature is None or not np.any(curvature)
+                else _of_legs("curvature", curvature, (len(legs), 3))
+            ),
+            "straight": _core.Mechanism(
                 name, info.name, platform, values, [leg.working_mode for leg in legs]
             ),
             "_info": info,
@@ -153,7 +184,7 @@ class Mechanism(Kinematics):
     @property
     def _values(self) -> dict[str, Any]:
         """The constructor's arguments."""
-        names = (field.name for field in dataclasses.fields(self) if field.name != "core")
+        names = (field.name for field in dataclasses.fields(self) if field.name != "straight")
         return {name: getattr(self, name) for name in names}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -165,10 +196,14 @@ class Mechanism(Kinematics):
         if not isinstance(other, Mechanism):
             return NotImplemented
         mine, others = self._values | {"source": None}, other._values | {"source": None}
-        one, another = mine.pop("deviations"), others.pop("deviations")
-        if one is None or another is None:
-            return one is another and mine == others
-        return mine == others and np.array_equal(one, another, equal_nan=True)
+        arrays = ("deviations", "curvature")
+        pairs = [(mine.pop(name), others.pop(name)) for name in arrays]
+        return mine == others and all(
+            one is another
+            if one is None or another is None
+            else np.array_equal(one, another, equal_nan=True)
+            for one, another in pairs
+        )
 
     def __hash__(self) -> int:
         """Return a hash of its geometry."""
@@ -179,7 +214,8 @@ class Mechanism(Kinematics):
         symmetry = f", {self.symmetry.group}" if self.symmetry is not None else ""
         calibrated = ", with standard deviations" if self.deviations is not None else ""
         legs = f"{len(self.legs)} legs {self.chain}"
-        return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{calibrated}>'
+        curved = ", curved sensors" if self.curvature is not None else ""
+        return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{curved}{calibrated}>'
 
     def _repr_html_(self) -> str:
         """Show its parameters in a notebook."""
@@ -199,6 +235,22 @@ class Mechanism(Kinematics):
         )
 
     @property
+    def core(self) -> _core.Mechanism:
+        """The mechanism in the core, whose sensors are straight.
+
+        Raises
+        ------
+        MechanismError
+            For curved sensors, since what is computed with straight ones would be wrong.
+        """
+        if self.curvature is not None:
+            raise MechanismError(
+                f'the sensors of "{self.name}" are not straight lines; expected straight ones: '
+                "curved ones are for kinematics and for errors at measured poses alone"
+            )
+        return self.straight
+
+    @property
     def chain(self) -> str:
         """The chain of all legs."""
         return self.legs[0].chain
@@ -206,7 +258,7 @@ class Mechanism(Kinematics):
     @property
     def pose_space(self) -> str:
         """Kind of the poses: "planar", "point", "spatial" or "translating"."""
-        return self.core.pose_space
+        return self.straight.pose_space
 
     @property
     def space(self) -> PoseSpace:
@@ -223,6 +275,13 @@ class Mechanism(Kinematics):
         """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
         units = self._info.units_of_sensor(self.reading_unit).values()
         return tuple("" if unit == "1" else unit for unit in units)
+
+    @property
+    def step(self) -> str:
+        """The size of a step as files say it, ``"1.25e-05 m/step"``; empty if nobody said it."""
+        return (
+            "" if self.reading_step is None else f"{self.reading_step!r} {self.reading_unit}/step"
+        )
 
     @property
     def parameter_roles(self) -> tuple[ParameterRole, ...]:
@@ -267,7 +326,7 @@ class Mechanism(Kinematics):
     def sensor_gains(self) -> Array:
         """Change of the active joint by a sensor's reading, shape (legs,)."""
         gain = self.parameter_roles.index(ParameterRole("none", "gain"))
-        return np.asarray(self.core.parameters[:, gain])
+        return np.asarray(self.straight.parameters[:, gain])
 
     @property
     def parameters(self) -> Array:
@@ -283,7 +342,7 @@ class Mechanism(Kinematics):
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
         given = None if self.workspace is None else self.workspace.home
-        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.core.dof))
+        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.straight.dof))
 
     @property
     def characteristic_length(self) -> float:
@@ -324,7 +383,7 @@ class Mechanism(Kinematics):
 
     def identify(
         self, measurements: Measurements, *arguments: Any, **options: Any
-    ) -> Identification:
+    ) -> Identification | JointIdentification:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         from symkin.identification.estimate import identify
 

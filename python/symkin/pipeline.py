@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
-from symkin.identification.estimate import Estimator, Identification, PoseUse, identify
+from symkin.identification.estimate import Estimator, Identification, PoseUse, identify_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
@@ -187,7 +187,7 @@ class ProtocolResult(Result):
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
         simulation, where = self.simulation, self.candidates.poses
         try:
-            found = identify(self.nominal, simulation.measurements, estimator, poses=poses)
+            found = identify_legs(self.nominal, simulation.measurements, estimator, poses=poses)
             reached = evaluate(found.mechanism, actual=simulation.actual, poses=where)
         except SymkinError:  # too few poses for it, or an estimate that no pose suits
             return EstimatorFigures(estimator, poses, False, None, None)
@@ -216,6 +216,7 @@ def run_protocol(
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
+    margin_sigmas: float = 3.0,
     seed: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> ProtocolResult:
@@ -227,7 +228,7 @@ def run_protocol(
         The nominal one, with its workspace, noise, tolerances and protocol settings.
     estimator, poses
         See `identify`; the paper identifies each leg from its own set.
-    design, rows, criterion, method
+    design, rows, criterion, method, margin_sigmas
         See `make_plan`.
     seed : int, optional
         Of candidates, selection, robot and noise; by default the protocol's.
@@ -253,11 +254,12 @@ def run_protocol(
         rows=rows,
         criterion=criterion,
         method=method,
+        margin_sigmas=margin_sigmas,
     )
     progress("simulating measurements")
     simulation = simulate(mechanism, plan, seed)
     progress("identifying the legs")
-    found = identify(mechanism, simulation.measurements, estimator, poses=poses)
+    found = identify_legs(mechanism, simulation.measurements, estimator, poses=poses)
     progress("evaluating before and after")
     before, after = (
         evaluate(model, actual=simulation.actual, poses=candidates)

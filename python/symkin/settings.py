@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from symkin.errors import SymkinError
 
 __all__ = [
     "DeclaredSymmetry",
+    "Frames",
+    "IdentificationSettings",
     "JointLimits",
     "MeasurementColumns",
     "NoiseSettings",
@@ -155,6 +158,68 @@ class JointLimits:
 
 
 @dataclass(frozen=True)
+class Frames:
+    """What stands around the robot as it is measured; what is empty is not there.
+
+    A frame is written as a pose: ``x, y, phi`` in the plane, ``x, y, z, rx, ry, rz`` with a
+    rotation vector in space; m and rad.
+
+    Attributes
+    ----------
+    base : tuple of float
+        The robot's base in the frame of the measuring device.
+    target : tuple of float
+        What the device measures the pose of, in the platform's frame.
+    points : tuple of tuple of float
+        Further targets in the platform's frame, m.
+    anchors : tuple of tuple of float
+        Fixed points that distances are measured from, in the device's frame, m.
+    plane : tuple of float
+        c0, c1, c2 of the plane z = c0 + c1 x + c2 y of the base's frame that a probe touches.
+    """
+
+    base: tuple[float, ...] = ()
+    target: tuple[float, ...] = ()
+    points: tuple[tuple[float, ...], ...] = ()
+    anchors: tuple[tuple[float, ...], ...] = ()
+    plane: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
+
+
+@dataclass(frozen=True)
+class IdentificationSettings:
+    """What is unknown, as the arguments of `identify` with these names; None where none is given.
+
+    Attributes
+    ----------
+    free, fixed, shared : tuple of str or None
+        Patterns of names.
+    prior : str, mapping of str to float or str, or None
+        ``"tolerances"``, or a standard deviation for each pattern.
+    frames : tuple of str
+        Of ``"base"``, ``"target"``, ``"points"``, ``"anchors"`` and ``"plane"``.
+    sensor, gauge, loss_per : str or None
+        See `identify`.
+    """
+
+    free: tuple[str, ...] | None = None
+    fixed: tuple[str, ...] | None = None
+    shared: tuple[str, ...] | None = None
+    prior: str | Mapping[str, float | str] | None = field(default=None, hash=False)
+    frames: tuple[str, ...] | None = None
+    sensor: str | None = None
+    gauge: str | None = None
+    loss_per: str | None = None
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
+
+
+@dataclass(frozen=True)
 class MeasurementColumns:
     """Which columns of a table hold the measured pose and the readings.
 
@@ -164,7 +229,7 @@ class MeasurementColumns:
     Attributes
     ----------
     position : tuple of str
-        Columns of x, y (and z).
+        Columns of x, y (and z); empty, or an empty name, for what was not measured.
     angle : str or None
         Column of the planar platform angle.
     quaternion : tuple of str
@@ -177,6 +242,10 @@ class MeasurementColumns:
         Units, such as "mm", "deg" and "rev".
     leg : str or None
         Column of the leg (1, 2, ...) whose set the pose belongs to.
+    names : mapping of str to str, or None
+        Columns of what else was observed, and of standard deviations: the key is symkin's name with
+        the column's unit, such as ``height_mm`` or ``x_sd_mm``, the value the table's. None stands
+        for the names that symkin itself writes.
     """
 
     position: tuple[str, ...]
@@ -188,6 +257,7 @@ class MeasurementColumns:
     orientation_unit: str | None = None
     reading_unit: str | None = None
     leg: str | None = None
+    names: Mapping[str, str] | None = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Take any sequences."""
@@ -199,5 +269,11 @@ def _make_tuples(settings: object) -> None:
     for name, value in vars(settings).items():
         if isinstance(value, list | tuple | np.ndarray):
             items = value.tolist() if isinstance(value, np.ndarray) else value
-            items = tuple(float(item) if isinstance(item, float) else item for item in items)
+            items = tuple(_plain(item) for item in items)
             object.__setattr__(settings, name, items)
+
+
+def _plain(item: object) -> object:
+    if isinstance(item, list | tuple):
+        return tuple(_plain(each) for each in item)
+    return float(item) if isinstance(item, float) else item

@@ -15,14 +15,19 @@ from symkin.identification.calibrated import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of
+from symkin.observed import Observable, Observed
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.result import Result, record
+from symkin.settings import NoiseSettings
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
-__all__ = ["Simulation", "disturb", "simulate"]
+__all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate"]
+
+
+_NONE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
 
 
 @record
@@ -113,7 +118,12 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
 
 
 def simulate(
-    mechanism: Mechanism, plan: Plan, seed: int | None = None, actual: Mechanism | None = None
+    mechanism: Mechanism,
+    plan: Plan,
+    seed: int | None = None,
+    actual: Mechanism | None = None,
+    *,
+    observe: Observed | Observable = "pose",
 ) -> Simulation:
     """Simulate the measurements of a plan (section 6.5 of the paper).
 
@@ -131,6 +141,8 @@ def simulate(
         Of the robot's errors and of the noise; by default the protocol's.
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
+    observe : Observed or str
+        What is observed besides the readings, by default full poses in the robot's own frame.
 
     Returns
     -------
@@ -146,7 +158,10 @@ def simulate(
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
-    result = _core.simulate(actual.core, mechanism.core, sets, noise_of(mechanism.noise), seed)
+    observed = Observed((observe,)) if isinstance(observe, str) else observe
+    as_usual = observed == Observed()
+    noise = mechanism.noise if as_usual else _NONE
+    result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements
     measurements = Measurements(
         taken.poses,
@@ -158,6 +173,8 @@ def simulate(
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)
+    if not as_usual:
+        measurements = observed.measure(measurements, mechanism.noise, seed)
     return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
 
 

@@ -32,8 +32,11 @@ PAGES = (
     "user-guide/symmetry.md",
     "user-guide/choosing-poses.md",
     "user-guide/identifying.md",
+    "user-guide/fleets.md",
+    "user-guide/unknowns.md",
     "user-guide/trusting.md",
     "user-guide/evaluating.md",
+    "user-guide/studies.md",
     "reproducing.md",
     "api/plots.md",
 )
@@ -49,7 +52,7 @@ def blocks_of(text: str, language: str) -> list[str]:
 
 def shortened(code: str) -> str:
     """The same code with small numbers."""
-    code = re.sub(r"robots = \d+", "robots = 2", code)
+    code = re.sub(r"robots ?= ?\d+", lambda found: re.sub(r"\d+", "2", found[0]), code)
     code = re.sub(r"for count in \(.*\)", "for count in (8, 9)", code)
     code = re.sub(r"for name in \(.*\)", 'for name in ("5bar",)', code)
     return code.replace("folds=5", "folds=2")

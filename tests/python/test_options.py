@@ -83,7 +83,7 @@ def test_a_wrong_option_is_answered_with_the_valid_ones(name: str, option: str) 
         CALLS[name][0](given(), **{option: "zzz"})
 
 
-@pytest.mark.parametrize("wrong", [None, 3, ["implicit"]])
+@pytest.mark.parametrize("wrong", [True, 3, ["implicit"]])
 def test_an_option_that_is_no_text_is_refused_too(wrong: object) -> None:
     with pytest.raises(
         symkin.SymkinError,

@@ -46,6 +46,13 @@ def test_the_poses_of_the_other_legs_are_images_of_the_reference_legs(small):
         )
 
 
+def test_without_sigmas_of_margin_every_candidate_may_be_measured(small):
+    basis = symkin.run_protocol(small, margin_sigmas=0).plan.basis
+    assert basis.excluded == 0
+    assert basis.clearance.conditioning_limit == small.workspace.conditioning_limit
+    assert symkin.run_protocol(small).plan.basis.excluded > 0
+
+
 def test_progress_names_the_stages_in_order(small):
     stages = []
     symkin.run_protocol(small, progress=stages.append)

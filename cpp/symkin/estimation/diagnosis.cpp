@@ -156,8 +156,7 @@ class Diagnostician {
         by_parameters.row(static_cast<Index>(i)) = rows.by_parameters.row(pose.row)(estimated);
         factors[static_cast<Index>(i)] = 1 / pose.factor.row(used[i].second).norm();
       }
-      const RowMatrix influence =
-          least_squares_influence(by_parameters, factors, Vector::Ones(factors.size()));
+      const RowMatrix influence = least_squares_influence(by_parameters, factors);
       for (std::size_t i = 0; i < used.size(); ++i) {
         const WhitenedPose& pose = system_.poses[used[i].first];
         contrast.block(position * p, pose.first, p, pose.count()) +=

@@ -6,6 +6,7 @@
 #include "symkin/estimation/accuracy.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/evaluation.hpp"
+#include "symkin/estimation/fleet.hpp"
 #include "symkin/estimation/goodness_of_fit.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/joint.hpp"
@@ -16,4 +17,5 @@
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/simulation.hpp"
+#include "symkin/estimation/starting_point.hpp"
 #include "symkin/estimation/unknowns.hpp"

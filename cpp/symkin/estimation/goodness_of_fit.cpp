@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/goodness_of_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/projection.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/robust_loss.hpp"
@@ -12,6 +15,22 @@ namespace symkin {
 namespace {
 
 constexpr double kFalseAlarms = 1e-3;
+
+GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_of_freedom,
+                     Index problems) {
+  GoodnessOfFit fit;
+  fit.legs = std::move(legs);
+  fit.chi_square = chi_square;
+  fit.degrees_of_freedom = degrees_of_freedom;
+  if (fit.degrees_of_freedom > 0) {
+    const double alarms = kFalseAlarms / static_cast<double>(problems);
+    fit.limit = chi_square_limit(fit.degrees_of_freedom, alarms);
+    fit.least = chi_square_limit(fit.degrees_of_freedom, 1 - alarms);
+  } else {
+    fit.limit = fit.least = std::numeric_limits<double>::quiet_NaN();
+  }
+  return fit;
+}
 
 }  // namespace
 
@@ -26,18 +45,13 @@ GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weig
     rejected.push_back(weights[k] < kRejectedWeight);
   }
   const Projection projection(system, rejected);
-  GoodnessOfFit fit;
-  fit.legs = system.legs;
-  fit.chi_square = projection.chi_square();
-  fit.degrees_of_freedom = projection.degrees_of_freedom();
-  if (fit.degrees_of_freedom > 0) {
-    const double alarms = kFalseAlarms / static_cast<double>(problems);
-    fit.limit = chi_square_limit(fit.degrees_of_freedom, alarms);
-    fit.least = chi_square_limit(fit.degrees_of_freedom, 1 - alarms);
-  } else {
-    fit.limit = fit.least = std::numeric_limits<double>::quiet_NaN();
-  }
-  return fit;
+  return judged(system.legs, projection.chi_square(), projection.degrees_of_freedom(), problems);
+}
+
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
+                              Index closures, Index problems) {
+  const double unexplained = standardised.squaredNorm() - information.explained(standardised);
+  return judged({leg}, std::max(unexplained, 0.0), closures - information.rank(), problems);
 }
 
 }  // namespace symkin

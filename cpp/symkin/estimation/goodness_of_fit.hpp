@@ -7,6 +7,7 @@
 
 namespace symkin {
 
+class Information;
 struct WhitenedClosures;
 
 // Chi-square of a least-squares problem against its degrees of freedom.
@@ -32,5 +33,9 @@ struct GoodnessOfFit {
 // of the same robot are tested, so that all of them together keep the rate of false alarms.
 GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
                               Index problems);
+// The same of so many closures of one leg, over their standard deviations, and what their rows say
+// of its parameters.
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
+                              Index closures, Index problems);
 
 }  // namespace symkin

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "symkin/estimation/detail/covariance.hpp"
-#include "symkin/estimation/detail/joint_estimator.hpp"
+#include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
-#include "symkin/estimation/detail/whitened_closures.hpp"
-#include "symkin/support/dense.hpp"
+#include "symkin/estimation/joint.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
-#include "symkin/support/null_directions.hpp"
 
 namespace symkin {
 namespace {
@@ -31,7 +30,8 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
 }
 
 LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
-                    const std::vector<Index>& rows) {
+                    PoseUse use) {
+  std::vector<Index> rows = rows_of_leg(measurements, leg, use);
   const auto count = static_cast<Index>(rows.size());
   if (count < mechanism.estimated_count()) {
     throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
@@ -40,152 +40,208 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
                        " parameters need at least as many");
   }
   LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
-               RowMatrix(count, measurements.poses.cols()), Vector(count),
-               mechanism.estimated_parameters(leg)};
+               std::move(rows),   RowMatrix(count, measurements.poses.cols()),
+               Vector(count),     mechanism.estimated_parameters(leg)};
   for (Index i = 0; i < count; ++i) {
-    const Index row = rows[static_cast<std::size_t>(i)];
+    const Index row = data.rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
     data.readings[i] = measurements.readings(row, leg);
   }
   return data;
 }
 
-LegEstimate estimate_leg(const LegData& data, const Vector& start,
+// Throws where a closure has no variance, naming the pose.
+void require_variances(const LegData& data, const WhitenedLeg& leg, const MeasurementNoise& noise) {
+  for (Index k = 0; k < leg.variances.size(); ++k) {
+    if (leg.variances[k] <= 0) {
+      joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1,
+                           data.model.info().pose_space, noise,
+                           data.rows[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Index leg) {
+  const Information information(whitened.rows.by_parameters, whitened.factors);
+  if (information.clear()) {
+    return;
+  }
+  const RowMatrix combinations = information.sight().unseen;
+  if (combinations.cols() > 0) {
+    RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), combinations.cols());
+    unseen(data.estimated, Eigen::all) = combinations;
+    throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
+                              " do not show all of its " + std::to_string(data.estimated.size()) +
+                              " parameters",
+                          unseen);
+  }
+}
+
+LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start,
                          const IdentificationOptions& options) {
+  WhitenedLeg whitened;
+  whiten(data, start, options.noise, whitened);
+  require_variances(data, whitened, options.noise);
+  require_identifiable(data, whitened, leg);
   switch (options.estimator) {
     case Estimator::paper:
       return estimate_paper(data, start, options);
     case Estimator::inverse:
       return estimate_inverse(data, start, options);
     default:
-      return estimate_implicit(data, start, options);
+      return estimate_implicit(data, start, std::move(whitened), options);
   }
 }
 
-// What the whitened closures of one leg show of its parameters.
-struct LegSight {
-  double condition;  // of the jacobian with columns of length one; infinite if it has no full rank
-  RowMatrix unseen;  // p x (p - rank): combinations of parameters, in their own units
-};
-
-LegSight sight_of(const WhitenedClosures& system) {
-  constexpr double kRank = 1e-10;
-  const Index p = system.jacobian.cols();
-  if (!system.jacobian.allFinite()) {
-    return {std::numeric_limits<double>::infinity(), RowMatrix(p, 0)};
-  }
-  const Vector scale = inverse_column_lengths(system.jacobian);
-  const RightSingular svd = right_singular(system.jacobian * scale.asDiagonal());
-  const Vector& singular = svd.values;
-  const Index rank = (singular.array() > kRank * singular[0]).count();
-  const double condition =
-      rank < p ? std::numeric_limits<double>::infinity() : singular[0] / singular[p - 1];
-  return {condition, named_directions(svd.vectors.rightCols(p - rank), scale)};
-}
-
-void require_identifiable(const WhitenedClosures& system, const Mechanism& mechanism, Index leg) {
-  const LegSight sight = sight_of(system);
-  if (sight.unseen.cols() > 0) {
-    RowMatrix unseen = RowMatrix::Zero(mechanism.parameter_count(), sight.unseen.cols());
-    unseen(mechanism.estimated_parameters(leg), Eigen::all) = sight.unseen;
-    throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
-                              " do not show all of its " + std::to_string(sight.unseen.rows()) +
-                              " parameters",
-                          unseen);
-  }
-}
-
-// Residuals and their statistics at the estimate; `system` is the leg's own.
-LegIdentification describe(const WhitenedClosures& system, const LegEstimate& estimate) {
+// Residuals at the estimate.
+LegIdentification describe(const LegData& data, const LegEstimate& estimate,
+                           const Information& information, bool condition) {
   LegIdentification leg;
-  const auto count = static_cast<Index>(system.poses.size());
-  leg.residuals.resize(count);
-  leg.standardised = system.residual;
-  for (Index k = 0; k < count; ++k) {
-    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
-    leg.rows.push_back(pose.row);
-    leg.residuals[k] = system.rows.front().closure[pose.row];
-    if (estimate.loss_weights[k] < kRejectedWeight) {
-      leg.rejected.push_back(pose.row);
+  leg.rows = data.rows;
+  leg.residuals = estimate.whitened.rows.closure;
+  leg.standardised = leg.residuals.cwiseProduct(estimate.whitened.factors);
+  for (std::size_t k = 0; k < data.rows.size(); ++k) {
+    if (estimate.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
+      leg.rejected.push_back(data.rows[k]);
     }
   }
   leg.converged = estimate.outcome.converged;
   leg.failure = estimate.outcome.failure;
   leg.iterations = estimate.outcome.iterations;
-  leg.condition = sight_of(system).condition;
-  if (leg.converged && !(system.residual.allFinite() && std::isfinite(leg.condition))) {
+  leg.condition = condition || !information.clear() ? information.sight().condition
+                                                    : std::numeric_limits<double>::quiet_NaN();
+  if (leg.converged && !(leg.standardised.allFinite() && !std::isinf(leg.condition))) {
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
   }
   return leg;
 }
 
+// Of the poses that the loss keeps.
+GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
+                          const Information& information, Index number, Index legs) {
+  const auto count = static_cast<Index>(leg.rows.size());
+  const auto rejected = static_cast<Index>(leg.rejected.size());
+  if (rejected == 0) {
+    return goodness_of_fit(number, leg.standardised, information, count, legs);
+  }
+  const Vector kept = (estimate.loss_weights.array() >= kRejectedWeight).cast<double>();
+  return goodness_of_fit(number, kept.cwiseProduct(leg.standardised),
+                         Information(estimate.whitened.rows.by_parameters,
+                                     kept.cwiseProduct(estimate.whitened.factors)),
+                         count - rejected, legs);
+}
+
 // How the leg's estimate answers to errors of its closures, at the estimate.
-LegInfluence influence_of(const WhitenedClosures& system, const LegEstimate& estimate,
-                          const std::vector<Index>& estimated, Estimator estimator) {
-  const ClosureRows& all = system.rows.front();
-  const auto count = static_cast<Index>(system.poses.size());
+LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Estimator estimator) {
+  const WhitenedLeg& whitened = estimate.whitened;
+  const ClosureRows& rows = whitened.rows;
+  // On h in the estimator's residual; the paper's is -h / (dh/dpsi).
+  const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
+  const Vector factors = in_readings ? Vector(rows.by_reading.cwiseInverse()) : whitened.factors;
   LegInfluence leg;
-  leg.by_pose.resize(count, all.by_pose.cols());
-  leg.by_reading.resize(count);
-  RowMatrix by_parameters(count, static_cast<Index>(estimated.size()));
-  Vector factors(count);  // on h in the estimator's residual; the paper's is -h / (dh/dpsi)
-  for (Index k = 0; k < count; ++k) {
-    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(k)];
-    leg.rows.push_back(pose.row);
-    leg.by_pose.row(k) = all.by_pose.row(pose.row);
-    leg.by_reading[k] = all.by_reading[pose.row];
-    by_parameters.row(k) = all.by_parameters.row(pose.row)(estimated);
-    const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
-    factors[k] = 1 / (in_readings ? leg.by_reading[k] : pose.factor(0, 0));
-  }
-  const RowMatrix influence =
-      least_squares_influence(by_parameters, factors, estimate.loss_weights);
+  leg.rows = data.rows;
+  const RowMatrix influence = least_squares_influence(
+      rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
+  leg.influence = RowMatrix::Zero(estimate.parameters.size(), influence.cols());
+  leg.influence(data.estimated, Eigen::all) = influence;
+  leg.by_pose = rows.by_pose;
+  leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
-  leg.deleted.resize(count);
-  for (Index k = 0; k < count; ++k) {
-    const double leverage = by_parameters.row(k).dot(influence.col(k));
-    const double closure = all.closure[system.poses[static_cast<std::size_t>(k)].row];
-    leg.deleted[k] = closure / std::max(1 - leverage, kLeast);
-  }
-  leg.influence = RowMatrix::Zero(all.by_parameters.cols(), count);
-  leg.influence(estimated, Eigen::all) = influence;
+  const Vector leverages = rows.by_parameters.cwiseProduct(influence.transpose()).rowwise().sum();
+  leg.deleted = rows.closure.array() / (1 - leverages.array()).max(kLeast);
   return leg;
 }
 
-// The rows of a leg whose poses the joint estimate rejects.
-std::vector<Index> rejected_rows(const JointEstimate& joint, Index leg) {
-  std::vector<Index> rows;
-  for (std::size_t k = 0; k < joint.system.poses.size(); ++k) {
-    const WhitenedPose& pose = joint.system.poses[k];
-    const bool read = std::find(pose.legs.begin(), pose.legs.end(), leg) != pose.legs.end();
-    if (read && joint.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
-      rows.push_back(pose.row);
+bool share_poses(const std::vector<LegData>& legs) {
+  std::vector<bool> used;
+  for (const LegData& leg : legs) {
+    for (const Index row : leg.rows) {
+      const auto place = static_cast<std::size_t>(row);
+      used.resize(std::max(used.size(), place + 1));
+      if (used[place]) {
+        return true;
+      }
+      used[place] = true;
     }
   }
-  return rows;
+  return false;
+}
+
+RowMatrix covariance_of(const std::vector<LegData>& data, const std::vector<LegEstimate>& estimates,
+                        const std::vector<Information>& seen, bool explained,
+                        const IdentificationOptions& options) {
+  const bool by_variances =
+      options.estimator == Estimator::implicit &&
+      std::all_of(estimates.begin(), estimates.end(), [](const LegEstimate& estimate) {
+        return (estimate.loss_weights.array() == 1).all();
+      });
+  if (explained && by_variances && !share_poses(data)) {
+    // The legs' errors are independent, and their informations say all.
+    const Index p = estimates.front().parameters.size();
+    const auto count = static_cast<Index>(data.size());
+    RowMatrix covariance = RowMatrix::Zero(count * p, count * p);
+    for (Index leg = 0; leg < count; ++leg) {
+      const auto i = static_cast<std::size_t>(leg);
+      covariance.block(leg * p, leg * p, p, p)(data[i].estimated, data[i].estimated) =
+          seen[i].inverse();
+    }
+    return covariance;
+  }
+  std::vector<LegInfluence> influences;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    influences.push_back(influence_of(data[i], estimates[i], options.estimator));
+  }
+  const PoseSpace space = data.front().model.info().pose_space;
+  return explained ? declared_covariance(influences, space, options.noise)
+                   : residual_covariance(influences);
+}
+
+// All legs together, on poses measured in full.
+JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
+                  const RowMatrix& start, const IdentificationOptions& options) {
+  const auto everywhere = [&](const RowMatrix& values, const Vector& deviations) {
+    return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
+  };
+  Observations observations;
+  observations.readings = everywhere(
+      measurements.readings, Vector::Constant(mechanism.leg_count(), options.noise.reading));
+  observations.poses = everywhere(measurements.poses,
+                                  options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
+  Setup setup = Setup::of(mechanism);
+  setup.parameters = start;
+  JointOptions how;
+  how.loss = options.loss;
+  how.max_iterations = options.max_iterations;
+  how.start = measurements.poses;
+  how.rows = false;
+  return fit_jointly(mechanism, setup, observations, Layout::of_all_parameters(mechanism, setup),
+                     how);
 }
 
 // Takes the statistics of the joint estimate in place of those of its start.
-void describe_joint(const JointEstimate& joint, const Mechanism& mechanism,
+void describe_joint(const JointFit& joint, const std::vector<LegData>& data,
                     Identification& result) {
-  result.goodness = {goodness_of_fit(joint.system, joint.loss_weights, 1)};
-  const double spread = result.goodness.front().spread();
+  result.goodness = {joint.goodness};
   std::vector<Index> columns;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    for (const Index i : mechanism.estimated_parameters(leg)) {
-      columns.push_back(leg * mechanism.parameter_count() + i);
+  for (std::size_t leg = 0; leg < data.size(); ++leg) {
+    for (const Index i : data[leg].estimated) {
+      columns.push_back(static_cast<Index>(leg) * result.parameters.cols() + i);
     }
   }
-  const Index all = mechanism.leg_count() * mechanism.parameter_count();
-  result.covariance = RowMatrix::Zero(all, all);
-  result.covariance(columns, columns) = spread * spread * joint_covariance(joint);
+  result.covariance = RowMatrix::Zero(result.parameters.size(), result.parameters.size());
+  result.covariance(columns, columns) = joint.covariance;
   for (std::size_t i = 0; i < result.legs.size(); ++i) {
     LegIdentification& leg = result.legs[i];
-    leg.converged = joint.outcome.converged;
-    leg.failure = joint.outcome.failure;
-    leg.iterations += joint.outcome.iterations;
-    leg.rejected = rejected_rows(joint, static_cast<Index>(i));
+    leg.converged = joint.converged;
+    leg.failure = joint.failure;
+    leg.iterations += joint.iterations;
+    leg.rejected.clear();
+    for (const Index row : leg.rows) {
+      if (joint.loss_weights[row] < kRejectedWeight) {
+        leg.rejected.push_back(row);
+      }
+    }
   }
 }
 
@@ -224,44 +280,39 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   options.check();
   check_one_closure(mechanism.model().info(), "identification");
   check_measurements(mechanism, measurements);
-  const auto estimated = mechanism.estimated_parameters();
-  const auto leg_system = [&](ConstRows parameters, Index leg) {
-    return whiten_closures(mechanism.model(), parameters, estimated, measurements, {leg},
-                           options.use, options.noise);
-  };
+  std::vector<LegData> data;
   std::vector<LegEstimate> estimates;
   Identification result;
   result.parameters = mechanism.parameters();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const LegData data =
-        data_of_leg(mechanism, measurements, leg, rows_of_leg(measurements, leg, options.use));
-    require_identifiable(leg_system(mechanism.parameters(), leg), mechanism, leg);
-    estimates.push_back(estimate_leg(data, mechanism.leg(leg).parameters, options));
+    data.push_back(data_of_leg(mechanism, measurements, leg, options.use));
+    estimates.push_back(estimate_leg(data.back(), leg, mechanism.leg(leg).parameters, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
-  JointEstimate joint;
+  JointFit joint;
   if (options.estimator == Estimator::joint) {
-    joint = estimate_joint(mechanism, measurements, result.parameters, options);
-    result.parameters = joint.parameters;
+    joint = joint_of(mechanism, measurements, result.parameters, options);
+    result.parameters = joint.setup.parameters;
+    for (std::size_t leg = 0; leg < data.size(); ++leg) {
+      whiten(data[leg], result.parameters.row(static_cast<Index>(leg)).transpose(), options.noise,
+             estimates[leg].whitened);
+    }
   }
-  std::vector<LegInfluence> influences;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const LegEstimate& estimate = estimates[static_cast<std::size_t>(leg)];
-    const WhitenedClosures system = leg_system(result.parameters, leg);
-    result.legs.push_back(describe(system, estimate));
-    result.goodness.push_back(
-        goodness_of_fit(system, estimate.loss_weights, mechanism.leg_count()));
-    influences.push_back(influence_of(system, estimate, estimated[static_cast<std::size_t>(leg)],
-                                      options.estimator));
+  std::vector<Information> seen;
+  seen.reserve(data.size());
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const WhitenedLeg& whitened = estimates[i].whitened;
+    seen.emplace_back(whitened.rows.by_parameters, whitened.factors);
+    result.legs.push_back(describe(data[i], estimates[i], seen[i], options.conditions));
+    result.goodness.push_back(goodness_of(result.legs[i], estimates[i], seen[i],
+                                          static_cast<Index>(i), mechanism.leg_count()));
   }
   if (options.estimator == Estimator::joint) {
-    describe_joint(joint, mechanism, result);
+    describe_joint(joint, data, result);
   } else {
     const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
                                         [](const GoodnessOfFit& fit) { return fit.unexplained(); });
-    result.covariance = explained
-                            ? declared_covariance(influences, mechanism.pose_space(), options.noise)
-                            : residual_covariance(influences);
+    result.covariance = covariance_of(data, estimates, seen, explained, options);
   }
   summarise(result);
   return result;

@@ -26,6 +26,7 @@ struct IdentificationOptions {
   MeasurementNoise noise;
   RobustLoss loss;
   int max_iterations = 100;
+  bool conditions = true;  // LegIdentification::condition, which a fleet can do without
 
   void check() const;  // throws InvalidInput
 };
@@ -39,7 +40,7 @@ struct LegIdentification {
   bool converged = false;
   std::string failure;   // why not
   int iterations = 0;    // accepted steps of the solver
-  double condition = 0;  // of the Jacobian with columns of length one
+  double condition = 0;  // of the Jacobian with columns of length one; NaN if not asked for
 };
 
 struct Identification {

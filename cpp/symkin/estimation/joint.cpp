@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/set_aside.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -16,10 +17,19 @@
 namespace symkin {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<LinearPose> linear_poses(const LatentProblem& problem) {
+  std::vector<LinearPose> poses;
+  for (std::size_t k = 0; k < problem.counts().size(); ++k) {
+    poses.push_back(problem.linear(static_cast<Index>(k)));
+  }
+  return poses;
+}
 
 // The rows of all poses, weighted by the loss, and below them those of the priors.
-RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& priors) {
+RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& weights,
+                       const Vector& priors) {
   Index count = 0;
   for (const LinearPose& pose : poses) {
     count += pose.count();
@@ -27,12 +37,31 @@ RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& prior
   const Index columns = priors.size();
   RowMatrix rows = RowMatrix::Zero(count + columns, columns);
   Index first = 0;
-  for (const LinearPose& pose : poses) {
-    rows.middleRows(first, pose.count()) = std::sqrt(pose.weight) * pose.jacobian;
-    first += pose.count();
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Index n = poses[k].count();
+    rows.middleRows(first, n) = std::sqrt(weights[static_cast<Index>(k)]) * poses[k].jacobian;
+    first += n;
   }
   rows.bottomRows(columns).diagonal() = priors.cwiseInverse();
   return rows;
+}
+
+// The inverse of an information matrix that has been brought to columns of length one, empty if
+// squaring the rows into it has cost more than half of the digits; they have to be asked then.
+RowMatrix well_determined(const Eigen::MatrixXd& information) {
+  constexpr double kLeastPivot = 1e-6;
+  const Vector diagonal = information.diagonal();
+  if (diagonal.size() == 0 || !(diagonal.array() > 0).all()) {
+    return {};
+  }
+  const Vector scale = diagonal.cwiseSqrt().cwiseInverse();
+  const RowMatrix half =
+      inverse_factor(RowMatrix(scale.asDiagonal() * information * scale.asDiagonal()));
+  if (half.size() == 0 || !(half.diagonal().cwiseAbs2().cwiseInverse().minCoeff() > kLeastPivot)) {
+    return {};
+  }
+  const RowMatrix root = half * scale.asDiagonal();
+  return root.transpose() * root;
 }
 
 // What rows (m x p) do not show, as directions of columns in `scale`, and their rank.
@@ -54,8 +83,7 @@ Sight sight_of(const RowMatrix& rows, const Vector& scale) {
 
 // Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
 // `scale`, and so is the result once a row is divided by it.
-RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances,
-                           const Vector& scale) {
+RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances, const Vector& scale) {
   // In z / scale: W = 1 / tolerance^2 becomes (scale / tolerance)^2, one or, without tolerance,
   // next to nothing: a direction of frames alone has to be held somehow.
   constexpr double kFree = 1e-6;
@@ -71,8 +99,8 @@ RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
   const RowMatrix scaled = rows * scale.asDiagonal();
   const Vector lengths = inverse_column_lengths(scaled);
   const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
-  const RowMatrix half = scale.cwiseProduct(lengths).asDiagonal() *
-                         lower_inverse(factor.transpose()).transpose();
+  const RowMatrix half =
+      scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
   return half * half.transpose();
 }
 
@@ -117,14 +145,14 @@ void check_options(const Mechanism& mechanism, const Observations& observations,
 }
 
 // How much larger than standard normal the conditions are.
-double spread_of(const RobustLoss& loss, const std::vector<LinearPose>& poses) {
+double spread_of(const RobustLoss& loss, const LatentProblem& problem) {
   std::vector<double> all;
-  for (const LinearPose& pose : poses) {
+  for (const LinearPose& pose : linear_poses(problem)) {
     all.insert(all.end(), pose.conditions.data(), pose.conditions.data() + pose.count());
   }
-  return all.empty() ? 1
-                     : loss.spread(Eigen::Map<const Vector>(all.data(),
-                                                            static_cast<Index>(all.size())));
+  return all.empty()
+             ? 1
+             : loss.spread(Eigen::Map<const Vector>(all.data(), static_cast<Index>(all.size())));
 }
 
 // Statistics of the rows of one pose; `covariance` is that of the columns without scaling.
@@ -143,12 +171,8 @@ void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
     const double variance = g.row(k) * left * g.row(k).transpose();
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
-    RowFit row{index,
-               static_cast<int>(origin.kind),
-               origin.index,
-               errors[k] / unit,
-               kNaN,
-               kNaN};
+    RowFit row{index,   static_cast<int>(origin.kind), origin.index, errors[k] / unit, kMissing,
+               kMissing};
     if (r > 0 && variance > kSilent * all) {
       row.t = -multipliers[k] / std::sqrt(variance) * (unit < 0 ? -1 : 1);
       row.blunder = multipliers[k] / all / unit;
@@ -171,7 +195,7 @@ GoodnessOfFit goodness_of(const JointFit& fit, Index rank, Index priors) {
       goodness.degrees_of_freedom += fit.conditions[k];
     }
   }
-  goodness.limit = goodness.least = kNaN;
+  goodness.limit = goodness.least = kMissing;
   if (goodness.degrees_of_freedom > 0) {
     goodness.limit = chi_square_limit(goodness.degrees_of_freedom, kFalseAlarms);
     goodness.least = chi_square_limit(goodness.degrees_of_freedom, 1 - kFalseAlarms);
@@ -179,66 +203,89 @@ GoodnessOfFit goodness_of(const JointFit& fit, Index rank, Index priors) {
   return goodness;
 }
 
-// Everything that is said of the fit at the problem's present state.
-void describe(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
-              const Vector& scale, JointFit& fit) {
-  fit.setup = problem.setup();
-  fit.change = problem.change();
-  fit.poses = problem.poses();
-  fit.reading_errors = problem.reading_errors();
-  const auto& linear = problem.linear();
-  const auto count = static_cast<Index>(linear.size());
-  fit.chi_squares = Vector::Zero(count);
-  fit.loss_weights = Vector::Ones(count);
-  for (Index k = 0; k < count; ++k) {
-    const LinearPose& pose = linear[static_cast<std::size_t>(k)];
-    fit.conditions.push_back(pose.count());
-    fit.chi_squares[k] = pose.chi_square();
-    fit.loss_weights[k] = pose.weight;
-    if (problem.aside()[static_cast<std::size_t>(k)]) {
-      fit.aside.push_back(k);
-      fit.poses.row(k).setConstant(kNaN);
+// What is said of ranks and covariances at the problem's present state.
+void determine(const LatentProblem& problem, const Eigen::MatrixXd& information,
+               const Layout& layout, const Vector& tolerances, const Vector& scale, JointFit& fit,
+               RowMatrix& unscaled) {
+  const Index columns = layout.columns();
+  const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
+  Index priors = 0;
+  for (const double precision : precisions) {
+    priors += precision > 0 ? 1 : 0;
+  }
+  Eigen::MatrixXd data = information;
+  data.diagonal() -= precisions;
+  unscaled = well_determined(information);
+  if (unscaled.size() > 0 && (priors == 0 || well_determined(data).size() > 0)) {
+    fit.rank = fit.data_rank = columns;
+    fit.unseen.resize(columns, 0);
+    fit.goodness = goodness_of(fit, fit.rank, priors);
+    const double spread = fit.goodness.spread();
+    fit.covariance = unscaled;
+    if (spread > 1) {
+      data /= spread * spread;
+      data.diagonal() += precisions;
+      fit.covariance = well_determined(data);
+    }
+    if (fit.covariance.size() > 0) {
+      return;
     }
   }
-  fit.chi_square_data = fit.chi_squares.sum();
-  fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
-
-  const RowMatrix rows = stacked_rows(linear, layout.prior);
-  const RowMatrix data = rows.topRows(rows.rows() - layout.columns());
-  const Sight of_data = sight_of(data, scale);
-  const Sight of_all = sight_of(rows, scale);
-  fit.data_rank = of_data.rank;
-  fit.rank = of_all.rank;
-  fit.unseen = of_data.unseen.cols() > 0
-                   ? named_directions(of_data.unseen, Vector::Ones(scale.size()))
-                   : of_data.unseen;
-  fit.gauge_directions = of_all.unseen.cols();
-  const Index priors = (layout.prior.array() < std::numeric_limits<double>::infinity()).count();
+  const RowMatrix rows = stacked_rows(linear_poses(problem), problem.weights(), layout.prior);
+  const Index of_data = rows.rows() - columns;
+  const Sight data_sight = sight_of(rows.topRows(of_data), scale);
+  const Sight all_sight = sight_of(rows, scale);
+  fit.data_rank = data_sight.rank;
+  fit.rank = all_sight.rank;
+  fit.unseen = data_sight.unseen.cols() > 0
+                   ? named_directions(data_sight.unseen, Vector::Ones(columns))
+                   : data_sight.unseen;
+  fit.gauge_directions = all_sight.unseen.cols();
   fit.goodness = goodness_of(fit, fit.rank, priors);
 
   // What no row shows is held by rows of its own, and taken out again.
-  const RowMatrix held = nearest_to_start(of_all.unseen, tolerances, scale);
-  RowMatrix full(rows.rows() + held.rows(), rows.cols());
+  const RowMatrix held = nearest_to_start(all_sight.unseen, tolerances, scale);
+  RowMatrix full(rows.rows() + held.rows(), columns);
   full << rows, held;
   const auto projected = [&](RowMatrix covariance) {
     if (held.rows() > 0) {
-      const RowMatrix n = scale.asDiagonal() * of_all.unseen;
-      const RowMatrix onto = RowMatrix::Identity(scale.size(), scale.size()) -
-                             n * inverse(held * n) * held;
+      const RowMatrix n = scale.asDiagonal() * all_sight.unseen;
+      const RowMatrix onto = RowMatrix::Identity(columns, columns) - n * inverse(held * n) * held;
       covariance = onto * covariance * onto.transpose();
     }
     return covariance;
   };
-  const RowMatrix covariance = projected(inverse_of(full, scale));
-  for (Index k = 0; k < count; ++k) {
-    add_rows(k, linear[static_cast<std::size_t>(k)], covariance, fit.rows);
-  }
+  fit.covariance = unscaled = projected(inverse_of(full, scale));
   const double spread = fit.goodness.spread();
   if (spread > 1) {
-    full.topRows(data.rows()) /= spread;
+    full.topRows(of_data) /= spread;
     fit.covariance = projected(inverse_of(full, scale));
-  } else {
-    fit.covariance = covariance;
+  }
+}
+
+// Everything that is said of the fit at the problem's present state.
+void describe(const LatentProblem& problem, const Eigen::MatrixXd& information,
+              const Layout& layout, const Vector& tolerances, const Vector& scale, bool rows,
+              JointFit& fit) {
+  fit.setup = problem.setup();
+  fit.change = problem.change();
+  fit.poses = problem.poses();
+  fit.reading_errors = problem.reading_errors();
+  fit.conditions = problem.counts();
+  fit.chi_squares = problem.chi_squares();
+  fit.loss_weights = problem.weights();
+  for (std::size_t k = 0; k < problem.aside().size(); ++k) {
+    if (problem.aside()[k]) {
+      fit.aside.push_back(static_cast<Index>(k));
+      fit.poses.row(static_cast<Index>(k)).setConstant(kMissing);
+    }
+  }
+  fit.chi_square_data = fit.chi_squares.sum();
+  fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
+  RowMatrix unscaled;
+  determine(problem, information, layout, tolerances, scale, fit, unscaled);
+  for (std::size_t k = 0; rows && k < problem.counts().size(); ++k) {
+    add_rows(static_cast<Index>(k), problem.linear(static_cast<Index>(k)), unscaled, fit.rows);
   }
 }
 
@@ -263,39 +310,54 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
       poses.row(i) = identity_pose(mechanism.pose_space());
     }
   }
-  const bool robust = options.loss.kind != RobustLoss::Kind::none;
+  const bool adapts = options.loss.kind != RobustLoss::Kind::none && options.loss_spread == 0;
   LatentProblem problem(mechanism, observations, layout, start, std::move(poses), std::move(aside),
                         options.loss, options.loss_spread > 0 ? options.loss_spread : 1);
 
   JointFit fit;
-  NormalEquations equations;
-  if (!problem.linearise(equations)) {
-    throw InvalidInput("the observations cannot be explained at the start: a residual is not finite");
-  }
   SolverOutcome outcome;
   Vector before = problem.change();
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    const Sight sight = sight_of(stacked_rows(problem.linear(), layout.prior), scale);
-    if (sight.unseen.cols() > 0 && options.gauge == Gauge::refuse) {
-      refuse(sight.unseen, scale);
-    }
-    problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
-    if (robust && options.loss_spread == 0) {
-      problem.set_spread(spread_of(options.loss, problem.linear()));
-    }
+  for (int pass = 0;; ++pass) {
     outcome = minimise(problem, {options.max_iterations});
     fit.iterations += outcome.iterations;
+    if (problem.information().size() == 0) {
+      throw InvalidInput(
+          "the observations cannot be explained at the start: a residual is not finite");
+    }
+    bool open = false;  // directions that nothing shows
+    if (well_determined(problem.information()).size() == 0) {
+      const Sight sight =
+          sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
+      open = sight.unseen.cols() > 0;
+      if (open && options.gauge == Gauge::refuse) {
+        refuse(sight.unseen, scale);
+      }
+      problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
+    }
+    if (!outcome.converged) {
+      break;
+    }
+    if (adapts) {
+      problem.set_spread(spread_of(options.loss, problem));
+    }
     const double change =
         (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
     before = problem.change();
-    const bool depends = sight.unseen.cols() > 0 || (robust && options.loss_spread == 0);
-    if (!outcome.converged || !depends || change < kStill) {
+    if ((open || adapts) && (pass == 0 || change > kStill)) {
+      if (pass == kMaxPasses) {
+        outcome.converged = false;
+        outcome.failure = "the weights still move the estimate";
+        break;
+      }
+      continue;
+    }
+    if (take_in(mechanism, observations, problem) == 0) {
       break;
     }
   }
   fit.converged = outcome.converged;
   fit.failure = outcome.failure;
-  describe(problem, layout, tolerances, scale, fit);
+  describe(problem, problem.information(), layout, tolerances, scale, options.rows, fit);
   return fit;
 }
 

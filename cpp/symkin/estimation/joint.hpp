@@ -29,12 +29,13 @@ struct JointOptions {
   Vector tolerances;
   // Where the latent poses start, N x coordinates; NaN where nothing is known.
   RowMatrix start;
+  bool rows = true;  // whether to say something of every row, which takes as long as the fit
 };
 
 // One row of the observations and what the fit says of it.
 struct RowFit {
   Index pose;
-  int kind;         // RowOrigin::Kind: 0 a reading, 1 pose, 2 reported pose, 3 point, 4 distance, 5 height
+  int kind;  // RowOrigin::Kind: 0 a reading, 1 pose, 2 reported pose, 3 point, 4 distance, 5 height
   Index index;      // the leg, the component, the point's coordinate, the anchor
   double residual;  // estimated error of the observation, in its own unit
   double t;         // standard normal if the row is sound, NaN where nothing can be said
@@ -42,10 +43,10 @@ struct RowFit {
 };
 
 struct JointFit {
-  Setup setup;            // the estimate
-  Vector change;          // of the columns since the start
-  RowMatrix covariance;   // of the columns; scaled by goodness.spread() but for the priors' share
-  RowMatrix poses;        // N x coordinates, the latent ones; NaN where set aside
+  Setup setup;           // the estimate
+  Vector change;         // of the columns since the start
+  RowMatrix covariance;  // of the columns; scaled by goodness.spread() but for the priors' share
+  RowMatrix poses;       // N x coordinates, the latent ones; NaN where set aside
   RowMatrix reading_errors;  // N x legs, psi_true - psi_read
   std::vector<RowFit> rows;
   std::vector<Index> conditions;  // of each pose, r_j
@@ -58,7 +59,7 @@ struct JointFit {
   Index rank = 0;          // of data and priors
   Index data_rank = 0;
   // Directions of the columns, each of length one in tolerances, that the data alone do not show.
-  RowMatrix unseen;  // columns x (columns - data_rank)
+  RowMatrix unseen;            // columns x (columns - data_rank)
   Index gauge_directions = 0;  // of these, that no prior holds
   bool converged = false;
   std::string failure;

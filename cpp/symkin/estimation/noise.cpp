@@ -44,8 +44,18 @@ Vector MeasurementNoise::pose_variances(PoseSpace space) const {
 }
 
 Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise) {
-  return rows.by_pose.array().square().matrix() * noise.pose_variances(space) +
-         noise.reading * noise.reading * rows.by_reading.array().square().matrix();
+  const Index positions = position_size(space);
+  const double position = noise.position * noise.position;
+  const double orientation = noise.orientation * noise.orientation;
+  const double reading = noise.reading * noise.reading;
+  Vector variances(rows.by_reading.size());
+  for (Index i = 0; i < variances.size(); ++i) {
+    const auto by_pose = rows.by_pose.row(i);
+    variances[i] = position * by_pose.head(positions).squaredNorm() +
+                   orientation * by_pose.tail(by_pose.size() - positions).squaredNorm() +
+                   reading * rows.by_reading[i] * rows.by_reading[i];
+  }
+  return variances;
 }
 
 Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,

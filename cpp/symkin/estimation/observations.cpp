@@ -37,6 +37,18 @@ void check_observed(const Observed& observed, const char* what, Index poses, Ind
 
 }  // namespace
 
+Observed Observed::at(Index pose) const {
+  if (!any()) {
+    return {};
+  }
+  return {values.row(pose), deviations.row(pose)};
+}
+
+Observations Observations::at(Index pose) const {
+  return {readings.at(pose), poses.at(pose),     reported.at(pose),
+          points.at(pose),   distances.at(pose), heights.at(pose)};
+}
+
 void Observations::check(const Mechanism& mechanism, const Setup& setup) const {
   const PoseSpace space = mechanism.pose_space();
   const Index n = count();

@@ -13,6 +13,7 @@ struct Observed {
   RowMatrix deviations;  // as many rows; zero: exact
 
   bool any() const { return values.cols() > 0; }
+  Observed at(Index pose) const;  // of one pose alone
 };
 
 // What was observed at N poses, whose true values nobody knows: any mixture, each with its noise.
@@ -28,6 +29,7 @@ struct Observations {
   Observed heights;    // N x 1, of the target above the plane: 0 where a probe touches it
 
   Index count() const { return readings.values.rows(); }
+  Observations at(Index pose) const;
   void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
 };
 

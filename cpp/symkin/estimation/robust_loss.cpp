@@ -20,17 +20,43 @@ void RobustLoss::check() const {
   }
 }
 
-std::unique_ptr<ceres::LossFunction> RobustLoss::make(double spread) const {
-  const auto width = [&](double usual) { return (scale > 0 ? scale : usual) * spread; };
+double RobustLoss::width(double spread) const {
+  const double usual = kind == Kind::huber ? 1.345 : kind == Kind::cauchy ? 2.385 : 4.685;
+  return (scale > 0 ? scale : usual) * spread;
+}
+
+RobustLoss::Value RobustLoss::evaluate(double square, double spread) const {
+  const double bend = width(spread) * width(spread);
+  const double u = square / bend;
   switch (kind) {
     case Kind::none:
       break;
     case Kind::huber:
-      return std::make_unique<ceres::HuberLoss>(width(1.345));
+      if (u > 1) {
+        const double root = std::sqrt(u);
+        return {bend * (2 * root - 1), 1 / root};
+      }
+      break;
     case Kind::cauchy:
-      return std::make_unique<ceres::CauchyLoss>(width(2.385));
+      return {bend * std::log1p(u), 1 / (1 + u)};
+    case Kind::tukey: {
+      const double inside = std::max(1 - u, 0.0);
+      return {bend / 3 * (1 - inside * inside * inside), inside * inside};
+    }
+  }
+  return {square, 1};
+}
+
+std::unique_ptr<ceres::LossFunction> RobustLoss::make(double spread) const {
+  switch (kind) {
+    case Kind::none:
+      break;
+    case Kind::huber:
+      return std::make_unique<ceres::HuberLoss>(width(spread));
+    case Kind::cauchy:
+      return std::make_unique<ceres::CauchyLoss>(width(spread));
     case Kind::tukey:
-      return std::make_unique<ceres::TukeyLoss>(width(4.685));
+      return std::make_unique<ceres::TukeyLoss>(width(spread));
   }
   return nullptr;
 }
@@ -47,16 +73,6 @@ double RobustLoss::spread(const Vector& standardised) const {
   const auto middle = magnitudes.begin() + standardised.size() / 2;
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
   return std::max(1.0, *middle / kNormalMedian);
-}
-
-double RobustLoss::weight(double residual, double spread) const {
-  const auto loss = make(spread);
-  if (loss == nullptr) {
-    return 1;
-  }
-  double rho[3];
-  loss->Evaluate(residual * residual, rho);
-  return rho[1];
 }
 
 }  // namespace symkin

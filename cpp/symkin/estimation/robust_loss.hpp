@@ -23,14 +23,21 @@ struct RobustLoss {
   double scale = 0;
 
   void check() const;  // throws InvalidInput
-  // For residuals that are `spread` times larger than standard normal ones; null for none.
+  // Of a squared residual: what it adds to the cost, and the derivative of that, its weight.
+  struct Value {
+    double cost, weight;
+  };
+  Value evaluate(double square, double spread = 1) const;
+  // The same for Ceres, for residuals that are `spread` times larger than standard normal ones;
+  // null for none.
   std::unique_ptr<ceres::LossFunction> make(double spread = 1) const;
   // How much larger than standard normal the bulk of the residuals is, at least 1 (and 1 without a
   // loss): the median absolute value over that of a standard normal. Keeps the loss from rejecting
   // everything where the declared noise is too small.
   double spread(const Vector& standardised) const;
-  // The weight that the loss gives a standardised residual, 1 for none.
-  double weight(double residual, double spread = 1) const;
+
+ private:
+  double width(double spread) const;
 };
 
 }  // namespace symkin

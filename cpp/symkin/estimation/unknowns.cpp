@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/error.hpp"
@@ -21,6 +22,12 @@ Setup Setup::of(const Mechanism& mechanism) {
   setup.points.resize(0, 3);
   setup.anchors.resize(0, 3);
   return setup;
+}
+
+CurvedSensor Setup::sensor(Index leg) const {
+  const Index gain = parameters.cols() - LinearSensor::kParameters;
+  return {LinearSensor(&parameters(leg, gain)), curvature(leg, 0), curvature(leg, 1),
+          curvature(leg, 2)};
 }
 
 UnknownList::UnknownList(const Setup& setup)
@@ -66,11 +73,25 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   return names;
 }
 
+Layout Layout::of_all_parameters(const Mechanism& mechanism, const Setup& setup) {
+  const UnknownList list(setup);
+  Layout layout;
+  layout.column.assign(static_cast<std::size_t>(list.size()), -1);
+  Index columns = 0;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (const Index i : mechanism.estimated_parameters(leg)) {
+      layout.column[static_cast<std::size_t>(list.leg(leg) + i)] = columns++;
+    }
+  }
+  layout.prior = Vector::Constant(columns, std::numeric_limits<double>::infinity());
+  return layout;
+}
+
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   const std::vector<std::string> names = unknown_names(mechanism, setup);
   if (column.size() != names.size()) {
-    throw InvalidInput("the layout has " + std::to_string(column.size()) +
-                       " scalars; expected " + std::to_string(names.size()));
+    throw InvalidInput("the layout has " + std::to_string(column.size()) + " scalars; expected " +
+                       std::to_string(names.size()));
   }
   std::vector<bool> used(static_cast<std::size_t>(columns()), false);
   for (std::size_t i = 0; i < names.size(); ++i) {

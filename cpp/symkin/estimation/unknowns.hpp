@@ -6,6 +6,7 @@
 
 #include "symkin/model/frame.hpp"
 #include "symkin/model/mechanism.hpp"
+#include "symkin/model/sensor.hpp"
 
 namespace symkin {
 
@@ -23,6 +24,8 @@ struct Setup {
 
   // The drawing: straight sensors, the device in the robot's own frames, nothing else.
   static Setup of(const Mechanism& mechanism);
+
+  CurvedSensor sensor(Index leg) const;
 };
 
 // Every scalar of a setup, in one order: of each leg its parameters and the three terms of its
@@ -58,6 +61,9 @@ struct Layout {
   std::vector<Index> column;  // of each scalar of the UnknownList; -1: held
   Vector prior;               // a column: standard deviation about the start, infinite: none
   Index columns() const { return prior.size(); }
+
+  // Every estimated parameter of every leg, leg by leg, without priors; all else is held.
+  static Layout of_all_parameters(const Mechanism& mechanism, const Setup& setup);
 
   void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
 };

@@ -6,13 +6,40 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 namespace symkin {
 namespace {
 
 // One storage order for all, so that each decomposition is compiled once.
 using Eigen::MatrixXd;
+
+// Row I and what is left of the diagonal of a weighted square, and all rows: unrolled, since a
+// product of few columns is mostly loops.
+template <int Columns, int I>
+void add_row(const double* row, double weight, double* square) {
+  using Part = Eigen::Matrix<double, I + 1, 1>;
+  Eigen::Map<Part>(square + I * Columns) += (weight * row[I]) * Eigen::Map<const Part>(row);
+}
+template <int Columns, int... I>
+void add_square(const double* row, double weight, double* square,
+                std::integer_sequence<int, I...>) {
+  (add_row<Columns, I>(row, weight, square), ...);
+}
+
+template <int Columns>
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
+  std::array<double, Columns * Columns> sum{};
+  for (Index k = 0; k < matrix.rows(); ++k) {
+    add_square<Columns>(matrix.row(k).data(), weights[k], sum.data(),
+                        std::make_integer_sequence<int, Columns>());
+  }
+  square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
+}
 
 }  // namespace
 
@@ -36,6 +63,115 @@ RowMatrix inverse_factor(const RowMatrix& matrix) {
     return {};
   }
   return factor;
+}
+
+void ScaledCholesky::compute(const RowMatrix& matrix, double damping) {
+  const Index n = matrix.rows();
+  scale_.resize(n);
+  for (Index i = 0; i < n; ++i) {
+    scale_[i] = matrix(i, i) > 0 ? 1 / std::sqrt(matrix(i, i)) : 1;
+  }
+  factor_.resize(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      factor_(i, j) = matrix(i, j) * scale_[i] * scale_[j];
+    }
+    factor_(i, i) += damping;
+  }
+  least_pivot_ = std::numeric_limits<double>::infinity();
+  double* const factor = factor_.data();
+  for (Index i = 0; i < n; ++i) {
+    double* const row = factor + i * n;
+    double pivot = row[i];
+    for (Index j = 0; j < i; ++j) {
+      const double* const other = factor + j * n;
+      double value = row[j];
+      for (Index k = 0; k < j; ++k) {
+        value -= row[k] * other[k];
+      }
+      row[j] = value * other[j];
+      pivot -= row[j] * row[j];
+    }
+    if (!(pivot > 0)) {
+      least_pivot_ = 0;
+      return;
+    }
+    least_pivot_ = std::min(least_pivot_, pivot);
+    row[i] = 1 / std::sqrt(pivot);
+  }
+}
+
+void ScaledCholesky::forwards(Vector& vector) const {
+  const Index n = scale_.size();
+  for (Index i = 0; i < n; ++i) {
+    const double* const row = factor_.data() + i * n;
+    double value = vector[i] * scale_[i];
+    for (Index k = 0; k < i; ++k) {
+      value -= row[k] * vector[k];
+    }
+    vector[i] = value * row[i];
+  }
+}
+
+void ScaledCholesky::solve(const Vector& right, Vector& solution) const {
+  const Index n = scale_.size();
+  solution = right;
+  forwards(solution);
+  for (Index i = n - 1; i >= 0; --i) {
+    const double* const row = factor_.data() + i * n;
+    const double value = solution[i] * row[i];
+    for (Index k = 0; k < i; ++k) {
+      solution[k] -= row[k] * value;
+    }
+    solution[i] = value * scale_[i];
+  }
+}
+
+double ScaledCholesky::inverse_form(const Vector& vector) const {
+  Vector half = vector;
+  forwards(half);
+  return half.squaredNorm();
+}
+
+RowMatrix ScaledCholesky::inverse() const {
+  const Index n = scale_.size();
+  // The factor's inverse, row by row; its transpose times itself.
+  RowMatrix half = RowMatrix::Zero(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < i; ++k) {
+      for (Index j = 0; j <= k; ++j) {
+        half(i, j) -= factor_(i, k) * half(k, j);
+      }
+    }
+    half.row(i) *= factor_(i, i);
+    half(i, i) = factor_(i, i);
+  }
+  RowMatrix inverse(n, n);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      double sum = 0;
+      for (Index k = i; k < n; ++k) {
+        sum += half(k, i) * half(k, j);
+      }
+      inverse(i, j) = inverse(j, i) = sum * scale_[i] * scale_[j];
+    }
+  }
+  return inverse;
+}
+
+void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
+  switch (matrix.cols()) {
+    case 5:
+      return weighted_square_of<5>(matrix, weights, square);
+    case 6:
+      return weighted_square_of<6>(matrix, weights, square);
+    case 7:
+      return weighted_square_of<7>(matrix, weights, square);
+    case 8:
+      return weighted_square_of<8>(matrix, weights, square);
+    default:
+      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
+  }
 }
 
 double log_determinant(const RowMatrix& factor) {

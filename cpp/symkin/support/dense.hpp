@@ -21,6 +21,33 @@ Vector symmetric_eigenvalues(const RowMatrix& matrix);
 // Cholesky factor); empty if it is not positive definite to rounding.
 RowMatrix inverse_factor(const RowMatrix& matrix);
 
+// The Cholesky decomposition of a symmetric matrix M whose rows and columns are brought to a
+// diagonal of ones first, so that pivots show how far from dependent they are, whatever their
+// units.
+class ScaledCholesky {
+ public:
+  // Of the lower triangle of M, its diagonal raised by `damping` times itself.
+  void compute(const RowMatrix& matrix, double damping = 0);
+
+  // What is left of a diagonal of ones, at the least; 0 if M is not positive definite.
+  double least_pivot() const { return least_pivot_; }
+  const Vector& scale() const { return scale_; }  // 1 / root of the diagonal, 1 for a zero
+  // The rest only where the least pivot is above zero.
+  void solve(const Vector& right, Vector& solution) const;  // M solution = right
+  double inverse_form(const Vector& vector) const;          // v' M^-1 v
+  RowMatrix inverse() const;
+
+ private:
+  void forwards(Vector& vector) const;  // by the inverse of the factor
+
+  Vector scale_;
+  RowMatrix factor_;  // lower triangular, with one over its diagonal
+  double least_pivot_ = 0;
+};
+
+// The lower triangle of A' diag(weights) A, weights of the rows; zeros above.
+void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& square);
+
 // -2 sum log T_ii: the log-determinant of the matrix that T is the inverse factor of.
 double log_determinant(const RowMatrix& factor);
 

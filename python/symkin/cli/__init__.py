@@ -15,17 +15,20 @@ from typing import Annotated, Any
 
 import typer
 
+from symkin.cli.align import align
 from symkin.cli.check import check
 from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
 from symkin.cli.help import with_example
 from symkin.cli.identify import identify
+from symkin.cli.identify_batch import identify_batch
 from symkin.cli.kinematics import kinematics
 from symkin.cli.new import list_mechanisms, new
 from symkin.cli.plan import plan
 from symkin.cli.pose_count import pose_count
 from symkin.cli.run import run
 from symkin.cli.simulate import simulate
+from symkin.cli.study import study
 from symkin.cli.workspace import workspace
 
 __all__ = ["app", "main"]
@@ -38,8 +41,21 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (check, workspace, pose_count, plan, simulate, identify, evaluate, run, kinematics):
+for command in (
+    check,
+    workspace,
+    pose_count,
+    plan,
+    simulate,
+    identify,
+    evaluate,
+    run,
+    kinematics,
+    study,
+):
     app.command()(command)
+app.command("identify-batch")(identify_batch)
+app.command()(align)
 app.command()(new)
 app.command("list")(list_mechanisms)
 
@@ -58,9 +74,10 @@ def overview(
 
     list names the mechanisms that come with symkin, new prints a file for one of your own. The
     stages pass files to each other: check, pose-count, plan, simulate (or measure a real robot),
-    identify, evaluate; run is all of them on a simulated robot; kinematics is what a controller
-    needs of the result. MECHANISM is a file, or the
-    name of a mechanism that comes with symkin, such as 3RRR.
+    identify, evaluate; run is all of them on a simulated robot; study compares protocols on many;
+    kinematics is what a controller needs of the result; identify-batch identifies many robots of
+    one drawing. MECHANISM is a file, or the name of a mechanism that comes with symkin, such as
+    3RRR.
 
     A file that exists is not replaced unless --overwrite allows it, and a file that the command
     reads never is; both are checked before anything is computed. Outputs appear whole or not at

@@ -10,7 +10,7 @@ from typing import Any
 
 from symkin.errors import printable
 
-__all__ = ["print_json", "progress", "say"]
+__all__ = ["print_json", "progress", "progress_bar", "say"]
 
 
 def say(text: str = "") -> None:
@@ -36,3 +36,23 @@ def progress() -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("starting") as status:
         yield status.update
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[str, float], None]]:
+    """Show what is being done, which share of it is done, and how long the rest may take.
+
+    On stderr and only if it is a terminal; yields what to tell it.
+    """
+    if not sys.stderr.isatty():
+        yield lambda _doing, _share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    from rich.progress import TimeRemainingColumn as Remaining
+
+    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), Remaining()
+    # Chunks are far apart: the rate is that of many of them.
+    with Progress(*columns, console=Console(stderr=True), speed_estimate_period=600) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda doing, share: bar.update(task, description=doing, completed=share)

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -14,20 +15,22 @@ from symkin.cli.errors import not_converged
 from symkin.cli.help import with_example
 from symkin.cli.options import (
     ColumnsOption,
-    EstimatorOption,
     JsonOption,
     MechanismArgument,
+    OptionalEstimatorOption,
     OverwriteOption,
     PoseUseOption,
     SeedOption,
 )
-from symkin.identification import Identification, Loss
+from symkin.identification import JointIdentification, Loss
+from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.io.output_files import OutputFiles
 
 
 @with_example(
     "symkin run 3RRR --out out",
     "symkin identify 3RRR out/measurements.csv --cross-validate 5 --out identified",
+    "symkin identify 3RRR out/measurements.csv --shared sensor_gain --fixed 'leg1.*_length'",
 )
 def identify(
     mechanism: MechanismArgument,
@@ -36,9 +39,59 @@ def identify(
         typer.Argument(metavar="MEASUREMENTS", help="Measured poses and readings: CSV or Parquet."),
     ],
     columns: ColumnsOption = None,
-    estimator: EstimatorOption = "implicit",
+    estimator: OptionalEstimatorOption = None,
     use: PoseUseOption = "all",
     loss: Annotated[Loss, typer.Option(help="Robust loss against outliers.")] = "none",
+    loss_per: Annotated[
+        LossPer | None,
+        typer.Option(help="Whether a blunder spoils its pose, or is found and left out alone."),
+    ] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN",
+            help="Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
+            "?; without a dot, in any leg. By default all parameters of all legs.",
+        ),
+    ] = None,
+    fixed: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="Held, whatever else says so."),
+    ] = None,
+    shared: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="Changed by the same amount in all legs that match."),
+    ] = None,
+    prior: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PRIOR",
+            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'.",
+        ),
+    ] = None,
+    frames: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FRAME",
+            help="Unknown: base, target, points, anchors or plane. May be given several times, as "
+            "may the patterns, or several in one, with commas.",
+        ),
+    ] = None,
+    sensor: Annotated[
+        Sensor | None,
+        typer.Option(help="What sensors may do besides a straight line: bend, or err once a turn."),
+    ] = None,
+    gauge: Annotated[
+        Gauge | None,
+        typer.Option(
+            help="What settles combinations that no observation shows: the tolerances as priors; "
+            "the nearest to the drawing; or as few held parameters as will do."
+        ),
+    ] = None,
+    noise: Annotated[
+        Literal["declared", "estimate"],
+        typer.Option(help="The noise: the mechanism's, or estimated with the unknowns."),
+    ] = "declared",
     cross_validate: Annotated[
         int | None,
         typer.Option(
@@ -65,7 +118,11 @@ def identify(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify the parameters of all legs from measurements."""
+    """Identify what is unknown of a robot from measurements.
+
+    By default these are all parameters of all legs, one leg after the other from full poses. With
+    other unknowns, frames or partial poses everything is estimated together.
+    """
     from symkin.io.mechanism_file import load_columns
 
     if cross_validate_blocks and cross_validate is None:
@@ -76,10 +133,24 @@ def identify(
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
         with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
-            target = outputs.folder(out, *Identification.FILES) if out else None
-            stage("identifying the legs")
+            target = outputs.folder(out, *JointIdentification.FILES) if out else None
+            stage("identifying")
             found = symkin.identify(
-                nominal, measured, estimator, poses=use, loss=loss, max_iterations=max_iterations
+                nominal,
+                measured,
+                estimator,
+                poses=use,
+                loss=loss,
+                loss_per=loss_per,
+                max_iterations=max_iterations,
+                free=_several(free),
+                fixed=_several(fixed),
+                shared=_several(shared),
+                prior=_priors(_several(prior)),
+                frames=_several(frames),
+                sensor=sensor,
+                gauge=gauge,
+                noise=None if noise == "declared" else noise,
             )
             if cross_validate is not None:
                 stage("cross-validating")
@@ -95,3 +166,22 @@ def identify(
             say(f"\n{out / 'report.html'}")
     if not found.converged:
         not_converged(found.failure)
+
+
+def _several(given: list[str] | None) -> list[str] | None:
+    """Patterns that were given one by one, or several with commas outside of brackets."""
+    if given is None:
+        return None
+    return [part.strip() for each in given for part in re.split(r",(?![^\[]*\])", each)]
+
+
+def _priors(given: list[str] | None) -> Priors | None:
+    if given is None or given == ["tolerances"]:
+        return None if given is None else "tolerances"
+    priors = dict(each.rpartition("=")[::2] for each in given)
+    if "" in priors:
+        raise typer.BadParameter(
+            f'--prior is {", ".join(given)}; expected "tolerances", or patterns with a standard '
+            'deviation each, such as "leg1.*=0.1 mm"'
+        )
+    return priors

@@ -99,7 +99,7 @@ def _readings(path: Path, mechanism: Mechanism) -> NDArray[np.float64]:
     from symkin.io.columns import own_columns, read_readings
     from symkin.io.tables import read_table
 
-    table = read_table(path)
+    table = read_table(path, mechanism.step)
     columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
     readings = read_readings(table, columns, mechanism.reading_unit)
     missing = np.argwhere(np.isnan(readings))

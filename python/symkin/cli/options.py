@@ -20,8 +20,10 @@ __all__ = [
     "DesignOption",
     "EstimatorOption",
     "JsonOption",
+    "MarginSigmasOption",
     "MechanismArgument",
     "MethodOption",
+    "OptionalEstimatorOption",
     "OverwriteOption",
     "PoseCountOption",
     "PoseUseOption",
@@ -118,6 +120,22 @@ EstimatorOption = Annotated[
     typer.Option(
         help="Whitened closures of each leg; the paper's Gauss-Newton on g - psi; the same cost by "
         "Levenberg-Marquardt; or all legs together."
+    ),
+]
+MarginSigmasOption = Annotated[
+    float,
+    typer.Option(
+        metavar="K",
+        min=0,
+        help="Keep poses K standard deviations of what the tolerances do away from the end of "
+        "a leg's reach and from singularities, if that is more than the mechanism's margins.",
+    ),
+]
+OptionalEstimatorOption = Annotated[
+    Estimator | None,
+    typer.Option(
+        help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi; the "
+        "same cost by Levenberg-Marquardt; or all together, the default where it is needed."
     ),
 ]
 ThreadsOption = Annotated[

@@ -17,6 +17,7 @@ from symkin.cli.options import (
     CriterionOption,
     DesignOption,
     JsonOption,
+    MarginSigmasOption,
     MechanismArgument,
     MethodOption,
     OverwriteOption,
@@ -62,15 +63,7 @@ def plan(
     columns: ColumnsOption = None,
     avoid: AvoidOption = None,
     minimum_distance: MinimumDistanceOption = "0",
-    margin_sigmas: Annotated[
-        float,
-        typer.Option(
-            metavar="K",
-            min=0,
-            help="Keep poses K standard deviations of what the tolerances do away from the end of "
-            "a leg's reach and from singularities, if that is more than the mechanism's margins.",
-        ),
-    ] = 3.0,
+    margin_sigmas: MarginSigmasOption = 3.0,
     symmetry: Annotated[
         bool,
         typer.Option(

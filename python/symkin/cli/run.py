@@ -19,6 +19,7 @@ from symkin.cli.options import (
     DesignOption,
     EstimatorOption,
     JsonOption,
+    MarginSigmasOption,
     MechanismArgument,
     MethodOption,
     OverwriteOption,
@@ -46,6 +47,7 @@ def run(
     method: MethodOption = "exchange",
     pose_count: PoseCountOption = None,
     candidates: CandidatesOption = None,
+    margin_sigmas: MarginSigmasOption = 3.0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -68,6 +70,7 @@ def run(
                 rows=rows,
                 criterion=criterion,
                 method=method,
+                margin_sigmas=margin_sigmas,
                 seed=seed,
                 progress=stage,
             )

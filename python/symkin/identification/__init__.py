@@ -9,19 +9,28 @@ from symkin.identification.estimate import (
     identify,
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
+from symkin.identification.fleet import Fleet, identify_many
+from symkin.identification.joint import JointIdentification, Unknown
+from symkin.identification.problem import JointOptions, Rows
 
 __all__ = [
     "CrossValidation",
     "Diagnosis",
     "Estimator",
     "FitOptions",
+    "Fleet",
     "GoodnessOfFit",
     "Identification",
+    "JointIdentification",
+    "JointOptions",
     "LegFit",
     "Loss",
     "Outlier",
     "PoseUse",
     "ResidualTest",
+    "Rows",
+    "Unknown",
     "cross_validate",
     "identify",
+    "identify_many",
 ]

@@ -18,6 +18,7 @@ from symkin.settings import JointLimits
 from symkin.workspace.sample import inside_workspace, workspace_coordinates
 
 __all__ = [
+    "as_mechanism",
     "calibrated_mechanism",
     "canonical",
     "changed_settings",
@@ -60,6 +61,21 @@ def calibrated_mechanism(
         If no mechanism has such parameters.
     """
     values, signs = canonical(nominal, parameters)
+    covariance = covariance * np.outer(signs, signs)
+    made = as_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
+    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
+
+
+def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
+    """Return the mechanism with parameters (legs, p) that were found, without its symmetry.
+
+    What is held has no standard deviation.
+
+    Raises
+    ------
+    FailedFitError
+        If no mechanism has such parameters.
+    """
     far = np.argwhere(~(np.abs(values) < _FARTHEST))
     if len(far):
         leg, parameter = far[0]
@@ -67,16 +83,13 @@ def calibrated_mechanism(
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
-    covariance = covariance * np.outer(signs, signs)
-    deviations = np.sqrt(np.diag(covariance)).reshape(values.shape)
-    deviations[~nominal.is_estimated] = np.nan
+    deviations = np.where(nominal.is_estimated, deviations, np.nan)
     try:
-        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+        return nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
-    return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
@@ -90,7 +103,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     mechanism : Mechanism
         Whose chain it is, and whose angles are stayed near.
     parameters : ndarray, shape (legs, p)
-        Of the same chain.
+        Of the same chain; or of many robots, leg by leg, robot by robot.
 
     Returns
     -------
@@ -102,7 +115,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     names, roles = list(mechanism.parameter_names), mechanism.parameter_roles
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
-    near = mechanism.parameters
+    near = np.tile(mechanism.parameters, (len(values) // len(mechanism.legs), 1))
     signed = chain_info(mechanism.chain, mechanism.platform).signed_radius
     for end in ("base", "platform"):
         if anchor(mechanism, end) != "point" or signed:

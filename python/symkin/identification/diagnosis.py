@@ -346,11 +346,12 @@ _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit], str]] = {
     "sensor_curvature": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
         f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "
-        "fills, a rope that stretches or a slipping drive"
+        "fills, a rope that stretches or a slipping drive; --sensor quadratic can learn it"
     ),
     "sensor_eccentricity": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals repeat with each turn of the sensor "
         f"({_size(alarms)} of the closures): an encoder or a spool runs out of true"
+        + ("; --sensor eccentric can learn it" if found.nominal.reading_unit == "rad" else "")
     ),
     "geometry": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals depend on the pose, most on "

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
+from symkin.frames import unframed
 from symkin.identification.calibrated import changed_settings
 from symkin.identification.diagnosis import Diagnosis, diagnose
 from symkin.identification.fit import (
@@ -26,12 +27,15 @@ from symkin.identification.fit import (
     Loss,
     PoseUse,
 )
+from symkin.identification.joint import JointIdentification
 from symkin.identification.mistakes import explained
+from symkin.identification.problem import KINDS, JointOptions, Rows
+from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, expected_accuracy
 from symkin.result import Result, field, plain, record
-from symkin.settings import NoiseSettings
+from symkin.settings import IdentificationSettings, NoiseSettings
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
@@ -46,6 +50,8 @@ __all__ = [
     "PoseUse",
     "cross_validate",
     "identify",
+    "identify_legs",
+    "joint_cross_validation",
 ]
 
 Array = NDArray[np.float64]
@@ -72,6 +78,9 @@ class CrossValidation(Result):
     evaluation : Evaluation or None
         End-effector errors at the measured readings of all legs, as of `evaluate`; None if no such
         pose can be taken.
+    observed_rms : mapping of str to float
+        How well each observation of a pose is predicted from the others of that pose, by kind, as
+        ``readings_rad`` and ``pose_m``; empty for identification leg by leg.
     """
 
     folds: int
@@ -82,6 +91,7 @@ class CrossValidation(Result):
     residuals: Array = field(private=True)
     row_numbers: NDArray[np.intp] = field(private=True)
     evaluation: Evaluation | None
+    observed_rms: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -300,25 +310,41 @@ measurements, options
 def identify(
     mechanism: Mechanism,
     measurements: Measurements,
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
     loss: Loss = "none",
     loss_scale: float | None = None,
-    noise: NoiseSettings | None = None,
+    noise: NoiseSettings | Literal["estimate"] | None = None,
     max_iterations: int = 100,
-) -> Identification:
-    """Identify the parameters of all legs from measured poses and readings.
+    free: Sequence[str] | None = None,
+    fixed: Sequence[str] | None = None,
+    shared: Sequence[str] | None = None,
+    prior: Priors | None = None,
+    frames: Sequence[str] | None = None,
+    sensor: Sensor | None = None,
+    gauge: Gauge | None = None,
+    loss_per: LossPer | None = None,
+) -> Identification | JointIdentification:
+    """Identify what is unknown of a robot from what was observed of it.
+
+    By default that is every parameter of every leg, leg by leg from full poses. As soon as anything
+    else is unknown or was observed, all is estimated together by maximum likelihood, with the true
+    poses unknown too. Patterns are those of `fnmatch`: ``leg2.distal_length``, ``leg[12].*``,
+    ``base.x``; without a dot they match a parameter in any leg (``sensor_offset``, ``*_length``),
+    or a whole block (``leg2``).
 
     Parameters
     ----------
     mechanism : Mechanism
-        The nominal one, from which the estimators start.
+        The nominal one, from which the estimators start. Its `identification` has the defaults of
+        `free` to `loss_per`.
     measurements : Measurements
-        At least as many poses for a leg as it has parameters.
-    estimator : {"implicit", "paper", "inverse", "joint"}
+        Leg by leg, at least as many poses for a leg as it has parameters.
+    estimator : {"implicit", "paper", "inverse", "joint"}, optional
         Whitened closures per leg; the paper's Gauss-Newton on g - psi per leg (Eqs. 15, 24-26); the
-        same cost by Levenberg-Marquardt; all legs together, maximum likelihood to first order.
+        same cost by Levenberg-Marquardt; all legs together, maximum likelihood. By default
+        "implicit", and "joint" where the options or the measurements need it.
     poses : {"all", "own"}
         Which poses a leg uses: all at which it was read, or those of its own set (the paper).
     loss : {"none", "huber", "cauchy", "tukey"}
@@ -326,14 +352,35 @@ def identify(
     loss_scale : float, optional
         Where the loss bends, in standard deviations; by default where it keeps 95% efficiency on
         normal residuals (1.345, 2.385 and 4.685).
-    noise : NoiseSettings, optional
-        Of the measurements, by default the mechanism's.
+    noise : NoiseSettings or "estimate", optional
+        Of the measurements, by default the mechanism's; or estimated with the unknowns.
     max_iterations : int
         Of each solve.
+    free : sequence of str, optional
+        Patterns of what is unknown; by default all parameters of all legs.
+    fixed : sequence of str, optional
+        Patterns of what is not, whatever else says so.
+    shared : sequence of str, optional
+        Patterns of parameters that differ from the drawing by the same amount in all legs that the
+        pattern matches.
+    prior : "tolerances", or mapping of str to float or str, optional
+        Standard deviations about the drawing: the tolerances of everything unknown that has one, or
+        one for each pattern, in SI units or as an expression (``"0.1 mm"``).
+    frames : sequence of {"base", "target", "points", "anchors", "plane"}, optional
+        What is unknown of the frames, see `Frames`: the base in the frame of the measuring device,
+        the target on the platform, further targets, fixed points, the plane that a probe touches.
+    sensor : {"linear", "quadratic", "eccentric"}, optional
+        What else is unknown of the sensors: their curvature, or an error of one period a turn.
+    gauge : {"prior", "nominal", "datum"}, optional
+        How combinations that no observation shows are settled: by the tolerances as priors; by the
+        solution nearest to the drawing, in tolerances; by holding as few parameters as will do.
+    loss_per : {"pose", "reading"}, optional
+        Whether a blunder spoils a pose, or single observations are found and left out.
 
     Returns
     -------
-    Identification
+    Identification or JointIdentification
+        The second where all was estimated together from what the first has no words for.
 
     Raises
     ------
@@ -343,11 +390,92 @@ def identify(
     FailedFitError
         For an estimate that no mechanism can be, such as a negative length.
     SymkinError
-        For measurements that do not fit the mechanism's shape.
+        For measurements that do not fit the mechanism's shape, an unknown option or pattern, with
+        the nearest valid one, or an estimator that cannot do what is asked for, with the reason.
     """
-    options = FitOptions(estimator, poses, loss, loss_scale, noise, max_iterations)
+    if estimator is not None:
+        one_of("estimator", estimator, Estimator)
+    given = {
+        "free": free,
+        "fixed": fixed,
+        "shared": shared,
+        "prior": prior,
+        "frames": frames,
+        "sensor": sensor,
+        "gauge": gauge,
+        "loss_per": loss_per,
+    }
+    wanted = _with_defaults(given, mechanism.identification)
+    reason = _needs_joint(mechanism, measurements, wanted, noise)
+    if not reason:
+        return identify_legs(
+            mechanism,
+            measurements,
+            estimator or "implicit",
+            poses=poses,
+            loss=loss,
+            loss_scale=loss_scale,
+            noise=noise,
+            max_iterations=max_iterations,
+        )
+    if estimator not in (None, "joint"):
+        raise SymkinError(
+            f'the estimator "{estimator}" looks at each leg by itself, from full poses in the '
+            f'robot\'s own frame; expected "joint" here, since {reason}'
+        )
+    joint = JointOptions(
+        noise=noise,
+        poses=poses,
+        loss=loss,
+        loss_scale=loss_scale,
+        max_iterations=max_iterations,
+        **wanted,
+    )
+    return JointIdentification.of(mechanism, measurements, joint)
+
+
+def identify_legs(
+    mechanism: Mechanism, measurements: Measurements, estimator: Estimator, **options: Any
+) -> Identification:
+    """Identify every parameter of every leg from full poses in the robot's own frame.
+
+    Whatever the mechanism says of frames and unknowns, which simulated protocols do not have.
+    """
     with explained(mechanism, measurements):
-        return Identification.of(mechanism, measurements, options)
+        return Identification.of(mechanism, measurements, FitOptions(estimator, **options))
+
+
+def _with_defaults(
+    given: Mapping[str, Any], settings: IdentificationSettings | None
+) -> dict[str, Any]:
+    """What was asked for, or else what the mechanism's file says."""
+    chosen = {
+        name: getattr(settings, name, None) if value is None else value
+        for name, value in given.items()
+    }
+    return {name: value for name, value in chosen.items() if value is not None}
+
+
+def _needs_joint(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    wanted: Mapping[str, Any],
+    noise: NoiseSettings | str | None,
+) -> str:
+    """Why the legs cannot be identified one by one; empty if they can."""
+    usual = {"sensor": "linear", "gauge": "prior", "loss_per": "pose"}
+    unusual = [
+        name for name, value in wanted.items() if value != usual.get(name, ()) and len(value)
+    ]
+    if unusual:
+        return f"{' and '.join(unusual)} {'was' if len(unusual) == 1 else 'were'} given"
+    if isinstance(noise, str):
+        return "the noise is to be estimated"
+    if mechanism.frames is not None:
+        return "the mechanism has frames, in which the poses are measured"
+    if mechanism.curvature is not None:
+        return "the sensors are curved"
+    return measurements.incomplete_because
 
 
 def cross_validate(
@@ -355,7 +483,7 @@ def cross_validate(
     measurements: Measurements,
     folds: int = 5,
     seed: int = 1,
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     *,
     blocks: bool = False,
     **options: Any,
@@ -384,7 +512,16 @@ def cross_validate(
     SymkinError
         For an impossible number of folds, or too few poses left in one.
     """
-    how = FitOptions(estimator, **options)
+    names = {each.name for each in dataclasses.fields(IdentificationSettings)}
+    given = {name: options.pop(name) for name in names & options.keys()}
+    wanted = _with_defaults({**dict.fromkeys(names), **given}, mechanism.identification)
+    reason = _needs_joint(mechanism, measurements, wanted, options.get("noise"))
+    if reason:
+        if estimator not in (None, "joint"):
+            raise SymkinError(f'the estimator is "{estimator}"; expected "joint", since {reason}')
+        joint = JointOptions(**options, **wanted)
+        return joint_cross_validation(mechanism, measurements, folds, seed, joint, blocks=blocks)
+    how = FitOptions(estimator or "implicit", **options)
     count = len(measurements.poses)
     if not 2 <= folds <= count:
         raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
@@ -423,6 +560,71 @@ def cross_validate(
         )
         if np.isfinite(differences).any()
         else None,
+    )
+
+
+def joint_cross_validation(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    folds: int,
+    seed: int,
+    options: JointOptions,
+    *,
+    blocks: bool = False,
+) -> CrossValidation:
+    """Predict each part of any observations from an identification on the others.
+
+    Each observation of an unseen pose is compared with what the others of that pose predict.
+    """
+    count = len(measurements.poses)
+    if not 2 <= folds <= count:
+        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
+    fold_of = _folds(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
+    residuals = np.full(measurements.readings.shape, np.nan)
+    differences = np.full((count, mechanism.straight.dof), np.nan)
+    whole = np.asarray(np.isfinite(measurements.poses).all(axis=1))
+    read = np.asarray(np.isfinite(measurements.readings).all(axis=1))
+    own = np.array(measurements.poses)
+    squares: dict[str, list[float]] = {}
+    converged = True
+    for fold in range(folds):
+        seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
+        found = JointIdentification.of(mechanism, measurements.subset(seen), options)
+        converged &= found.converged
+        rows = Rows.of(found.predicting(measurements.subset(unseen)))
+        for row in np.flatnonzero(np.isfinite(rows.blunder)).tolist():
+            unit = rows.unit(row, mechanism.pose_space, mechanism.reading_unit)
+            kind = f"{KINDS[rows.kind[row]].replace(' ', '_')}_{unit}"
+            squares.setdefault(kind, []).append(float(rows.blunder[row]) ** 2)
+        full = np.intersect1d(np.flatnonzero(whole), unseen)
+        if not len(full):
+            continue
+        own[full] = unframed(found.mechanism, measurements.poses[full])
+        part = dataclasses.replace(measurements.subset(full), poses=own[full])
+        residuals[full] = closures_of(found.mechanism, part)
+        complete = np.flatnonzero(read[full])
+        if len(complete):
+            taken = pose_differences(found.mechanism, part.subset(complete))
+            differences[full[complete]] = taken
+    known = np.isfinite(residuals).any()
+    kept = whole & read
+    return CrossValidation(
+        folds=folds,
+        blocks=blocks,
+        converged=converged,
+        residual_rms=float(np.sqrt(np.nanmean(residuals**2))) if known else float("nan"),
+        residual_max=float(np.nanmax(np.abs(residuals))) if known else float("nan"),
+        residuals=residuals,
+        row_numbers=measurements.row_numbers,
+        evaluation=Evaluation.of(
+            differences[kept],
+            own[kept],
+            mechanism,
+            row_numbers=measurements.row_numbers[kept],
+        )
+        if np.isfinite(differences).any()
+        else None,
+        observed_rms={kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()},
     )
 
 

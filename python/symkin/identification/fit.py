@@ -268,6 +268,7 @@ def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
 
 
 def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: PoseUse) -> None:
+    measurements.require_complete()
     used = measurements.for_all_legs() if poses == "all" else measurements
     unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
     if unmeasured:
@@ -291,8 +292,18 @@ def _require_deviations(calibrated: Mechanism) -> None:
 
 def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
+    names = list(mechanism.parameter_names)
     scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
-    named = with_combinations(error, mechanism.parameter_names, scale)
+    legs = len(mechanism.legs)
+    if len(getattr(error, "null_directions", ())) == legs * len(names):  # of all legs together
+        names = [f"{name} of leg {leg + 1}" for leg in range(legs) for name in names]
+        scale = np.concatenate(
+            [
+                tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
+                for leg in range(legs)
+            ]
+        )
+    named = with_combinations(error, names, scale)
     causes = [
         each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)
     ]

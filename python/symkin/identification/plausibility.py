@@ -16,14 +16,20 @@ from symkin.identification.fit import Fit
 from symkin.observability import parameter_tolerances
 from symkin.poses import POSE_SPACES, cross_matrices
 
-__all__ = ["implausible_parameters", "unknown_parameters", "weak_parameters"]
+__all__ = [
+    "FALSE_ALARMS",
+    "UNKNOWN",
+    "implausible_parameters",
+    "unknown_parameters",
+    "weak_parameters",
+]
 
 Array = NDArray[np.float64]
 
 # Share of sound robots of which any parameter, or any common movement, is called implausible.
-_FALSE_ALARMS = 1e-3
+FALSE_ALARMS = 1e-3
 # Times the tolerance: a parameter of such a standard deviation is in effect not measured.
-_UNKNOWN = 10
+UNKNOWN = 10
 # Share of the squared distance from the drawing that a common movement must explain to be named.
 _EXPLAINED = 0.5
 _MOVEMENTS = {
@@ -42,7 +48,7 @@ def implausible_parameters(found: Fit) -> Iterator[str]:
     tolerances = parameter_tolerances(nominal)
     yield from _common_movements(found, moved, tolerances)
     distances = np.abs(moved) / np.hypot(tolerances, deviations)
-    far = np.argwhere(distances > NormalDist().inv_cdf(1 - _FALSE_ALARMS / 4 / identified.sum()))
+    far = np.argwhere(distances > NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / identified.sum()))
     if len(far):
         order = np.argsort(-distances[tuple(far.T)])
         named = ", ".join(
@@ -57,18 +63,18 @@ def implausible_parameters(found: Fit) -> Iterator[str]:
 
 def unknown_parameters(found: Fit) -> Iterator[str]:
     """Name parameters that the measurements in effect do not show."""
-    unknown = np.argwhere(found.deviations > _UNKNOWN * parameter_tolerances(found.nominal))
+    unknown = np.argwhere(found.deviations > UNKNOWN * parameter_tolerances(found.nominal))
     if len(unknown):
         yield (
             f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
-            f"more than {_UNKNOWN} times the tolerance, so the drawing knows better"
+            f"more than {UNKNOWN} times the tolerance, so the drawing knows better"
         )
 
 
 def weak_parameters(found: Fit) -> Iterator[str]:
     """Name parameters that the drawing knows better than the measurements."""
     shares = found.deviations / parameter_tolerances(found.nominal)
-    weak = np.argwhere((shares > 1) & (shares <= _UNKNOWN))
+    weak = np.argwhere((shares > 1) & (shares <= UNKNOWN))
     if len(weak):
         yield (
             f"the measurements say less than the tolerances of {_named(found, weak)}: the standard "
@@ -93,7 +99,7 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
     distance = float(z @ inverse @ z)
     if distance == 0:
         return
-    best = (_FALSE_ALARMS / 8, "")
+    best = (FALSE_ALARMS / 8, "")
     for kind, words in _MOVEMENTS.items():
         directions = _directions(found, kind)
         if directions.shape[1] == 0:
@@ -112,7 +118,7 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
         yield f"the parameters of all legs moved together: {best[1]}"
         return
     p_value = _core.chi_square_tail(distance, z.size)
-    if p_value < _FALSE_ALARMS / 8:
+    if p_value < FALSE_ALARMS / 8:
         yield (
             "all parameters together are further from the drawing than their tolerances make "
             f"plausible (chi-square {distance:.3g} for {z.size} parameters)"

@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
-from symkin.io.quantities import unit_factor, unit_names
+from symkin.io.quantities import COUNTS, counts_steps, unit_factor, unit_names
 from symkin.io.tables import Table
 from symkin.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
@@ -21,12 +22,16 @@ __all__ = [
     "StatedUnit",
     "check_columns",
     "has_columns",
+    "has_pose",
+    "is_present",
     "own_columns",
+    "own_pose_columns",
     "pose_column_names",
     "read_pose_values",
     "read_poses",
     "read_readings",
     "reading_column_names",
+    "scaled_column",
     "stated_units",
     "uses_own_names",
 ]
@@ -47,6 +52,8 @@ _ORIENTATION: dict[str, dict[str, int]] = {
 _MOST = 1e12
 # Rounded files keep about four digits; a larger error of the norm means that it is no quaternion.
 _QUATERNION_NORM_TOLERANCE = 1e-3
+# How like a column's name is to a coordinate's that it is taken for a slip of the pen.
+_MISSPELT = 0.8
 
 
 def check_columns(
@@ -60,7 +67,8 @@ def check_columns(
         Naming the key of the mapping, its number of columns and the number expected; a column that
         it names twice; a unit that is unknown or of another dimension.
     """
-    _expect("position", len(columns.position), POSE_SPACES[pose_space].size)
+    if columns.position:
+        _expect("position", len(columns.position), POSE_SPACES[pose_space].size)
     _expect("readings", len(columns.readings), leg_count)
     given = {
         "angle": int(columns.angle is not None),
@@ -71,9 +79,9 @@ def check_columns(
     named = [name for name, count in given.items() if count]
     for name in named:
         _expect(name, given[name], allowed.get(name, 0))
-    if allowed and len(named) != 1:
+    if len(named) > 1:
         raise MeasurementError(
-            f"the column mapping gives the orientation by {' and '.join(named) or 'nothing'}; "
+            f"the column mapping gives the orientation by {' and '.join(named)}; "
             f"expected {' or '.join(allowed)}"
         )
     _check_distinct(columns)
@@ -96,36 +104,99 @@ def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
     return [f"psi_{leg + 1}{unit}" for leg in range(leg_count)]
 
 
-def own_columns(table: Table, pose_space: str, leg_count: int) -> MeasurementColumns:
-    """Return the columns of a table that names them as symkin does, with any unit."""
-    space = POSE_SPACES[pose_space]
-    quaternion, vector = (
-        (space.orientation, space.rotation) if pose_space == "spatial" else ((), ())
-    )
-    has_vector = any(_with_units(table, name) for name in vector)
-    return MeasurementColumns(
-        position=space.position,
+def own_columns(
+    table: Table, pose_space: str, leg_count: int, *, partial: bool = False
+) -> MeasurementColumns:
+    """Return the columns of a table that names them as symkin does, with any unit.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses.
+    leg_count : int
+        Number of legs.
+    partial : bool
+        Whether a coordinate of the pose may have no column; one that seems misspelt has to be
+        found. Else all of them are returned.
+
+    Returns
+    -------
+    MeasurementColumns
+    """
+    return replace(
+        own_pose_columns(table, pose_space, partial=partial),
         readings=tuple(f"psi_{leg + 1}" for leg in range(leg_count)),
-        angle="phi" if pose_space == "planar" else None,
-        quaternion=() if has_vector else quaternion,
-        rotation_vector=vector if has_vector else (),
         leg="leg" if "leg" in table.names else None,
     )
 
 
+def own_pose_columns(
+    table: Table, pose_space: str, prefix: str = "", *, partial: bool = False
+) -> MeasurementColumns:
+    """Return the columns of a pose, as `own_columns`, whose names begin with `prefix`."""
+
+    def named(*names: str) -> tuple[str, ...]:
+        return tuple(f"{prefix}{name}" for name in names)
+
+    space = POSE_SPACES[pose_space]
+    spatial = pose_space == "spatial"
+    angle = named("phi") if pose_space == "planar" else ()
+    vector, quaternion = (
+        (named(*space.rotation), named(*space.orientation)) if spatial else ((), ())
+    )
+    position = named(*space.position)
+    has_vector = any(_with_units(table, name) for name in vector)
+    if partial:
+        position = tuple(name if _is_meant(table, name, "m") else "" for name in position)
+        angle = tuple(name for name in angle if _is_meant(table, name, "rad"))
+        spatial = spatial and (has_vector or any(name in table.names for name in quaternion))
+    return MeasurementColumns(
+        position=position,
+        readings=(),
+        angle=angle[0] if angle else None,
+        quaternion=quaternion if spatial and not has_vector else (),
+        rotation_vector=vector if spatial and has_vector else (),
+        names=None,
+    )
+
+
+def _is_meant(table: Table, name: str, si_unit: str) -> bool:
+    """Whether a coordinate has a column, or one whose name is nearly what is expected."""
+    from difflib import get_close_matches  # slow to import
+
+    if is_present(table, name, None):
+        return True
+    if "_" in name:  # of a reported pose, of which nobody expects a column
+        return False
+    known = re.compile(r"(reported_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*")
+    others = [each.lower() for each in table.names if not known.fullmatch(each)]
+    return bool(get_close_matches(f"{name}_{si_unit}", others, n=1, cutoff=_MISSPELT))
+
+
+def has_pose(columns: MeasurementColumns) -> bool:
+    """Whether any coordinate of the pose has a column."""
+    return (
+        any(columns.position)
+        or columns.angle is not None
+        or bool(columns.quaternion or columns.rotation_vector)
+    )
+
+
 def uses_own_names(table: Table, pose_space: str) -> bool:
-    """Whether the position columns are named as symkin names them."""
-    return all(_with_units(table, name) for name in POSE_SPACES[pose_space].position)
+    """Whether any coordinate of the pose is named as symkin names it."""
+    return has_pose(own_pose_columns(table, pose_space, partial=True))
 
 
 def has_columns(table: Table, columns: MeasurementColumns) -> bool:
     """Whether a table has the columns of the pose and at least one of the readings."""
     angles = _angle_columns(columns)
     return (
-        all(_is_present(table, name, columns.position_unit) for name in columns.position)
-        and all(_is_present(table, name, columns.orientation_unit) for name, _ in angles)
-        and set(columns.quaternion) <= set(table.names)
-        and any(_is_present(table, name, columns.reading_unit) for name in columns.readings)
+        all(is_present(table, name, columns.position_unit) for name in columns.position if name)
+        and all(is_present(table, name, columns.orientation_unit) for name, _ in angles)
+        and {*columns.quaternion, *(columns.names or {}).values()} <= set(table.names)
+        and any(is_present(table, name, columns.reading_unit) for name in columns.readings)
     )
 
 
@@ -161,42 +232,73 @@ class PoseValues:
         The platform's angle, or its rotation vector, rad.
     quaternions : ndarray, shape (N, 0) or (N, 4)
         x, y, z, w.
+    unknown : int
+        Coordinates of the orientation that have no column.
     """
 
     positions: NDArray[np.float64]
     angles: NDArray[np.float64]
     quaternions: NDArray[np.float64]
+    unknown: int = 0
 
     def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> NDArray[np.float64]:
         """Return the pose array, its positions and angles times a factor."""
         orientation = self.angles * angle_factor
         if orientation.shape[1] == 3:
             orientation = quaternions_from_rotation_vectors(orientation)
-        parts = [self.positions * length_factor, orientation, self.quaternions]
+        unknown = np.full((len(self.positions), self.unknown), np.nan)
+        parts = [self.positions * length_factor, orientation, self.quaternions, unknown]
         return np.ascontiguousarray(np.hstack(parts))
 
 
-def read_pose_values(table: Table, columns: MeasurementColumns) -> PoseValues:
+def read_pose_values(
+    table: Table, columns: MeasurementColumns, partial_space: str = ""
+) -> PoseValues:
     """Return what the columns of the pose hold.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    columns : MeasurementColumns
+        Which of its columns hold the pose.
+    partial_space : {"planar", "point", "spatial", "translating", ""}
+        The kind of poses that may have been measured in part: a coordinate without a column, and an
+        empty cell, are NaN. If empty, poses are whole.
+
+    Returns
+    -------
+    PoseValues
 
     Raises
     ------
     MeasurementError
         If a column is missing, its unit is unknown or of another dimension, a cell is not a finite
-        number, or a quaternion is not of unit length within 1e-3; closer ones are normalised.
+        number, a quaternion is not of unit length within 1e-3 (closer ones are normalised), or a
+        rotation was measured in part.
     """
+    partial = bool(partial_space)
+    none = np.empty((table.row_count, 0))
+    names = columns.position or ("",) * (POSE_SPACES[partial_space].size if partial else 0)
     positions = [
-        _scaled(table, name, columns.position_unit, "m", "position") for name in columns.position
+        scaled_column(table, name, columns.position_unit, "m", "position", empty_allowed=partial)
+        if name or not partial
+        else np.full(table.row_count, np.nan)
+        for name in names
     ]
     angles = [
-        _scaled(table, name, columns.orientation_unit, "rad", purpose)
+        scaled_column(table, name, columns.orientation_unit, "rad", purpose, empty_allowed=partial)
         for name, purpose in _angle_columns(columns)
     ]
-    none = np.empty((table.row_count, 0))
+    quaternions = _quaternions(table, columns.quaternion, partial) if columns.quaternion else none
+    if len(angles) == 3:
+        _check_whole(table, np.column_stack(angles), columns.rotation_vector)
+    given = bool(angles or columns.quaternion)
     return PoseValues(
         np.column_stack(positions),
         np.column_stack(angles) if angles else none,
-        _quaternions(table, columns.quaternion) if columns.quaternion else none,
+        quaternions,
+        0 if given else {"planar": 1, "spatial": 4}.get(partial_space, 0),
     )
 
 
@@ -218,11 +320,11 @@ def read_readings(
         As `read_poses`; and if no leg has a column.
     """
     readings = np.full((table.row_count, len(columns.readings)), np.nan)
-    present = [_is_present(table, name, columns.reading_unit) for name in columns.readings]
+    present = [is_present(table, name, columns.reading_unit) for name in columns.readings]
     for leg, name in enumerate(columns.readings):
         if present[leg] or not any(present):
             purpose = f"reading of leg {leg + 1}"
-            readings[:, leg] = _scaled(
+            readings[:, leg] = scaled_column(
                 table, name, columns.reading_unit, reading_unit, purpose, empty_allowed=True
             )
     return readings
@@ -231,11 +333,14 @@ def read_readings(
 def stated_units(table: Table, columns: MeasurementColumns, reading_unit: str) -> list[StatedUnit]:
     """Return the units that the table or the mapping states, group by group."""
     reading = next(
-        name for name in columns.readings if _is_present(table, name, columns.reading_unit)
+        name for name in columns.readings if is_present(table, name, columns.reading_unit)
     )
     groups = [
         ("readings", reading, columns.reading_unit, reading_unit),
-        ("positions", columns.position[0], columns.position_unit, "m"),
+        *(
+            ("positions", name, columns.position_unit, "m")
+            for name in [name for name in columns.position if name][:1]
+        ),
     ]
     angles = [name for name, _ in _angle_columns(columns)]
     if angles:
@@ -254,15 +359,17 @@ def _angle_columns(columns: MeasurementColumns) -> list[tuple[str, str]]:
 
 
 def _with_units(table: Table, stem: str) -> list[str]:
-    """The columns ``stem_unit`` of a table, for any unit."""
-    return [name for name in (f"{stem}_{unit}" for unit in unit_names()) if name in table.names]
+    """The columns ``stem_unit`` of a table, for any unit; readings may be counted in steps."""
+    units = (*unit_names(), *(COUNTS if stem.startswith("psi_") else ()))
+    return [name for name in (f"{stem}_{unit}" for unit in units) if name in table.names]
 
 
-def _is_present(table: Table, name: str, unit: str | None) -> bool:
+def is_present(table: Table, name: str, unit: str | None) -> bool:
+    """Whether a table has a column, by its name or, without a `unit`, with any unit behind it."""
     return name in table.names or (unit is None and bool(_with_units(table, name)))
 
 
-def _scaled(
+def scaled_column(
     table: Table,
     name: str,
     unit: str | None,
@@ -270,14 +377,45 @@ def _scaled(
     purpose: str,
     *,
     empty_allowed: bool = False,
+    negative_allowed: bool = True,
 ) -> NDArray[np.float64]:
-    """A column in SI."""
+    """Return a column in SI.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    name : str
+        Of the column; without its unit if that is None.
+    unit : str or None
+        That of the column, by default the one in its name.
+    si_unit : {"m", "rad"}
+        That of the result.
+    purpose : str
+        What the column holds, for messages.
+    empty_allowed, negative_allowed : bool
+        What cells may be; an empty one is NaN.
+
+    Returns
+    -------
+    ndarray, shape (N,)
+
+    Raises
+    ------
+    MeasurementError
+        Naming the column, and the row of a cell that it may not have.
+    """
     column, unit = _column_and_unit(table, name, unit, si_unit, purpose)
     try:
         factor = unit_factor(unit, si_unit)
     except QuantityError as error:
         raise table.error(f'column "{column}" ({purpose}): {error}') from error
     values = table.numbers(column, empty_allowed=empty_allowed)
+    if not negative_allowed and (values < 0).any():
+        index = int(np.argmax(values < 0))
+        raise table.row_error(
+            index, f'has {values[index]:g} in column "{column}"; expected 0 or more ({purpose})'
+        )
     with np.errstate(over="ignore"):
         scaled = values * factor
     huge = np.abs(scaled) > _MOST
@@ -302,7 +440,14 @@ def _column_and_unit(
         column = candidates[0] if candidates else f"{name}_{si_unit}"
     table.require(column, purpose)
     unit = unit or column.rpartition("_")[2]
-    if unit not in unit_names():
+    if unit in COUNTS:
+        if not table.step:
+            raise table.error(
+                f'column "{column}" counts steps of unknown size; say it in the mechanism file or '
+                'the column mapping, such as reading_unit = "1/80 mm/step"'
+            )
+        unit = table.step
+    if unit not in unit_names() and not counts_steps(unit):
         raise table.error(
             f'the unit of column "{column}" is unknown; write it in the name, such as '
             f'"{column}_{si_unit}", or in the column mapping'
@@ -310,10 +455,22 @@ def _column_and_unit(
     return column, unit
 
 
-def _quaternions(table: Table, names: Sequence[str]) -> NDArray[np.float64]:
+def _check_whole(table: Table, values: NDArray[np.float64], names: Sequence[str]) -> None:
+    missing = np.isnan(values)
+    half = missing.any(axis=1) & ~missing.all(axis=1)
+    if half.any():
+        raise table.row_error(
+            int(np.argmax(half)),
+            f"has an empty cell in one of {', '.join(names)}, but not in all; a rotation in space "
+            "is measured as a whole or not at all",
+        )
+
+
+def _quaternions(table: Table, names: Sequence[str], partial: bool) -> NDArray[np.float64]:
     for name in names:
         table.require(name, _QUATERNION_PURPOSE)
-    quaternions = np.column_stack([table.numbers(name) for name in names])
+    quaternions = np.column_stack([table.numbers(name, empty_allowed=partial) for name in names])
+    _check_whole(table, quaternions, names)
     with np.errstate(over="ignore"):
         norms = np.linalg.norm(quaternions, axis=1)
     wrong = np.abs(norms - 1) > _QUATERNION_NORM_TOLERANCE
@@ -336,7 +493,12 @@ def _expect(key: str, count: int, expected: int) -> None:
 
 
 def _check_distinct(columns: MeasurementColumns) -> None:
-    names = [*columns.position, *columns.quaternion, *columns.rotation_vector, *columns.readings]
+    names = [
+        *filter(None, columns.position),
+        *columns.quaternion,
+        *columns.rotation_vector,
+        *columns.readings,
+    ]
     names += [name for name in (columns.angle, columns.leg) if name is not None]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
@@ -346,7 +508,7 @@ def _check_distinct(columns: MeasurementColumns) -> None:
 def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
     if unit is None:
         return
-    if unit not in unit_names():
+    if unit not in unit_names() and not (key == "reading_unit" and counts_steps(unit)):
         raise MeasurementError(
             f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
             "the name of a unit"

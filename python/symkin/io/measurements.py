@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from symkin.io.columns import (
     StatedUnit,
     check_columns,
     has_columns,
+    has_pose,
     own_columns,
     pose_column_names,
     read_pose_values,
@@ -26,6 +27,7 @@ from symkin.io.columns import (
     stated_units,
     uses_own_names,
 )
+from symkin.io.observed_columns import has_observed_columns, observed_columns, read_observed
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.tables import Table, TableSource, read_table, write_table
@@ -35,7 +37,15 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["measurement_columns", "read_measurements", "write_measurements"]
+__all__ = [
+    "ROBOT",
+    "measurement_columns",
+    "read_fleet",
+    "read_measurements",
+    "write_measurements",
+]
+
+ROBOT = "robot"  # the column of a table of many robots
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
 _POOR_FIT = 0.05
@@ -64,43 +74,88 @@ def read_measurements(
     columns : MeasurementColumns, optional
         Which columns hold what. By default what the ``[measurements]`` section of the mechanism's
         file says, if the table has its columns; else the columns that symkin writes (``x_m``,
-        ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name).
+        ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name; ``height_m``, ``x_sd_m`` and so
+        on for what else was observed).
 
     Returns
     -------
     Measurements
-        In SI units. A reading that was not taken, because its cell is empty or its leg has no
-        column, is NaN. Row numbers are lines of a CSV file, else rows, from 1.
+        In SI units. A reading or coordinate that was not taken, because its cell is empty or it has
+        no column, is NaN. Row numbers are lines of a CSV file, else rows, from 1.
 
     Raises
     ------
     MeasurementError
         Naming the file, the row and the column: a missing column, a cell that is no finite number,
-        a quaternion that is not of unit length, a row without any reading, a repeated row, or
-        values whose units are evidently others than stated.
-    NotIdentifiableError
-        If all legs are measured, with fewer poses than a leg has parameters.
+        a quaternion that is not of unit length, a row without any reading, a repeated row, values
+        whose units are evidently others than stated, or nothing observed but the readings of a
+        mechanism without redundant legs.
     """
-    table = read_table(source)
+    return _measurements_of(read_table(source, mechanism.step), mechanism, columns)
+
+
+def read_fleet(
+    source: TableSource,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None = None,
+) -> dict[str, Measurements]:
+    """Read the measurements of many robots from one table with a column ``robot``.
+
+    Parameters
+    ----------
+    source, mechanism, columns
+        As for `read_measurements`. Rows of one robot need not stand together.
+
+    Returns
+    -------
+    dict of str to Measurements
+        By the robots' names, in their order of appearance.
+
+    Raises
+    ------
+    MeasurementError
+        As `read_measurements`, and for a missing or empty column ``robot``.
+    """
+    table = read_table(source, mechanism.step)
+    table.require(ROBOT, "the name or number of the robot that the row belongs to")
+    labels = np.array(table.labels(ROBOT))
+    _, first, robots = np.unique(labels, return_index=True, return_inverse=True)
+    measurements = _measurements_of(table, mechanism, columns, robots.ravel())
+    order = np.argsort(robots.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(robots.ravel()))
+    rows = np.split(order, ends[:-1])
+    return {
+        str(labels[first[robot]]): measurements.subset(rows[robot])
+        for robot in np.argsort(first, kind="stable")
+    }
+
+
+def _measurements_of(
+    table: Table,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None,
+    robots: NDArray[np.intp] | None = None,
+) -> Measurements:
+    """The rows of a table, checked; those of different robots may be alike."""
     columns = columns or _columns_for(table, mechanism)
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
-    values = read_pose_values(table, columns)
+    space, legs = mechanism.pose_space, len(mechanism.legs)
+    values = read_pose_values(table, columns, space)
     measurements = Measurements(
         poses=values.poses(),
         readings=read_readings(table, columns, mechanism.reading_unit),
-        leg_sets=_leg_sets(table, columns, len(mechanism.legs)),
+        leg_sets=_leg_sets(table, columns, legs),
         row_numbers=table.row_numbers,
         source=table.path,
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
+        **read_observed(table, columns, space, legs, mechanism.reading_unit),
     )
     _check_unread_rows(table, measurements)
-    _check_repeated_rows(table, measurements)
+    _check_observed(table, measurements, mechanism)
+    _check_repeated_rows(table, measurements, robots)
     stated = stated_units(table, columns, mechanism.reading_unit)
     _check_units(table, values, measurements, mechanism, stated)
-    if len(measurements.measured_legs) == len(mechanism.legs):
-        # A leg may be identified from the sets of all legs, so these count too.
-        measurements.for_all_legs().require(mechanism.estimated_count)
     return measurements
 
 
@@ -128,18 +183,38 @@ def measurement_columns(
     if (measurements.leg_sets != ALL_LEGS).any():
         columns["leg"] = measurements.leg_sets + 1
     names = pose_column_names(measurements.pose_space)
-    columns |= dict(zip(names, measurements.poses.T, strict=True))
+    columns |= {
+        name: values
+        for name, values in zip(names, measurements.poses.T, strict=True)
+        if measurements.pose_deviations is not None or not np.isnan(values).all() or not len(values)
+    }
     names = reading_column_names(measurements.readings.shape[1], reading_unit)
-    return columns | dict(zip(names, measurements.readings.T, strict=True))
+    columns |= dict(zip(names, measurements.readings.T, strict=True))
+    return columns | observed_columns(measurements, reading_unit)
 
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     mapped = mechanism.measurement_columns
     if mapped is not None and has_columns(table, mapped):
         return mapped
-    if mapped is None or uses_own_names(table, mechanism.pose_space):
-        return own_columns(table, mechanism.pose_space, len(mechanism.legs))
-    return mapped
+    space, legs = mechanism.pose_space, len(mechanism.legs)
+    if mapped is not None and not (
+        uses_own_names(table, space) or has_observed_columns(table, space)
+    ):
+        return mapped
+    columns = own_columns(table, space, legs, partial=True)
+    if (
+        not has_pose(columns)
+        and not has_observed_columns(table, space)
+        and not _redundant(mechanism)
+    ):
+        return own_columns(table, space, legs)  # of which there is none: the error says so
+    return columns
+
+
+def _redundant(mechanism: Mechanism) -> bool:
+    """Whether the readings alone say something, each of the others."""
+    return len(mechanism.legs) > int(mechanism.core.dof)
 
 
 def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
@@ -158,10 +233,32 @@ def _check_unread_rows(table: Table, measurements: Measurements) -> None:
         )
 
 
-def _check_repeated_rows(table: Table, measurements: Measurements) -> None:
-    rows = np.column_stack(
-        [measurements.leg_sets, measurements.poses, np.nan_to_num(measurements.readings)]
-    )
+def _check_observed(table: Table, measurements: Measurements, mechanism: Mechanism) -> None:
+    """Refuse readings that nothing else was observed with, where they say nothing of each other."""
+    observed = [measurements.poses, measurements.reported, measurements.points]
+    observed += [measurements.distances, measurements.heights]
+    if not _redundant(mechanism) and not any(
+        each is not None and np.isfinite(each).any() for each in observed
+    ):
+        raise table.error(
+            "no pose was measured, nor anything else but readings; with as many legs as degrees of "
+            "freedom these alone identify nothing"
+        )
+
+
+def _check_repeated_rows(
+    table: Table, measurements: Measurements, robots: NDArray[np.intp] | None
+) -> None:
+    count = table.row_count
+    values = [
+        np.nan_to_num(value.reshape(count, -1), nan=np.inf)
+        for each in fields(measurements)
+        if isinstance(value := getattr(measurements, each.name), np.ndarray)
+        and each.name != "row_numbers"
+    ]
+    if robots is not None:
+        values.append(robots[:, np.newaxis])
+    rows = np.column_stack(values)
     _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))
     if len(repeated):
@@ -183,7 +280,8 @@ def _check_units(
 ) -> None:
     """Refuse measurements that fit the nominal mechanism far better in other units.
 
-    Fits are told by medians over the finite closures, which outliers do not move.
+    Fits are told by medians over the finite closures, which outliers do not move; without any full
+    pose, by the distances between positions, which need no orientation and no common frame.
 
     Raises
     ------
@@ -192,16 +290,18 @@ def _check_units(
         one or more groups of columns make it ten times smaller. Names the columns, their stated
         units and the likely ones.
     """
-    as_stated = _median_closure(measurements, mechanism)
+    full = np.isfinite(measurements.poses).all(axis=1).any()
+    misfit = _median_closure if full else _median_spacing
+    as_stated = misfit(measurements, mechanism)
     if not as_stated > _POOR_FIT * _leg_dimension(measurements, mechanism):
         return
     with np.errstate(over="ignore", invalid="ignore"):
         trials = [
-            (_median_closure(changed, mechanism), units, changed)
+            (misfit(changed, mechanism), units, changed)
             for units, changed in _in_other_units(values, measurements, stated_units)
         ]
     closure, units, likely = min(trials, key=lambda trial: trial[0])
-    mixed_up = _median_closure(_mixed_up(likely), mechanism)
+    mixed_up = misfit(_mixed_up(likely), mechanism)
     if closure * _MUCH_BETTER <= as_stated and closure * _BETTER_THAN_MIXED_UP < mixed_up:
         wrong = ", and ".join(
             f'the {stated.values} (column "{stated.column}") are stated in {stated.unit} but fit '
@@ -209,9 +309,11 @@ def _check_units(
             for stated, unit in zip(stated_units, units, strict=True)
             if unit != stated.unit
         )
+        what = "legs would close" if full else "distances between positions would agree"
+        instead = f"{as_stated:.3g} m" if np.isfinite(as_stated) else "not at all"
         raise table.error(
-            f"{wrong}: at the nominal parameters, the legs would close to "
-            f"{closure:.3g} m in the median instead of {as_stated:.3g} m"
+            f"{wrong}: at the nominal parameters, the {what} to "
+            f"{closure:.3g} m in the median instead of {instead}"
         )
 
 
@@ -231,7 +333,7 @@ def _in_other_units(
             group.values: unit_factor(unit, group.si_unit) / unit_factor(group.unit, group.si_unit)
             for group, unit in zip(stated_units, units, strict=True)
         }
-        poses = values.poses(factors["positions"], factors.get("angles", 1.0))
+        poses = values.poses(factors.get("positions", 1.0), factors.get("angles", 1.0))
         readings = measurements.readings * factors["readings"]
         yield units, replace(measurements, poses=poses, readings=readings)
 
@@ -257,6 +359,23 @@ def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
     return float(np.median(finite)) if len(finite) else np.inf
 
 
+def _median_spacing(measurements: Measurements, mechanism: Mechanism) -> float:
+    """How far distances between successive positions are from those of the nominal mechanism.
+
+    Infinite if it can take the readings of less than half of the rows that have all of them.
+    """
+    axes = mechanism.space.size
+    positions, readings = measurements.poses[:, :axes], measurements.readings
+    rows = np.isfinite(positions).all(axis=1) & np.isfinite(readings).all(axis=1)
+    if not rows.any():
+        return np.inf
+    taken = mechanism.forward_kinematics(readings[rows])[0][:, :axes]
+    spacings = [np.linalg.norm(np.diff(each, axis=0), axis=1) for each in (positions[rows], taken)]
+    differences = np.abs(spacings[0] - spacings[1])
+    finite = differences[np.isfinite(differences)]
+    return float(np.median(finite)) if 0 < len(differences) <= 2 * len(finite) else np.inf
+
+
 def _leg_dimension(measurements: Measurements, mechanism: Mechanism) -> float:
     """Mean size of the legs' lengths and radii; of the positions for a chain that has neither."""
     lengths = [
@@ -267,4 +386,4 @@ def _leg_dimension(measurements: Measurements, mechanism: Mechanism) -> float:
     ]
     if lengths:
         return float(np.mean(lengths))
-    return float(np.median(np.abs(measurements.poses[:, :2])))
+    return float(np.nanmedian(np.abs(measurements.poses[:, :2])))

@@ -15,18 +15,20 @@ import symkin
 from symkin.chains import chain_info
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
+from symkin.io.kinds import read_table, table
 from symkin.io.mechanism_schema import (
     HEADER,
     MEASUREMENTS,
+    ReadingUnit,
     mechanism_table,
-    read_table,
-    table,
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     DeclaredSymmetry,
+    Frames,
+    IdentificationSettings,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -67,23 +69,25 @@ def load_mechanism(
     """
     source = read_toml(_located(path_or_name))
     header = read_table(source, HEADER)
+    stated: ReadingUnit | None = header.get("reading_unit")
     expected = source.call(
         ("chain",),
         lambda: mechanism_table(
-            header["chain"], header.get("platform", "rigid"), header.get("reading_unit")
+            header["chain"], header.get("platform", "rigid"), stated.unit if stated else None
         ),
     )
     file = read_table(source, expected)
     info = chain_info(file["chain"], file.get("platform", "rigid"))
-    reading_unit = file.get("reading_unit", info.reading_unit)
-    legs, symmetry, deviations = _legs(source, file)
+    reading = stated or ReadingUnit(info.reading_unit)
+    legs, symmetry, deviations, curvature = _legs(source, file)
     mechanism = source.call(
         ("reference_leg",) if "legs" not in file else ("legs",),
         lambda: Mechanism(
             file.get("name") or printable(source.path.stem),
             legs,
             platform=file.get("platform", "rigid"),
-            reading_unit=reading_unit,
+            reading_unit=reading.unit,
+            reading_step=reading.step,
             symmetry=symmetry,
             workspace=_workspace(file, info.pose_space),
             noise=NoiseSettings(**file.get("noise", {})),
@@ -91,8 +95,11 @@ def load_mechanism(
             protocol=ProtocolSettings(**file.get("protocol", {})),
             joint_limits=_joint_limits(source, file),
             deviations=deviations,
-            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading_unit),
+            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
+            frames=Frames(**file["frames"]) if file.get("frames") else None,
+            identification=_identification(file),
+            curvature=curvature,
         ),
     )
     if symmetry is not None and require_symmetry:
@@ -165,10 +172,17 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     return shipped
 
 
+def _identification(file: _Values) -> IdentificationSettings | None:
+    section = file.get("identification")
+    return IdentificationSettings(**section) if section else None
+
+
 def _legs(
     source: TomlSource, file: _Values
-) -> tuple[list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None]:
-    """The legs, the declared symmetry, and the standard deviations where the file has them."""
+) -> tuple[
+    list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
+]:
+    """The legs, the declared symmetry, and where the file has them deviations and curvature."""
     chain, reference, listed = file["chain"], file.get("reference_leg"), file.get("legs")
     if listed is None and reference is None:
         raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
@@ -187,7 +201,9 @@ def _legs(
         ]
         unknown = math.nan, math.nan
         deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in listed])
-        return legs, symmetry, None if np.isnan(deviations).all() else deviations
+        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in listed])
+        return legs, symmetry, None if np.isnan(deviations).all() else deviations, curvature
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")
     if "legs" not in file["symmetry"]:
@@ -196,7 +212,7 @@ def _legs(
     first = Leg(chain, parameters, parameters.pop("working_mode", -1))
     count = file["symmetry"]["legs"]
     legs = list(source.call(("symmetry",), lambda: generate_legs(first, symmetry, count)))
-    return legs, symmetry, None
+    return legs, symmetry, None, None
 
 
 def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
@@ -257,7 +273,8 @@ def _columns(
 
 
 def _mapping(section: _Values) -> MeasurementColumns:
-    values: _Values = {
+    values: _Values = {"position": ()}
+    values |= {
         name: tuple(value) if isinstance(value, list) else value for name, value in section.items()
     }
     return MeasurementColumns(**values)

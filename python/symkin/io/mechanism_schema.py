@@ -14,14 +14,24 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
-from symkin.errors import QuantityError, SymkinError, did_you_mean, printable
-from symkin.io.quantities import evaluate_quantity
-from symkin.io.toml_file import KeyPath, TomlSource
+from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.io.kinds import (
+    Kind,
+    Schema,
+    Sign,
+    WrongValueError,
+    choice,
+    list_of,
+    quantity,
+    read_at,
+    table,
+    text,
+    whole,
+)
+from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -35,60 +45,18 @@ from symkin.settings import (
 __all__ = [
     "HEADER",
     "MEASUREMENTS",
-    "Kind",
+    "ReadingUnit",
     "mechanism_schema",
     "mechanism_table",
-    "read_table",
-    "table",
 ]
-
-Schema = dict[str, Any]
 
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
 
-Sign = Literal["any", "positive", "not negative", "not zero"]
-_ACCEPTS: dict[Sign, Callable[[float], bool]] = {
-    "any": math.isfinite,
-    "positive": lambda value: value > 0,
-    "not negative": lambda value: value >= 0,
-    "not zero": lambda value: value != 0,
-}
-
-
-class _ValueError(SymkinError):
-    """A value that a file may not have, and the path to it."""
-
-    def __init__(self, message: str, keys: KeyPath = ()) -> None:
-        super().__init__(message)
-        self.keys = keys
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What a value may be: how it is read, or refused, and its JSON Schema."""
-
-    read: Callable[[Any], Any]
-    schema: Schema
-
-
-def _quantity(unit: str, sign: Sign = "any", note: str = "", direction: bool = False) -> Kind:
-    """A number or an expression, read in an SI unit; the note is for its description."""
-
-    def read(raw: Any) -> float:
-        value = evaluate_quantity(raw, unit, direction=direction)
-        if not _ACCEPTS[sign](value):
-            raise QuantityError(f"is {raw}; expected a value that is {sign}")
-        return value
-
-    plain = "a plain number" if unit == "1" else f"{unit} unless a unit is written"
-    described = (note or plain) + ("" if sign == "any" else f"; {sign}")
-    return Kind(read, {"type": ["number", "string"], "description": described})
-
 
 def _coordinates(*units: str) -> Kind:
     """A list of quantities, each in its own unit."""
-    kinds = [_quantity(unit, direction=unit == "rad") for unit in units]
+    kinds = [quantity(unit, direction=unit == "rad") for unit in units]
 
     def read(raw: Any) -> tuple[float, ...]:
         if not isinstance(raw, list) or len(raw) != len(units):
@@ -114,14 +82,14 @@ def _interval(unit: str) -> Kind:
     return Kind(read, both.schema)
 
 
-def _estimate(unit: str, quantity: Kind) -> Kind:
+def _estimate(unit: str, value: Kind) -> Kind:
     """A quantity, or ``{ value = ..., standard_deviation = ... }``; NaN where there is none."""
-    deviation = _quantity(unit, "not negative")
-    kinds = {"value": quantity, "standard_deviation": deviation}
+    deviation = quantity(unit, "not negative")
+    kinds = {"value": value, "standard_deviation": deviation}
 
     def read(raw: Any) -> tuple[float, float]:
         if not isinstance(raw, dict):
-            return quantity.read(raw), math.nan
+            return value.read(raw), math.nan
         for name in raw:
             if name not in kinds:
                 raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
@@ -130,179 +98,146 @@ def _estimate(unit: str, quantity: Kind) -> Kind:
         values = {name: kinds[name].read(each) for name, each in raw.items()}
         return values["value"], values.get("standard_deviation", math.nan)
 
-    return Kind(read, {"anyOf": [quantity.schema, table(kinds, ("value",)).schema]})
-
-
-def _text(most: int = 10_000, check: Callable[[str], str] = str) -> Kind:
-    def read(raw: Any) -> str:
-        if not isinstance(raw, str):
-            raise _ValueError(f"is {raw!r}; expected text")
-        if len(raw) > most:
-            raise _ValueError(f"has {len(raw)} characters; expected at most {most}")
-        return check(raw)
-
-    return Kind(read, {"type": "string", "maxLength": most})
-
-
-def _whole(least: int, most: int) -> Kind:
-    def read(raw: Any) -> int:
-        if not isinstance(raw, int) or isinstance(raw, bool):
-            raise _ValueError(f"is {raw!r}; expected a whole number (an integer)")
-        if raw < least:
-            raise _ValueError(f"is {raw}; expected a value greater than or equal to {least}")
-        if raw > most:
-            raise _ValueError(f"is too large; expected a value less than or equal to {most}")
-        return raw
-
-    return Kind(read, {"type": "integer", "minimum": least, "maximum": most})
-
-
-def _one_of(*values: Any) -> Kind:
-    def read(raw: Any) -> Any:
-        # TOML's true and 1.0 equal 1, but are not meant.
-        if isinstance(raw, bool | float) and isinstance(values[0], int):
-            raise _ValueError(f"is {str(raw).lower()}; expected a whole number")
-        if raw not in values:
-            raise _ValueError(f"is {raw!r}; expected {' or '.join(map(repr, values))}")
-        return raw
-
-    return Kind(read, {"const": values[0]} if len(values) == 1 else {"enum": list(values)})
-
-
-def _list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
-    def read(raw: Any) -> list[Any]:
-        if not isinstance(raw, list):
-            raise _ValueError("is not a list; expected one")
-        if len(raw) < least or (most is not None and len(raw) > most):
-            raise _ValueError(f"has {len(raw)} items; expected {least} to {most}")
-        return [_read_at(index, kind, item) for index, item in enumerate(raw)]
-
-    bounds = {} if most is None else {"minItems": least, "maxItems": most}
-    return Kind(read, {"type": "array", "items": kind.schema, **bounds})
-
-
-def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: Any = None) -> Kind:
-    """A table of keys; `settings` has the defaults of those that may be left out."""
-
-    def read(raw: Any) -> dict[str, Any]:
-        if not isinstance(raw, dict):
-            raise _ValueError("is not a table of keys; expected one")
-        # A misspelt key is reported rather than the one that is missing because of it.
-        for name in raw:
-            if name not in kinds:
-                raise _ValueError(f"unknown key{did_you_mean(name, kinds)}", (name,))
-        for name in required:
-            if name not in raw:
-                raise _ValueError("this key is missing", (name,))
-        return {name: _read_at(name, kinds[name], value) for name, value in raw.items()}
-
-    properties = {}
-    for name, kind in kinds.items():
-        default = getattr(settings, name, None)
-        finite = isinstance(default, int | float) and math.isfinite(default)
-        properties[name] = kind.schema | ({"default": default} if finite else {})
-    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
-    return Kind(read, schema | ({"required": list(required)} if required else {}))
-
-
-def _read_at(key: str | int, kind: Kind, raw: Any) -> Any:
-    try:
-        return kind.read(raw)
-    except _ValueError as error:
-        raise _ValueError(str(error), (key, *error.keys)) from error
-    except SymkinError as error:
-        raise _ValueError(str(error), (key,)) from error
-
-
-def read_table(source: TomlSource, kind: Kind, keys: KeyPath = ()) -> dict[str, Any]:
-    """Read the table below `keys` of a file.
-
-    Raises
-    ------
-    MechanismFileError
-        At the first wrong key.
-    """
-    values: Any = source.values
-    for key in keys:
-        values = values[key]
-    try:
-        read: dict[str, Any] = kind.read(values)
-    except _ValueError as error:
-        raise source.error(keys + error.keys, str(error)) from error
-    return read
+    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
 
 
 def _check_name(name: str) -> str:
     if not name:
-        raise _ValueError("is empty; expected a name")
+        raise WrongValueError("is empty; expected a name")
     if not name.isprintable():
-        raise _ValueError(f"is {printable(name)!r}; expected characters that can be printed")
+        raise WrongValueError(f"is {printable(name)!r}; expected characters that can be printed")
     return name
 
 
 def _check_group(group: str) -> str:
     number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
     if not number:
-        raise _ValueError(
+        raise WrongValueError(
             f'is "{group}"; expected C (rotations) or D (rotations and reflections) and the number '
             'of rotations, such as "C3" or "D3"'
         )
     if len(number[1]) > len(str(_MOST_LEGS)) or int(number[1]) > _MOST_LEGS:
-        raise _ValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
+        raise WrongValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
     return group
+
+
+def _prior(raw: Any) -> Any:
+    """The word, or a standard deviation for each pattern."""
+    if isinstance(raw, dict):
+        number = Kind(_number_or_text, {})
+        return {name: read_at(name, number, each) for name, each in raw.items()}
+    return choice("tolerances").read(raw)
+
+
+def _number_or_text(raw: Any) -> float | str:
+    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+        raise WrongValueError(f"is {raw!r}; expected a standard deviation")
+    return raw if isinstance(raw, str) else float(raw)
+
+
+def _names(raw: Any) -> dict[str, str]:
+    if not isinstance(raw, dict):
+        raise WrongValueError("is not a table of keys; expected one")
+    return {name: read_at(name, text(), column) for name, column in raw.items()}
 
 
 _SYMMETRY = table(
     {
-        "group": _text(check=_check_group),
-        "legs": _whole(1, _MOST_LEGS),
-        "axis": _quantity("rad", direction=True),
-        "elements": _list_of(_text()),
+        "group": text(check=_check_group),
+        "legs": whole(1, _MOST_LEGS),
+        "axis": quantity("rad", direction=True),
+        "elements": list_of(text()),
     },
     ("group",),
 )
 _TOLERANCES = table(
     {
-        "length": _quantity("m", "positive"),
-        "angle": _quantity("rad", "positive"),
-        "gain": _quantity("1", "positive", "relative to the gain"),
+        "length": quantity("m", "positive"),
+        "angle": quantity("rad", "positive"),
+        "gain": quantity("1", "positive", "relative to the gain"),
     },
     settings=Tolerances,
 )
 _PROTOCOL = table(
     {
-        "pose_count": _whole(1, 10**6),
-        "candidates": _whole(1, 10**7),
-        "seed": _whole(0, 2**63 - 1),
+        "pose_count": whole(1, 10**6),
+        "candidates": whole(1, 10**7),
+        "seed": whole(0, 2**63 - 1),
     },
     settings=ProtocolSettings,
 )
 MEASUREMENTS = table(
     {
-        "position": _list_of(_text()),
-        "readings": _list_of(_text()),
-        "angle": _text(),
-        "quaternion": _list_of(_text()),
-        "rotation_vector": _list_of(_text()),
-        "position_unit": _text(),
-        "orientation_unit": _text(),
-        "reading_unit": _text(),
-        "leg": _text(),
+        "position": list_of(text()),
+        "readings": list_of(text()),
+        "angle": text(),
+        "quaternion": list_of(text()),
+        "rotation_vector": list_of(text()),
+        "position_unit": text(),
+        "orientation_unit": text(),
+        "reading_unit": text(),
+        "leg": text(),
+        "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
     },
-    ("position", "readings"),
+    ("readings",),
     MeasurementColumns,
+)
+_PATTERNS = list_of(text(200))
+IDENTIFICATION = table(
+    {
+        "free": _PATTERNS,
+        "fixed": _PATTERNS,
+        "shared": _PATTERNS,
+        "prior": Kind(
+            _prior,
+            {
+                "anyOf": [
+                    {"const": "tolerances"},
+                    {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+                ]
+            },
+        ),
+        "frames": list_of(choice("base", "target", "points", "anchors", "plane")),
+        "sensor": choice("linear", "quadratic", "eccentric"),
+        "gauge": choice("prior", "nominal", "datum"),
+        "loss_per": choice("pose", "reading"),
+    },
 )
 _SECTIONS = (
     "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
-    "protocol", "measurements",
+    "protocol", "measurements", "frames", "identification",
 )  # fmt: skip
+
+
+class ReadingUnit(NamedTuple):
+    """What sensors read, and how much of it a step or count is, if the file says that."""
+
+    unit: str
+    step: float | None = None
+
+
+def _reading_unit(raw: Any) -> ReadingUnit:
+    if raw in ("rad", "m"):
+        return ReadingUnit(raw)
+    if isinstance(raw, str) and counts_steps(raw):
+        try:
+            evaluate_quantity(raw, "rad/step")
+        except QuantityError:
+            return ReadingUnit("m", unit_factor(raw, "m"))
+        return ReadingUnit("rad", unit_factor(raw, "rad"))
+    raise WrongValueError(
+        f"is {raw!r}; expected 'rad' or 'm', or the size of a step such as '1/80 mm/step'"
+    )
+
+
+_STEP_SCHEMA = {"type": "string", "pattern": "(step|count)", "description": "size of a step"}
 # The keys that every file may have, and those that decide about the others.
 _HEADER_KINDS: dict[str, Kind] = {
-    "schema": _one_of(1),
-    "name": _text(200, _check_name),
-    "chain": _text(),
-    "platform": _one_of(*PLATFORMS),
-    "reading_unit": _one_of("rad", "m"),
+    "schema": choice(1),
+    "name": text(200, _check_name),
+    "chain": text(),
+    "platform": choice(*PLATFORMS),
+    "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
 }
 HEADER = table(
     _HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema", "chain")
@@ -323,35 +258,43 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     units = info.units_of_sensor(unit)
     parameters = {name: _parameter(info, name, units[name]) for name in units}
     estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
-    mode: dict[str, Kind] = {"working_mode": _one_of(-1, 1)}
-    coordinates = POSE_SPACES[info.pose_space].units
+    mode: dict[str, Kind] = {"working_mode": choice(-1, 1)}
+    joint = units["sensor_offset"]
+    # Plain numbers: the quadratic term's unit is one that expressions do not know.
+    terms = {f"sensor_{term}": quantity("1", note=each) for term, each in (
+        ("quadratic", f"{joint} per square of the reading"),
+        ("cosine", joint),
+        ("sine", joint),
+    )}  # fmt: skip
+    space = POSE_SPACES[info.pose_space]
+    coordinates = space.units
     needed = tuple(name for name in parameters if name not in info.defaults)
-    limit = _quantity(unit, note="in the sensor's unit")
+    limit = quantity(unit, note="in the sensor's unit")
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}
         | {
             "home": _coordinates(*coordinates.values()),
-            "reach_margin": _quantity("m", "not negative"),
-            "conditioning_limit": _quantity("1", "positive"),
-            "characteristic_length": _quantity("m", "positive"),
+            "reach_margin": quantity("m", "not negative"),
+            "conditioning_limit": quantity("1", "positive"),
+            "characteristic_length": quantity("m", "positive"),
         },
         tuple(coordinates),
         WorkspaceSettings,
     )
     noise = table(
         {
-            "position": _quantity("m", "not negative"),
-            "orientation": _quantity("rad", "not negative"),
-            "reading": _quantity(unit, "not negative", "in the sensor's unit"),
+            "position": quantity("m", "not negative"),
+            "orientation": quantity("rad", "not negative"),
+            "reading": quantity(unit, "not negative", "in the sensor's unit"),
         },
         settings=NoiseSettings,
     )
     sections: dict[str, Kind] = {
-        "chain": _one_of(chain),
-        "platform": _one_of(platform),
+        "chain": choice(chain),
+        "platform": choice(platform),
         "symmetry": _SYMMETRY,
         "reference_leg": table(mode | parameters, needed),
-        "legs": _list_of(table(mode | estimates, needed), 1, _MOST_LEGS),
+        "legs": list_of(table(mode | estimates | terms, needed), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -359,6 +302,17 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "protocol": _PROTOCOL,
         "measurements": MEASUREMENTS,
     }
+    place = ("m",) * space.size
+    frame = _coordinates(*place, *("rad",) * (2 * len(place) - 3))
+    frames = {
+        "base": frame,
+        "target": frame,
+        "points": list_of(_coordinates(*place)),
+        "anchors": list_of(_coordinates(*place)),
+    }
+    if space.in_space:
+        frames["plane"] = _coordinates("m", "1", "1")
+    sections |= {"frames": table(frames), "identification": IDENTIFICATION}
     required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
     return table(_HEADER_KINDS | sections, required)
 
@@ -375,7 +329,7 @@ def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
     note = "active joint per sensor reading" if kind == "gain" else ""
     if name in info.defaults:
         note = f"held; by default {info.defaults[name]}"
-    return _quantity(unit, sign, note, direction=unit == "rad")
+    return quantity(unit, sign, note, direction=unit == "rad")
 
 
 def mechanism_schema() -> Schema:

@@ -81,7 +81,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
         "name": mechanism.name,
         "chain": mechanism.chain,
         "platform": mechanism.platform,
-        "reading_unit": mechanism.reading_unit,
+        "reading_unit": mechanism.step or mechanism.reading_unit,
     }
     notes = {
         "chain": "joints from base to platform, the actuated one in brackets",
@@ -99,7 +99,8 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
 def toml_value(value: Any) -> str:
     """Write a number, text, a list or a table in one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_value(each)}" for key, each in value.items()) + " }"
+        pairs = (f"{_key(key)} = {toml_value(each)}" for key, each in value.items())
+        return "{ " + ", ".join(pairs) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, str):
@@ -107,6 +108,11 @@ def toml_value(value: Any) -> str:
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     # numpy's numbers show their type.
     return repr(float(value)) if isinstance(value, float) else repr(int(value))
+
+
+def _key(name: str) -> str:
+    """A key as TOML wants it: patterns in quotation marks."""
+    return name if name.replace("_", "a").isalnum() else toml_value(name)
 
 
 def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:
@@ -142,6 +148,8 @@ def _is_generated(mechanism: Mechanism) -> bool:
     """Whether the declared symmetry generates exactly these legs from the first."""
     if mechanism.symmetry is None or mechanism.deviations is not None:
         return False
+    if mechanism.curvature is not None:
+        return False
     legs = mechanism.legs
     return tuple(generate_legs(legs[0], mechanism.symmetry, len(legs))) == legs
 
@@ -157,6 +165,10 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
         if mechanism.deviations is not None and mechanism.deviations[leg, index] < MOST:
             deviation = float(mechanism.deviations[leg, index])
             values[name] = {"value": value, "standard_deviation": deviation}
+    if mechanism.curvature is not None:
+        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        curved = zip(terms, mechanism.curvature[leg].tolist(), strict=True)
+        values |= {name: value for name, value in curved if value}
     return values
 
 
@@ -198,6 +210,24 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
         "protocol": (asdict(mechanism.protocol), {"pose_count": "for each leg"}),
         "measurements": (
             {} if columns is None else {k: v for k, v in asdict(columns).items() if v},
+            {},
+        ),
+        "frames": (
+            {}
+            if mechanism.frames is None
+            else {k: v for k, v in asdict(mechanism.frames).items() if v},
+            {
+                "base": "of the robot in the frame of the measuring device",
+                "target": "in the platform's frame",
+                "points": "in the platform's frame",
+                "anchors": "in the frame of the measuring device",
+                "plane": "c0, c1, c2 of z = c0 + c1 x + c2 y",
+            },
+        ),
+        "identification": (
+            {}
+            if mechanism.identification is None
+            else {k: v for k, v in vars(mechanism.identification).items() if v is not None},
             {},
         ),
     }

@@ -76,7 +76,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
         Naming the file, the row and the column: a missing column, a cell that is no number, a leg
         that the mechanism does not have, an unknown role; or that the plan has spares only.
     """
-    table = read_table(source)
+    table = read_table(source, mechanism.step)
     leg_count = len(mechanism.legs)
     for name, purpose in (
         ("leg", "the leg whose set the pose belongs to"),

@@ -3,7 +3,7 @@
 
 An expression is checked name by name, parsed by :mod:`ast` and walked over a white list of nodes;
 nothing is passed to ``eval``. Angles have a dimension of their own, so that a length per angle is
-no length.
+no length, and so have the steps of a drive or an encoder.
 """
 
 from __future__ import annotations
@@ -17,9 +17,17 @@ from typing import NamedTuple
 
 from symkin.errors import QuantityError, did_you_mean
 
-__all__ = ["MOST", "MOST_OF_DIRECTION", "evaluate_quantity", "unit_factor", "unit_names"]
+__all__ = [
+    "COUNTS",
+    "MOST",
+    "MOST_OF_DIRECTION",
+    "counts_steps",
+    "evaluate_quantity",
+    "unit_factor",
+    "unit_names",
+]
 
-# Factors to the SI unit, lengths and angles apart.
+# Factors to the SI unit, lengths and angles apart, and what is counted.
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "inch": 0.0254, "ft": 0.3048}
 _ANGLES = {
     "rad": 1.0,
@@ -31,14 +39,25 @@ _ANGLES = {
     "rev": 2 * math.pi,
     "turn": 2 * math.pi,
 }
+COUNTS = ("step", "count")
 _EXPECTED = {
     "m": 'a length such as "120 mm"',
     "rad": 'an angle such as "30 deg"',
     "1": "a plain number without a unit",
     "m/rad": 'a length per angle such as "5 mm/rev"',
     "rad/m": 'an angle per length such as "0.2 rev/mm"',
+    "m/step": 'a length per step such as "1/80 mm/step"',
+    "rad/step": 'an angle per step such as "1.8 deg/step"',
 }
-_DIMENSIONS = {"m": (1, 0), "rad": (0, 1), "1": (0, 0), "m/rad": (1, -1), "rad/m": (-1, 1)}
+_DIMENSIONS = {
+    "m": (1, 0, 0),
+    "rad": (0, 1, 0),
+    "1": (0, 0, 0),
+    "m/rad": (1, -1, 0),
+    "rad/m": (-1, 1, 0),
+    "m/step": (1, 0, -1),
+    "rad/step": (0, 1, -1),
+}
 _MAX_LENGTH = 200
 MOST = 1e30  # of which squares can still be added
 # Two turns, since what was estimated or added up may be somewhat more than one.
@@ -55,14 +74,24 @@ def unit_names() -> tuple[str, ...]:
     return (*_LENGTHS, *_ANGLES)
 
 
+def counts_steps(unit: str) -> bool:
+    """Whether a unit is the size of a step, such as ``"1/80 mm/step"``, of what was counted."""
+    return bool(set(re.findall(r"[A-Za-z_]\w*", unit)) & set(COUNTS))
+
+
 def unit_factor(unit: str, si_unit: str) -> float:
-    """Return how many `si_unit` ("m" or "rad") one `unit` is.
+    """Return how many `si_unit` ("m" or "rad") one `unit` is, or a step of such a size.
 
     Raises
     ------
     QuantityError
-        If the unit is unknown or of another dimension.
+        If the unit is unknown or of another dimension, or the step is not positive.
     """
+    if counts_steps(unit):
+        size = evaluate_quantity(unit, f"{si_unit}/step")
+        if size <= 0:
+            raise QuantityError(f'"{unit}" is {size:g}; expected a positive size of a step')
+        return size
     return 1.0 if unit == si_unit else evaluate_quantity(f"1 {unit}", si_unit)
 
 
@@ -76,7 +105,7 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
         parentheses and the functions ``sqrt sin cos tan asin acos atan atan2 abs``. A space before
         a unit multiplies, from left to right as ``*`` does: ``pi/6 rad`` is 30 degrees, and a
         divisor with a unit wants parentheses. An expression without any unit is in `si_unit`.
-    si_unit : {"m", "rad", "1", "m/rad", "rad/m"}
+    si_unit : {"m", "rad", "1", "m/rad", "rad/m", "m/step", "rad/step"}
         The expected dimension and the unit of the result.
     direction : bool
         Whether the angle is a direction, so that many turns without a unit are degrees in truth.
@@ -116,8 +145,8 @@ def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -
     return result
 
 
-_Dimension = tuple[float, float]  # powers of length and angle
-_NUMBER, _ANGLE = (0.0, 0.0), (0.0, 1.0)
+_Dimension = tuple[float, ...]  # powers of length, angle and steps
+_NUMBER, _ANGLE = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 class _Quantity(NamedTuple):
@@ -148,10 +177,8 @@ def _function(
 
 def _product(sign: int, function: Callable[[float, float], float]) -> Callable[..., _Quantity]:
     def call(a: _Quantity, b: _Quantity) -> _Quantity:
-        dimension = (
-            a.dimension[0] + sign * b.dimension[0],
-            a.dimension[1] + sign * b.dimension[1],
-        )
+        powers = zip(a.dimension, b.dimension, strict=True)
+        dimension = tuple(one + sign * other for one, other in powers)
         return _Quantity(function(a.value, b.value), dimension, a.bare and b.bare)
 
     return call
@@ -163,8 +190,8 @@ def _power(base: _Quantity, exponent: _Quantity) -> _Quantity:
     value: float | complex = base.value**exponent.value
     if isinstance(value, complex):
         raise ArithmeticError("a root of a negative number is not real")
-    length, angle = (power * exponent.value for power in base.dimension)
-    return _Quantity(value, (length, angle), base.bare and exponent.bare)
+    dimension = tuple(power * exponent.value for power in base.dimension)
+    return _Quantity(value, dimension, base.bare and exponent.bare)
 
 
 _OPERATORS: dict[type[ast.AST], Callable[..., _Quantity]] = {
@@ -189,8 +216,9 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., _Quantity]]] = {
 }
 _NAMES = {
     "pi": _Quantity(math.pi, bare=True),
-    **{name: _Quantity(factor, (1.0, 0.0)) for name, factor in _LENGTHS.items()},
+    **{name: _Quantity(factor, (1.0, 0.0, 0.0)) for name, factor in _LENGTHS.items()},
     **{name: _Quantity(factor, _ANGLE) for name, factor in _ANGLES.items()},
+    **{name: _Quantity(1.0, (0.0, 0.0, 1.0)) for name in COUNTS},
 }
 
 
@@ -258,7 +286,7 @@ def _described(quantity: _Quantity) -> str:
     for si_unit, dimension in _DIMENSIONS.items():
         if quantity.dimension == dimension:
             return _EXPECTED[si_unit].split(" such as ")[0].split(" without ")[0]
-    powers = zip(("m", "rad"), quantity.dimension, strict=True)
+    powers = zip(("m", "rad", "step"), quantity.dimension, strict=True)
     return "in " + " * ".join(f"{unit} ** {power:g}" for unit, power in powers if power)
 
 

@@ -24,6 +24,7 @@ __all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")
+_SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
 _MOST_BYTES = 1_000_000_000  # of what was compressed
 # Text, None where a cell is empty; or numbers and where they are missing; or what else it holds.
@@ -46,7 +47,12 @@ class Table:
     row_numbers : ndarray of int, shape (N,)
         Where the rows stand in the file, from 1: lines of a CSV, whose header is row 1 if nothing
         stands above it, and rows of other tables. Messages quote these.
+    step : str
+        The size of the steps that columns such as ``psi_1_step`` count, ``"1.25e-05 m/step"``;
+        empty if nobody said it.
     """
+
+    step: str = ""
 
     def __init__(
         self,
@@ -85,6 +91,21 @@ class Table:
                 f'column "{name}" ({purpose}) is missing{did_you_mean(name, self.names)} '
                 f"(columns present: {', '.join(self.names)})"
             )
+
+    def renamed(self, names: Mapping[str, str]) -> Table:
+        """Return these columns alone, under other names: the new one is the key.
+
+        Raises
+        ------
+        MeasurementError
+            If there is no such column.
+        """
+        for name, column in names.items():
+            self.require(column, name)
+        columns = [(name, self._columns[column]) for name, column in names.items()]
+        table = Table(self.path, self.name, columns, self.row_numbers.tolist(), self._separator)
+        table.step = self.step
+        return table
 
     def numbers(self, name: str, *, empty_allowed: bool = False) -> NDArray[np.float64]:
         """Return a column as float64, shape (N,).
@@ -139,6 +160,20 @@ class Table:
                 )
         return values
 
+    def labels(self, name: str) -> list[str]:
+        """Return a column of names, which may be numbers; none is empty."""
+        column = self._columns[name]
+        if isinstance(column, str):
+            raise self.error(f'column "{name}" holds {column}; expected names or numbers')
+        if isinstance(column, tuple):
+            column = [
+                None if empty else f"{value:.15g}" for value, empty in zip(*column, strict=True)
+            ]
+        labels = [label or "" for label in column]
+        if "" in labels:
+            raise self.row_error(labels.index(""), f'is empty in column "{name}"; expected a name')
+        return labels
+
     def _parsed(self, name: str, cells: list[str | None]) -> NDArray[np.float64]:
         values = np.full(len(cells), np.nan)
         for index, cell in enumerate(cells):
@@ -165,7 +200,7 @@ class Table:
             )
 
 
-def read_table(source: TableSource) -> Table:
+def read_table(source: TableSource, step: str = "") -> Table:
     """Read a table.
 
     Parameters
@@ -176,12 +211,20 @@ def read_table(source: TableSource) -> Table:
         with ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed
         is read too. A stream holds text or bytes of such a file; a mapping of columns is a pandas
         DataFrame, or a dictionary of arrays, where NaN is an empty cell.
+    step : str
+        The size of the steps that its columns may count.
 
     Raises
     ------
     MeasurementError
         If the file is missing, empty, has a header only, or has rows of unequal length.
     """
+    table = _read(source)
+    table.step = step
+    return table
+
+
+def _read(source: TableSource) -> Table:
     if isinstance(source, str | os.PathLike):
         path = Path(source)
         name = str(path)
@@ -267,7 +310,10 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else repr(value).removesuffix(".0")
-    return str(value)
+    text = str(value)
+    if not _SPECIAL.intersection(text):
+        return text
+    return '"' + text.replace('"', '""') + '"'
 
 
 def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:

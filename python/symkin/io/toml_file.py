@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from symkin.errors import MechanismFileError
+from symkin.errors import MechanismFileError, TomlFileError
 from symkin.io.tables import file_bytes
 
 __all__ = ["KeyPath", "TomlSource", "dotted", "read_toml"]
@@ -29,10 +29,11 @@ class TomlSource:
     path: Path
     text: str
     values: dict[str, Any]
+    kind: type[TomlFileError] = MechanismFileError  # of its errors
 
-    def error(self, keys: KeyPath, message: str) -> MechanismFileError:
+    def error(self, keys: KeyPath, message: str) -> TomlFileError:
         """An error at a key, or at the table that should have held it."""
-        return MechanismFileError(message, self.path, self.line_of(keys), dotted(keys))
+        return self.kind(message, self.path, self.line_of(keys), dotted(keys))
 
     def line_of(self, keys: KeyPath) -> int:
         """Line, from 1, of a key or table header; of the nearest enclosing one if it is absent."""
@@ -44,14 +45,21 @@ class TomlSource:
         """Return ``function()``; errors about what it was given are placed at `keys`."""
         try:
             return function()
-        except MechanismFileError:
+        except TomlFileError:
             raise
         except ValueError as error:
             raise self.error(keys, str(error)) from error
 
 
-def read_toml(path: Path) -> TomlSource:
+def read_toml(path: Path, kind: type[TomlFileError] = MechanismFileError) -> TomlSource:
     """Read a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        Of the errors about it.
 
     Returns
     -------
@@ -59,18 +67,18 @@ def read_toml(path: Path) -> TomlSource:
 
     Raises
     ------
-    MechanismFileError
+    TomlFileError
         If it is not a readable file, is empty, or is not TOML; the last with the line.
     """
-    data = file_bytes(path, lambda message: MechanismFileError(message, path))
+    data = file_bytes(path, lambda message: kind(message, path))
     if len(data) > _MOST_BYTES:
-        raise MechanismFileError(f"has {len(data)} bytes; expected at most {_MOST_BYTES}", path)
+        raise kind(f"has {len(data)} bytes; expected at most {_MOST_BYTES}", path)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise MechanismFileError("is not a text file in UTF-8", path) from error
+        raise kind("is not a text file in UTF-8", path) from error
     try:
-        return TomlSource(path, text, tomllib.loads(text))
+        return TomlSource(path, text, tomllib.loads(text), kind)
     except (ValueError, RecursionError) as error:
         reason, _, place = str(error).partition(" (at ")
         line: int | None = None
@@ -78,7 +86,7 @@ def read_toml(path: Path) -> TomlSource:
             line = int(number[1])
         elif place:
             reason, line = f"{reason}; the file ends too early", text.rstrip().count("\n") + 1
-        raise MechanismFileError(f"is not valid TOML: {reason}", path, line) from error
+        raise kind(f"is not valid TOML: {reason}", path, line) from error
 
 
 def dotted(keys: KeyPath) -> str:

@@ -356,6 +356,7 @@ def _prior(demands: _Demands, task: Task) -> NDArray[np.float64] | None:
     if measured is None:
         return None
     readings = measured.readings if task.leg is None else measured.readings[:, [task.leg]]
+    measured.require_complete()
     complete = np.isfinite(readings).all(axis=1)
     rows = task.measured_rows(demands.mechanism, measured.poses[complete], demands.rows)
     rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach

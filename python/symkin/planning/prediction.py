@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
-from symkin.identification.estimate import Estimator, PoseUse, identify
+from symkin.identification.estimate import Estimator, PoseUse, identify_legs
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
@@ -72,12 +72,13 @@ def predict_accuracy(
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
+        measured.require_complete()
         readings = mechanism.inverse_kinematics(measured.poses)
         readings[~np.isfinite(measured.readings)] = np.nan
         parts.append((measured.poses, readings, measured.leg_sets))
     poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
-    exact = Measurements.of(poses_taken, read, sets)
-    covariance = identify(mechanism, exact, estimator, poses=poses).covariance
+    exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
+    covariance = identify_legs(mechanism, exact, estimator, poses=poses).covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
     return expected_accuracy(mechanism, workspace, covariance)
@@ -144,7 +145,7 @@ class PoseCountCurve(Result):
         SymkinError
             For nothing wanted, an error that is not positive, or the orientation of a point.
         """
-        _check_wanted(self.mechanism, position, orientation)
+        check_wanted(self.mechanism, position, orientation)
         limits = np.array([np.inf if each is None else each for each in (position, orientation)])
         size, low, high = _orbit_size(self.mechanism, self.settings["design"]), 0, 0
         points: dict[int, _Point] = {}
@@ -430,7 +431,8 @@ def _remedies(
     return tuple(remedy for _, remedy in sorted(found, key=lambda each: each[0]))
 
 
-def _check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:
+def check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:
+    """Refuse an accuracy that nobody can want."""
     wanted = {"position": position, "orientation": orientation}
     if position is None and orientation is None:
         raise SymkinError("no accuracy is wanted; expected one of the position or the orientation")

@@ -39,6 +39,14 @@ from symkin.plot.estimates import (  # noqa: E402
     parameter_errors,
     pose_count,
     residuals,
+    t_values,
+)
+from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
+from symkin.plot.studies import (  # noqa: E402
+    study_cells,
+    study_cost,
+    study_curves,
+    study_protocols,
 )
 from symkin.plot.workspaces import active_joints, poses, workspace  # noqa: E402
 
@@ -46,14 +54,22 @@ __all__ = [
     "INTERVAL",
     "DrawnSymmetry",
     "active_joints",
+    "chosen_readings",
     "dependence",
     "error_histogram",
     "error_map",
+    "local_errors",
     "mechanism",
     "observability",
     "parameter_errors",
     "pose_count",
     "poses",
+    "protocol_errors",
     "residuals",
+    "study_cells",
+    "study_cost",
+    "study_curves",
+    "study_protocols",
+    "t_values",
     "workspace",
 ]

@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.evaluation import Evaluation
 from symkin.identification.estimate import Identification
+from symkin.identification.joint import JointIdentification
+from symkin.identification.problem import KINDS
+from symkin.identification.suspicions import blunder_limit, blunders_of
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
@@ -55,12 +58,14 @@ __all__ = [
     "parameter_errors",
     "pose_count",
     "residuals",
+    "t_values",
 ]
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
 _MILLI = 1e3
+_NAMED = 5  # blunders
 _UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "rx": "rad", "ry": "rad", "rz": "rad"}
 
 
@@ -215,6 +220,67 @@ def dependence(
         label = f"{most.name}, {unit}" if unit else most.name
         axes.set_xlabel(label, fontsize=SMALL, color=INK)
     return figure
+
+
+def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
+    """Draw the estimated error of every observation in standard deviations, row by row.
+
+    Parameters
+    ----------
+    found : JointIdentification
+        Of `identify`.
+    ax : Axes, optional
+        Where to draw, by default in a new figure.
+
+    Returns
+    -------
+    Axes
+    """
+    x, y = "row of the measurements", "t, standard deviations"
+    if ax is None:
+        figure = new_figure(9.2, 3.8)
+        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], x=x, y=y)
+    else:
+        axes = dressed(ax, x=x, y=y)
+    rows, space = found.rows, found.nominal.pose_space
+    numbers = found.measurements.row_numbers[rows.pose]
+    reading = rows.kind == KINDS.index("readings")
+    groups = [(reading & (rows.index == leg), leg) for leg in range(len(found.nominal.legs))]
+    handles = []
+    for own, leg in [*groups, (~reading, None)]:
+        if not own.any():
+            continue
+        style = None if leg is None else leg_style(leg)
+        colour = INK if style is None else style.colour
+        marker = "." if style is None else style.marker
+        (points,) = axes.plot(
+            numbers[own], rows.t[own], marker, color=colour, markersize=4, linestyle="none"
+        )
+        name_points(
+            points,
+            [
+                f"row {number}, {rows.what(row, space)}: {t:+.2g}"
+                for row, number, t in zip(
+                    np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True
+                )
+            ],
+        )
+        label = "poses and others" if leg is None else f"leg {leg + 1}"
+        handles.append(sign(marker, label, colour, 5))
+    limit = blunder_limit(found)
+    for side in (-limit, limit):
+        axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
+    for each in blunders_of(found)[:_NAMED]:
+        name = f" {rows.what(each.row, space)}, row {numbers[each.row]}"
+        place = (numbers[each.row], rows.t[each.row])
+        axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
+    axes.axhline(0, color=LINE, linewidth=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if ax is None:
+        legend_below(figure, handles)
+    else:
+        legend_beside(axes, handles)
+    return axes
 
 
 def parameter_errors(

@@ -184,11 +184,11 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
     clouds = {"all orientations": readings[:, legs]} | {
         _slice_title("", found): found.readings[found.side > 0][:, legs] for found in study.slices
     }
-    limits = _limits(np.concatenate(list(clouds.values())))
+    limits = reading_limits(np.concatenate(list(clouds.values())))
     places = [grid[0, 0], *(grid[1, column] for column in range(len(study.slices)))]
-    labels = [_reading_label(study.mechanism, leg) for leg in legs]
     for place, (title, cloud) in zip(places, clouds.items(), strict=True):
-        _draw_cloud(spatial_axes(figure, place, title=title, labels=labels), cloud, legs, limits)
+        axes = reading_axes(figure, place, study.mechanism, legs, title, limits)
+        _draw_cloud(axes, cloud, legs)
     _draw_along_axis(figure, grid[0, 1:], study, legs)
     handles = [sign("o", f"leg {leg + 1} reads most", leg_style(leg).colour) for leg in legs]
     legend_below(figure, [*handles, Line2D([], [], color=INK, label="equal readings")])
@@ -312,7 +312,8 @@ def _drawn_legs(study: WorkspaceStudy) -> list[int]:
     return orbit if len(set(orbit)) == 3 else [0, 1, 2]
 
 
-def _limits(readings: Array) -> tuple[float, float]:
+def reading_limits(readings: Array) -> tuple[float, float]:
+    """The least and the largest."""
     return float(readings.min()), float(readings.max())
 
 
@@ -326,9 +327,17 @@ def _coloured(readings: Array, legs: Sequence[int]) -> tuple[Array, list[str]]:
     return shown, [leg_style(legs[number]).colour for number in shown.argmax(axis=1)]
 
 
-def _draw_cloud(
-    axes: Any, readings: Array, legs: Sequence[int], limits: tuple[float, float]
-) -> None:
+def reading_axes(
+    figure: FigureBase,
+    place: Any,
+    mechanism: Mechanism,
+    legs: Sequence[int],
+    title: str,
+    limits: tuple[float, float],
+) -> Any:
+    """Three-dimensional axes for the readings of three legs, with the line of equal ones."""
+    labels = [_reading_label(mechanism, leg) for leg in legs]
+    axes = spatial_axes(figure, place, title=title, labels=labels)
     axes.plot(limits, limits, limits, color=INK, linewidth=1.2)
     axes.set(xlim=limits, ylim=limits, zlim=limits)
     axes.set_box_aspect((1, 1, 1), zoom=0.85)
@@ -338,6 +347,10 @@ def _draw_cloud(
     axes.xaxis.labelpad = 8  # clear of the numbers, which it meets at this angle
     axes.zaxis.set_rotate_label(False)  # by itself it would stand on its head
     axes.zaxis.label.set_rotation(90)
+    return axes
+
+
+def _draw_cloud(axes: Any, readings: Array, legs: Sequence[int]) -> None:
     if len(readings) == 0:
         axes.text2D(0.5, 0.5, "out of reach", ha="center", color=INK, transform=axes.transAxes)
         return
@@ -347,8 +360,15 @@ def _draw_cloud(
 def _draw_along_axis(
     figure: FigureBase, place: Any, study: WorkspaceStudy, legs: list[int]
 ) -> None:
+    axes = axial_axes(figure, place, study.mechanism, legs)
+    shown, colours = _coloured(study.sample.readings[:, legs], legs)
+    _scatter(axes, along_equal_readings(shown), colours)
+
+
+def axial_axes(figure: FigureBase, place: Any, mechanism: Mechanism, legs: Sequence[int]) -> Axes:
+    """Axes for the readings of three legs, seen along the line of equal ones."""
     first, second, third = (rf"\psi_{leg + 1}" for leg in legs)
-    unit = study.mechanism.reading_unit
+    unit = mechanism.reading_unit
     axes = flat_axes(
         figure,
         place,
@@ -356,12 +376,16 @@ def _draw_along_axis(
         x=rf"$({second} - {first})/$√2, {unit}",
         y=rf"$(2{third} - {first} - {second})/$√6, {unit}",
     )
-    shown, colours = _coloured(study.sample.readings[:, legs], legs)
-    across = (shown[:, 1] - shown[:, 0]) / math.sqrt(2)
-    up = (2 * shown[:, 2] - shown[:, 0] - shown[:, 1]) / math.sqrt(6)
-    _scatter(axes, np.column_stack([across, up]), colours)
     axes.plot(0, 0, "+", color=INK, markersize=10)
     axes.set_aspect("equal", adjustable="box")
+    return axes
+
+
+def along_equal_readings(readings: Array) -> Array:
+    """Readings of three legs, seen along the line of equal ones, shape (n, 2)."""
+    across = (readings[:, 1] - readings[:, 0]) / math.sqrt(2)
+    up = (2 * readings[:, 2] - readings[:, 0] - readings[:, 1]) / math.sqrt(6)
+    return np.column_stack([across, up])
 
 
 def _draw_two_legs(study: WorkspaceStudy, figure: FigureBase | None) -> FigureBase:
@@ -374,7 +398,7 @@ def _draw_two_legs(study: WorkspaceStudy, figure: FigureBase | None) -> FigureBa
     exchange = _exchange_sign(study)
     nearer = (shown[:, 0] < exchange * shown[:, 1]).astype(np.intp)
     _scatter(axes, shown, [leg_style(leg).colour for leg in nearer])
-    ends = np.array(_limits(shown))
+    ends = np.array(reading_limits(shown))
     axes.plot(ends, exchange * ends, color=INK, linewidth=1.2)
     axes.set_aspect("equal")
     legend_below(figure, [Line2D([], [], color=INK, linewidth=1.2, label="mirror line")])

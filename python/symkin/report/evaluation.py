@@ -57,6 +57,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
             f"left out, since {why}: {plural(number, 'pose')}"
             for number, why in (
                 (evaluation.unread, "not all legs were read there"),
+                (evaluation.partial, "they were measured in part"),
                 (evaluation.failed, "they cannot be taken"),
             )
             if number
@@ -69,8 +70,15 @@ def evaluation_page(evaluation: Evaluation) -> Page:
 def cross_validation_page(validation: CrossValidation) -> Page:
     """Tell the errors at poses that the identification did not see."""
     evaluation = validation.evaluation
-    closure = milli(validation.residual_rms, "m"), f"at most {milli(validation.residual_max, 'm')}"
-    headlines: list[Headline] = [("Closure of the legs, root mean square", *closure)]
+    headlines: list[Headline] = []
+    if math.isfinite(validation.residual_rms):
+        most = f"at most {milli(validation.residual_max, 'm')}"
+        rms = milli(validation.residual_rms, "m")
+        headlines.append(("Closure of the legs, root mean square", rms, most))
+    for kind, value in validation.observed_rms.items():
+        name, _, unit = kind.rpartition("_")
+        label = f"{name.replace('_', ' ').capitalize()} from the others of the pose"
+        headlines.append((label, milli(value, unit), "root mean square"))
     sections = []
     if evaluation is not None:
         headlines += [

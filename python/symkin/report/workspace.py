@@ -61,20 +61,21 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
 
 
 def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
-    """Show where the measured poses lie."""
+    """Show where the poses lie that were measured in full."""
+    whole = np.isfinite(measurements.poses).all(axis=1)
     sets: list[NDArray[np.float64]] = []
     if (measurements.leg_sets >= 0).any():
         legs = range(len(mechanism.legs))
-        sets = [measurements.poses[measurements.leg_sets == leg] for leg in legs]
+        sets = [measurements.poses[(measurements.leg_sets == leg) & whole] for leg in legs]
     poses = Image(
         "poses",
         "Scatter plots of the measured poses.",
         "The measured poses.",
-        plotted("poses", measurements.poses, sets),
+        plotted("poses", measurements.poses[whole], sets),
     )
     file = f" from {measurements.source_name}" if measurements.source else ""
     paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
-    return Section("poses", "Measured poses", [paragraph], [poses])
+    return Section("poses", "Measured poses", [paragraph], [poses] if whole.any() else [])
 
 
 def sampling_table(sample: WorkspaceSample) -> Table:

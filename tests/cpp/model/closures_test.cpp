@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "symkin/chains/planar.hpp"
-#include "symkin/estimation/detail/costs.hpp"
 #include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/identification.hpp"
@@ -193,22 +192,6 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   EXPECT_LT((last.factor * last.factor.transpose() - covariance).norm(), 1e-15);
   EXPECT_LT((last.factor * system.residual.tail(4) - h).norm(), 1e-14);
   EXPECT_LT((last.factor * system.jacobian.bottomRows(4) - by_parameters).norm(), 1e-13);
-
-  std::vector<std::unique_ptr<ceres::CostFunction>> costs;
-  for (Index leg = 0; leg < 2; ++leg) {
-    costs.push_back(std::move(model().closure_costs(open_poses(), readings.col(leg)).back()));
-  }
-  const JointCost joint(std::move(costs), last.factor.inverse());
-  const double* blocks[] = {parameters.row(0).data(), parameters.row(1).data()};
-  Vector residuals(4);
-  RowMatrix of_first(4, 6);
-  RowMatrix of_second(4, 6);
-  double* jacobians[] = {of_first.data(), of_second.data()};
-  ASSERT_TRUE(joint.Evaluate(blocks, residuals.data(), jacobians));
-  const double scale = system.jacobian.cwiseAbs().maxCoeff();
-  EXPECT_LT((residuals - system.residual.tail(4)).norm(), 1e-12 * scale);
-  EXPECT_LT((of_first - system.jacobian.bottomRows(4).leftCols(6)).norm(), 1e-12 * scale);
-  EXPECT_LT((of_second - system.jacobian.bottomRows(4).rightCols(6)).norm(), 1e-12 * scale);
 }
 
 TEST(TwoClosures, KeepTheirSizesUnderEverySymmetry) {

@@ -81,7 +81,7 @@ def _without_rows(text: str) -> str:
 
 
 def _without_a_column(text: str) -> str:
-    return text.replace("phi_rad", "angle", 1)
+    return text.replace("phi_rad", "Phi_rad", 1)
 
 
 def _with_nan(text: str) -> str:

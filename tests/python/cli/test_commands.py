@@ -213,6 +213,37 @@ def test_pose_count_says_what_else_helps_where_more_poses_do_not(symkin: Callabl
     assert "the estimator joint" in shown.out
 
 
+def test_partial_measurements_are_simulated_read_and_refused_in_words(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    plan, robot = tmp_path / "plan.csv", tmp_path / "robot"
+    symkin("plan", "3RRR", "--out", tmp_path, "--pose-count", 10, "--candidates", 300)
+    simulate = ("simulate", "3RRR", "--plan", plan, "--out", robot)
+    noisy = ("--missing", 0.2, "--spread", 0.5, "--base", "1 m, 20 cm, 170 deg")
+    observe = ("--observe", "position", "--observe", "distance", "--anchor", "2 m, 100 cm")
+    assert symkin(*simulate, *observe, *noisy).code == 0
+    table = (robot / "measurements.csv").read_text().splitlines()
+    assert table[0].startswith("leg,x_m,y_m,phi_rad,psi_1_rad")
+    assert table[0].endswith("distance_1_m,distance_1_sd_m")
+    assert len(table) == 31
+    for estimator in ("implicit", "inverse", "paper"):
+        refused = symkin(
+            "identify", "3RRR", robot / "measurements.csv", "--estimator", estimator,
+            "--out", tmp_path / "found",
+        )  # fmt: skip
+        assert refused.code == 2
+        assert "row 2 has no measured phi" in refused.err
+    for wrong, words in (
+        (("--observe", "hight"), "observe is 'hight'; expected \"pose\""),
+        (("--base", "1, 2"), '--base "1, 2" has 2 values; expected 3, in m, m, rad'),
+        (("--base", "1, 2, 3 m"), "--base:"),
+        (("--observe", "height"), "this robot is planar"),
+    ):
+        refused = symkin(*simulate, *wrong, "--overwrite")
+        assert refused.code == 2
+        assert words in refused.err
+
+
 def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -> None:
     plan, robot = tmp_path / "plan.csv", tmp_path / "robot"
     measured, actual = robot / "measurements.csv", robot / "actual.toml"

@@ -61,7 +61,7 @@ def test_a_chain_that_cannot_be_is_answered(
     ("typed", "completions"),
     [
         ("symkin check 3RR", {"3RRP", "3RRR", "3RRR_asymmetric"}),
-        ("symkin ide", {"identify"}),
+        ("symkin ide", {"identify", "identify-batch"}),
         ("symkin new --chain [R]P", {"[R]PR"}),
     ],
 )

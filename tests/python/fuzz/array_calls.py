@@ -198,6 +198,38 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         ),
     )
     yield Call(
+        "_core.identify_many",
+        {"poses": poses, "readings": readings, "first": np.array([0, 12])},
+        lambda poses, readings, first: _core.identify_many(
+            core,
+            _core.MeasurementSet(poses, readings, np.full(len(readings), -1)),
+            first,
+            _core.Estimator.implicit,
+            _core.PoseUse.all,
+            noise,
+            _core.LossKind.none,
+            0.0,
+            20,
+            1,
+        ),
+    )
+    problem = _whatever_is_observed(mechanism, poses, readings)
+    yield Call("_core.fit_jointly", problem, lambda **given: _fit_jointly(mechanism, given))
+    around = {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")}
+    around["home"] = np.ravel(mechanism.home)
+    yield Call(
+        "_core.starting_poses",
+        around,
+        lambda home, **given: _core.starting_poses(core, *_observed(mechanism, given), home),
+    )
+    yield Call(
+        "_core.with_starting_frames",
+        around,
+        lambda home, **given: _core.with_starting_frames(
+            core, *_observed(mechanism, given), home, True, True
+        ),
+    )
+    yield Call(
         "_core.LegRows",
         {"poses": poses},
         lambda leg, poses: _core.select_poses(
@@ -210,6 +242,81 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         {"poses": poses},
         lambda leg, poses: _kept_alone(mechanism, leg, poses),
         leg,
+    )
+
+
+def _whatever_is_observed(
+    mechanism: symkin.Mechanism, poses: np.ndarray, readings: np.ndarray
+) -> dict[str, np.ndarray]:
+    """A problem with full poses, two points and an anchor, all parameters free with priors."""
+    size = 3 if mechanism.pose_space == "spatial" else 2
+    count, dof = len(poses), mechanism.core.dof
+    around = {
+        "curvature": np.zeros((len(mechanism.legs), 3)),
+        "base": np.zeros(3),
+        "rotation": np.eye(3),
+        "points": np.zeros((2, 3)),
+        "anchors": np.ones((1, 3)),
+        "plane": np.zeros(3),
+        "readings": readings,
+        "poses": poses,
+        "pose_deviations": np.full((count, dof), 1e-4),
+        "point_values": np.tile(poses[:, :size], 2),
+        "distances": np.full((count, 1), 1.0),
+        "start": poses,
+    }
+    setup, _ = _observed(mechanism, around)
+    names = _core.unknown_names(mechanism.core, setup)
+    free = [name.split(".")[-1] in mechanism.parameter_names for name in names]
+    column = np.where(free, np.cumsum(free) - 1, -1)
+    return around | {
+        "column": column,
+        "prior": np.full(sum(free), 1e-3),
+        "tolerances": np.full(sum(free), 1e-3),
+    }
+
+
+def _observed(
+    mechanism: symkin.Mechanism, given: dict[str, Any]
+) -> tuple[_core.Setup, _core.Observations]:
+    def everywhere(values: Any, deviation: float = 1e-4) -> _core.Observed:
+        return _core.Observed(values, np.full(np.shape(values), deviation))
+
+    nothing = _core.Observed(np.zeros((0, 0)), np.zeros((0, 0)))
+    frame = _core.Frame(given["base"], given["rotation"])
+    setup = _core.Setup(
+        mechanism.core,
+        given["curvature"],
+        frame,
+        _core.Frame(np.zeros(3), np.eye(3)),
+        given["points"],
+        given["anchors"],
+        given["plane"],
+    )
+    observations = _core.Observations(
+        everywhere(given["readings"]),
+        _core.Observed(given["poses"], given["pose_deviations"]),
+        nothing,
+        everywhere(given["point_values"]),
+        everywhere(given["distances"]),
+        nothing,
+    )
+    return setup, observations
+
+
+def _fit_jointly(mechanism: symkin.Mechanism, given: dict[str, Any]) -> _core.JointFit:
+    return _core.fit_jointly(
+        mechanism.core,
+        *_observed(mechanism, given),
+        given["column"],
+        given["prior"],
+        _core.LossKind.none,
+        0.0,
+        0.0,
+        20,
+        False,
+        given["tolerances"],
+        given["start"],
     )
 
 
@@ -266,6 +373,13 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     yield Call(
         "Mechanism.closure", {"poses": poses, "readings": readings[:, 0]}, mechanism.closure, leg
+    )
+    bent = mechanism.replace(curvature=np.full((len(mechanism.legs), 3), 1e-3))
+    yield Call("Mechanism.straightened", {"readings": readings}, bent.straightened)
+    yield Call(
+        "align_frames",
+        {"measured": poses, "robot": poses},
+        lambda measured, robot: symkin.align_frames(measured, robot, convention="as measured"),
     )
     yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
     for name in ("analyse_observability", "observability_rows"):

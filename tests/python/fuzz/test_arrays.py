@@ -26,25 +26,37 @@ MOST_CRASHES = 20  # named before the rest is left
 
 # They are called through others.
 CALLED_BY_OTHERS = {
+    "Frame": "_core.fit_jointly",
     "MeasurementSet": "_core.identify",
+    "Observed": "_core.fit_jointly",
     "PoseSet": "_core.simulate",
     "SelectionOptions": "_core.select_poses",
+    "Setup": "_core.fit_jointly",
     "WorkspaceOptions": "_core.sample_workspace",
 }
 # What symkin makes for its user, who only reads it.
 RESULTS = {
     "AlignedErrors",
+    "Alignment",
     "ConstantOrientation",
+    "CostResult",
     "CrossValidation",
+    "Curve",
     "Diagnosis",
     "Evaluation",
+    "Fleet",
     "HomePose",
     "Identification",
+    "Job",
+    "JointIdentification",
     "LegFit",
+    "LocalErrors",
     "ModeSlices",
     "Observability",
+    "PaperFindings",
     "PoseCountCurve",
     "Selection",
+    "StudyResult",
     "SymmetryFrame",
     "WorkspaceSample",
 }

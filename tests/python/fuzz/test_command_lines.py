@@ -314,7 +314,9 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
         "--threads", "--seed", "--time-limit",
     ],
     ("plan", "nosuch", "--out", "o"): ["--method", "--candidates", "--time-limit", "--out"],
-    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): ["--seed"],
+    ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "plan.csv"): [
+        "--seed", "--observe", "--missing", "--spread", "--base", "--target", "--plane",
+    ],
     ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "{}"): [""],
     ("kinematics", "robot.toml", "{}"): [""],
     ("identify", "robot.toml", "measured.csv"): [
@@ -325,7 +327,7 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("evaluate", "robot.toml", "--actual", "robot.toml"): ["--plan", "--candidates", "--seed"],
     ("run", "nosuch", "--out", "r"): [
         "--estimator", "--use", "--design", "--rows", "--criterion", "--seed", "--pose-count",
-        "--candidates",
+        "--candidates", "--margin-sigmas",
     ],
     ("{}", "robot.toml"): [""],
 }  # fmt: skip

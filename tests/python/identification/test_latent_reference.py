@@ -137,7 +137,8 @@ class Case:
         points = heights = None
         if "points" in data:
             points = np.array(
-                [[[np.nan] * self.dim if p is None else p for p in pose] for pose in data["points"]],
+                [[[np.nan] * self.dim if p is None else p for p in pose]
+                 for pose in data["points"]],
                 dtype=float,
             ).reshape(count, -1)  # fmt: skip
         if "plane_height" in data:

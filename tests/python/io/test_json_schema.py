@@ -79,7 +79,10 @@ def test_a_leg_requires_exactly_the_parameters_of_its_chain(schema: Any) -> None
         leg = section.get("items", section)
         names = set(symkin.chain_info("[R]RR").parameter_names)
         assert set(leg["required"]) == names
-        assert set(leg["properties"]) == names | {"working_mode"}
+        curvature = (
+            {"sensor_quadratic", "sensor_cosine", "sensor_sine"} if name == "legs" else set()
+        )
+        assert set(leg["properties"]) == names | {"working_mode"} | curvature
         assert leg["additionalProperties"] is False
 
 

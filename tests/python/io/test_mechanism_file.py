@@ -269,7 +269,12 @@ def test_impossible_joint_limits_are_refused(
         ('reading_unit = "rev"', 'reading_unit = "mm"', "measurements", ["reading_unit"]),
         ('"position_x", ', "", "measurements", ["position", "2 columns", "expected 3"]),
         ('  "leg_length_3",\n', "", "measurements", ["readings", "5 columns", "expected 6"]),
-        ("quaternion = [", "# ", "measurements", ["orientation by nothing", "quaternion"]),
+        (
+            "quaternion = [",
+            'rotation_vector = ["a", "b", "c"]\nquaternion = [',
+            "measurements",
+            ["orientation by quaternion and rotation_vector"],
+        ),
         (
             "quaternion = [",
             'angle = "phi"\nquaternion = [',

@@ -149,7 +149,7 @@ def test_measurements_are_read_from_a_data_frame(paper: Mechanism, measured: Mea
         ({"x_m": [True] * 12}, 'column "x_m" holds bool; expected numbers'),
         ({"x_m": ["a"] * 12}, 'the table: row 1 has "a" in column "x_m"'),
         ({"x_m": [np.inf] * 12}, "expected a finite number"),
-        ({"x_m": [None] * 12}, 'row 1 is empty in column "x_m"'),
+        ({"psi_1_rad": [""] * 11 + ["1e"]}, 'row 12 has "1e" in column "psi_1_rad"'),
     ],
 )
 def test_columns_that_are_no_table_are_refused(

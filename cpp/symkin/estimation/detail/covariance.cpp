@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/covariance.hpp"
 
-#include <limits>
 #include <map>
 
-#include "symkin/support/dense.hpp"
+#include "symkin/estimation/detail/information.hpp"
 
 namespace symkin {
 namespace {
 
-// p x dof: how the leg's estimate answers to the pose error of its k-th pose.
-Eigen::MatrixXd answer_to_pose(const LegInfluence& leg, Index k) {
-  return leg.influence.col(k) * leg.by_pose.row(k);
+// influence diag(weights) influence'
+Eigen::MatrixXd sandwich(const RowMatrix& influence, const Vector& weights) {
+  return influence * weights.asDiagonal() * influence.transpose();
 }
 
+// What the errors of the poses that both legs use have in common.
 Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
                                  const Vector& sigma) {
-  std::map<Index, Index> position_in_b;
-  for (std::size_t k = 0; k < b.rows.size(); ++k) {
-    position_in_b[b.rows[k]] = static_cast<Index>(k);
-  }
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(a.influence.rows(), b.influence.rows());
-  for (std::size_t k = 0; k < a.rows.size(); ++k) {
-    const auto shared = position_in_b.find(a.rows[k]);
-    if (shared != position_in_b.end()) {
-      covariance.noalias() += answer_to_pose(a, static_cast<Index>(k)) * sigma.asDiagonal() *
-                              answer_to_pose(b, shared->second).transpose();
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < a.rows.size(); ++i) {
+    while (k < b.rows.size() && b.rows[k] < a.rows[i]) {
+      ++k;
+    }
+    if (k < b.rows.size() && b.rows[k] == a.rows[i]) {
+      const auto in_a = static_cast<Index>(i);
+      const auto in_b = static_cast<Index>(k);
+      const double common =
+          a.by_pose.row(in_a).cwiseProduct(b.by_pose.row(in_b)).dot(sigma.transpose());
+      covariance.noalias() += (common * a.influence.col(in_a)) * b.influence.col(in_b).transpose();
     }
   }
   return covariance;
@@ -33,22 +35,13 @@ Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
 
 }  // namespace
 
-RowMatrix inverse_information(const Eigen::MatrixXd& rows) {
-  const Index p = rows.cols();
-  const Vector scale = inverse_column_lengths(rows);
-  const ColumnSpace space = column_space(rows * scale.asDiagonal());
-  if (space.rank() < p) {
-    return RowMatrix::Constant(p, p, std::numeric_limits<double>::infinity());
-  }
-  const Eigen::MatrixXd half = scale.asDiagonal() * space.coordinates;
-  return half * half.transpose();
+RowMatrix inverse_information(const RowMatrix& rows) {
+  return Information(rows, Vector::Ones(rows.rows())).inverse();
 }
 
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
-                                  const Vector& loss_weights) {
-  const Vector root_weights = factors.cwiseProduct(loss_weights.cwiseSqrt());
-  const Eigen::MatrixXd weighted = root_weights.asDiagonal() * by_parameters;
-  return inverse_information(weighted) * weighted.transpose() * root_weights.asDiagonal();
+RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors) {
+  return Information(by_parameters, factors).inverse() * by_parameters.transpose() *
+         factors.cwiseAbs2().asDiagonal();
 }
 
 RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
@@ -58,15 +51,11 @@ RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace s
   const auto count = static_cast<Index>(legs.size());
   RowMatrix covariance(count * p, count * p);
   for (Index a = 0; a < count; ++a) {
-    for (Index b = a; b < count; ++b) {
-      const LegInfluence& first = legs[static_cast<std::size_t>(a)];
-      const LegInfluence& second = legs[static_cast<std::size_t>(b)];
-      Eigen::MatrixXd block = cross_covariance(first, second, sigma);
-      if (a == b) {
-        const Vector deviations = noise.reading * first.by_reading;
-        const Eigen::MatrixXd scaled = first.influence * deviations.asDiagonal();
-        block += scaled * scaled.transpose();
-      }
+    const LegInfluence& first = legs[static_cast<std::size_t>(a)];
+    covariance.block(a * p, a * p, p, p) = sandwich(first.influence, first.variances);
+    for (Index b = a + 1; b < count; ++b) {
+      const Eigen::MatrixXd block =
+          cross_covariance(first, legs[static_cast<std::size_t>(b)], sigma);
       covariance.block(a * p, b * p, p, p) = block;
       covariance.block(b * p, a * p, p, p) = block.transpose();
     }

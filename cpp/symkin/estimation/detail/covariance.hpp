@@ -10,21 +10,21 @@ namespace symkin {
 
 // (A'A)^-1 of N x p rows, computed with columns of length one; infinite if the columns are
 // dependent.
-RowMatrix inverse_information(const Eigen::MatrixXd& rows);
+RowMatrix inverse_information(const RowMatrix& rows);
 
 // How a per-leg least-squares estimate answers to errors of its closures: to first order
-// estimate - truth = -influence * h. `rows` are the leg's measured poses.
+// estimate - truth = -influence * h. `rows` are the leg's measured poses, ascending.
 struct LegInfluence {
   std::vector<Index> rows;
   RowMatrix influence;  // p x n
   RowMatrix by_pose;    // n x dof, dh/dpose
-  Vector by_reading;    // n, dh/dpsi
+  Vector variances;     // n, of h by the declared noise
   Vector deleted;       // n, closures as the leg's other poses predict them: h / (1 - leverage)
 };
 
-// The influence of weighted least squares with residuals h * factor (n x 1 each).
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors,
-                                  const Vector& loss_weights);
+// The influence of least squares with residuals h * factor (n x 1 each), a loss's weight being a
+// factor of its root.
+RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors);
 
 // Covariance of all legs' parameters, (legs p) x (legs p), from the declared noise: errors of a
 // pose are shared by the legs that use it, errors of a reading belong to one leg.

@@ -28,8 +28,8 @@ Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, int first) {
 }  // namespace
 
 Scene<Scalar> scene_of(const Frame& pose, const Frame& base, const Frame& target) {
-  return {variable_position(pose.position, 0),   variable_rotation(pose.rotation, 3),
-          variable_position(base.position, 6),   variable_rotation(base.rotation, 9),
+  return {variable_position(pose.position, 0),    variable_rotation(pose.rotation, 3),
+          variable_position(base.position, 6),    variable_rotation(base.rotation, 9),
           variable_position(target.position, 12), variable_rotation(target.rotation, 15)};
 }
 

@@ -106,8 +106,7 @@ Vec3<T> rotation_vector(const Mat3<T>& r) {
 // b + R_B (r + R p), a point p of the platform in the device's frame.
 template <typename T>
 Vec3<T> seen(const Scene<T>& scene, const Vec3<T>& point) {
-  return scene.base_position +
-         scene.base_rotation * (scene.position + scene.rotation * point);
+  return scene.base_position + scene.base_rotation * (scene.position + scene.rotation * point);
 }
 
 struct MeasuredPosition {
@@ -115,8 +114,7 @@ struct MeasuredPosition {
   static constexpr bool kOwn = false;
   template <typename T>
   static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/, const double* measured) {
-    return seen(scene, scene.target_position) -
-           Vec3<double>{measured[0], measured[1], measured[2]};
+    return seen(scene, scene.target_position) - Vec3<double>{measured[0], measured[1], measured[2]};
   }
 };
 

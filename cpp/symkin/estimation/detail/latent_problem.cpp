@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/latent_problem.hpp"
 
-#include <ceres/loss_function.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -13,12 +11,6 @@
 
 namespace symkin {
 namespace {
-
-CurvedSensor sensor_of(const Setup& setup, Index leg) {
-  const Index gain = setup.parameters.cols() - LinearSensor::kParameters;
-  return {LinearSensor(&setup.parameters(leg, gain)), setup.curvature(leg, 0),
-          setup.curvature(leg, 1), setup.curvature(leg, 2)};
-}
 
 // The rows of a pose, gathered one by one.
 class RowList {
@@ -82,8 +74,8 @@ void add_factor(const factors::Scene<factors::Scalar>& scene, const std::vector<
       continue;
     }
     const Scalar& y = misfit[static_cast<std::size_t>(components[k])];
-    const Index row = rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a,
-                               deviation * deviation);
+    const Index row =
+        rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a, deviation * deviation);
     for (std::size_t i = 0; i < slots.size(); ++i) {
       rows.by_pose(row, static_cast<Index>(i)) = y.v[static_cast<std::size_t>(slots[i])];
     }
@@ -117,13 +109,20 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       observations_(observations),
       layout_(layout),
       list_(setup),
+      width_(mechanism.parameter_count()),
       loss_(loss),
       spread_(spread),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
-      legs_(static_cast<std::size_t>(mechanism.leg_count())),
-      linear_(static_cast<std::size_t>(observations.count())),
-      saved_linear_(linear_.size()) {
+      now_{{}, {}, {}, {}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}},
+      saved_now_(now_) {
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (Index i = 0; i < UnknownList::kCurvature; ++i) {
+      if (layout.column[static_cast<std::size_t>(list_.curvature(leg) + i)] >= 0) {
+        width_ = mechanism.parameter_count() + UnknownList::kCurvature;
+      }
+    }
+  }
   state_.setup = std::move(setup);
   state_.change = Vector::Zero(layout.columns());
   state_.errors = RowMatrix::Zero(poses.rows(), mechanism.leg_count());
@@ -138,17 +137,47 @@ void LatentProblem::take_in(Index pose, const double* start) {
 
 void LatentProblem::linearise_legs() {
   const Index n = observations_.count();
+  const Index geometry = mechanism_.parameter_count() - LinearSensor::kParameters;
+  const auto legs = static_cast<std::size_t>(mechanism_.leg_count());
+  now_.legs.resize(legs);
+  now_.by_unknowns.resize(legs);
+  now_.gains.resize(legs);
   Vector joints(n);
-  for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
-    const CurvedSensor sensor = sensor_of(state_.setup, leg);
+  for (std::size_t leg = 0; leg < legs; ++leg) {
+    const auto index = static_cast<Index>(leg);
+    const CurvedSensor sensor = state_.setup.sensor(index);
+    const auto reading = [&](Index i) {
+      return observations_.readings.values(i, index) + state_.errors(i, index);
+    };
     for (Index i = 0; i < n; ++i) {
-      const double reading = observations_.readings.values(i, leg) + state_.errors(i, leg);
-      joints[i] = std::isfinite(reading) ? sensor.active_joint(reading) : 0;
+      joints[i] = std::isfinite(reading(i)) ? sensor.active_joint(reading(i)) : 0;
     }
-    Vector straight = state_.setup.parameters.row(leg);
+    Vector straight = state_.setup.parameters.row(index);
     straight.tail<2>() << 1, 0;
-    mechanism_.model().linearise(straight, state_.poses, joints,
-                                 legs_[static_cast<std::size_t>(leg)]);
+    ClosureRows& rows = now_.legs[leg];
+    mechanism_.model().linearise(straight, state_.poses, joints, rows);
+    if (mechanism_.model().info().closures != 1) {
+      continue;
+    }
+    RowMatrix& by_unknowns = now_.by_unknowns[leg];
+    Vector& gains = now_.gains[leg];
+    by_unknowns.resize(n, width_);
+    gains.resize(n);
+    const Index sensed = width_ - geometry;
+    for (Index i = 0; i < n; ++i) {
+      if (!std::isfinite(reading(i))) {
+        by_unknowns.row(i).setZero();
+        gains[i] = 0;
+        continue;
+      }
+      gains[i] = sensor.by_reading(reading(i));
+      by_unknowns.row(i).head(geometry) = rows.by_parameters.row(i).head(geometry);
+      const auto by_sensor = sensed == 2 ? std::array<double, 5>{reading(i), 1, 0, 0, 0}
+                                         : CurvedSensor::by_parameters(reading(i));
+      for (Index s = 0; s < sensed; ++s) {
+        by_unknowns(i, geometry + s) = by_sensor[static_cast<std::size_t>(s)] * rows.by_reading[i];
+      }
+    }
   }
 }
 
@@ -166,17 +195,16 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
     }
     const double error = state_.errors(pose, leg);
     const double deviation = observations_.readings.deviations(pose, leg);
-    const CurvedSensor sensor = sensor_of(state_.setup, leg);
+    const CurvedSensor sensor = state_.setup.sensor(leg);
     const double gain = sensor.by_reading(measured + error);
     const auto by_sensor = CurvedSensor::by_parameters(measured + error);
-    const ClosureRows& of_leg = legs_[static_cast<std::size_t>(leg)];
+    const ClosureRows& of_leg = now_.legs[static_cast<std::size_t>(leg)];
     for (Index c = 0; c < closures; ++c) {
       const Index at = pose * closures + c;
       const double by_joint = of_leg.by_reading[at];
       const double g = by_joint * gain;
-      const Index row =
-          rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
-                   g * g * deviation * deviation);
+      const Index row = rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
+                                 g * g * deviation * deviation);
       rows.by_pose.row(row) = of_leg.by_pose.row(at);
       for (Index i = 0; i < geometry; ++i) {
         rows.set(row, list_.leg(leg) + i, of_leg.by_parameters(at, i));
@@ -251,8 +279,8 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
     }
     if (observations_.heights.any()) {
       const double* values = observations_.heights.values.row(pose).data();
-      const std::vector<double> at = deviations_where_measured(
-          values, observations_.heights.deviations.row(pose).data(), 1);
+      const std::vector<double> at =
+          deviations_where_measured(values, observations_.heights.deviations.row(pose).data(), 1);
       add_factor<factors::Height>(scene, slots, list_, setup.plane.data(), list_.plane(), values,
                                   at.data(), RowOrigin::Kind::height, 0, {0}, rows);
     }
@@ -269,37 +297,70 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
   linear.jacobian = g.transpose() * linear.by_unknowns;
 }
 
+LinearPose LatentProblem::linear(Index pose) const {
+  const auto at = static_cast<std::size_t>(pose);
+  LinearPose linear;
+  linear.jacobian.resize(0, layout_.columns());
+  if (now_.general[at]) {
+    return now_.poses[at];
+  }
+  if (!aside_[at]) {
+    assemble(pose, linear);
+  }
+  return linear;
+}
+
 bool LatentProblem::linearise(NormalEquations& equations) {
-  check_interrupt();
   const Index columns = layout_.columns();
+  const Index n = observations_.count();
+  const auto count = static_cast<std::size_t>(n);
   linearise_legs();
   equations.reset(columns);
-  for (Index i = 0; i < observations_.count(); ++i) {
-    LinearPose& linear = linear_[static_cast<std::size_t>(i)];
-    if (aside_[static_cast<std::size_t>(i)]) {
-      linear = LinearPose();
-      linear.jacobian.resize(0, columns);
+  now_.general.assign(count, false);
+  now_.counts.assign(count, 0);
+  now_.poses.resize(count);
+  now_.chi_squares.setZero(n);
+  now_.weights.setOnes(n);
+  const FullPoses::State state = full_state();
+  std::vector<bool> others = aside_;
+  bool any_full = false;
+  for (Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (aside_[at]) {
       continue;
     }
-    assemble(i, linear);
-    const double square = linear.chi_square();
-    if (!std::isfinite(square) || !linear.jacobian.allFinite()) {
+    LinearPose& linear = now_.poses[at];
+    if (now_.full.takes(i) && now_.full.eliminate(state, i)) {
+      now_.counts[at] = now_.full.count(i);
+      now_.chi_squares[i] = now_.full.chi_square(i);
+      any_full = true;
+    } else {
+      others[at] = now_.general[at] = true;
+      assemble(i, linear);
+      now_.counts[at] = linear.count();
+      now_.chi_squares[i] = linear.conditions.squaredNorm();
+    }
+    const double square = now_.chi_squares[i];
+    if (!std::isfinite(square)) {
       return false;
     }
     double cost = square;
-    linear.weight = 1;
-    if (loss_.kind != RobustLoss::Kind::none && linear.count() > 0) {
-      const auto loss = loss_.make(spread_ * std::sqrt(static_cast<double>(linear.count())));
-      double rho[3];
-      loss->Evaluate(square, rho);
-      cost = rho[0];
-      linear.weight = rho[1];
+    if (loss_.kind != RobustLoss::Kind::none && now_.counts[at] > 0) {
+      const RobustLoss::Value value =
+          loss_.evaluate(square, spread_ * std::sqrt(static_cast<double>(now_.counts[at])));
+      cost = value.cost;
+      now_.weights[i] = value.weight;
     }
     equations.cost += cost;
-    equations.information.noalias() +=
-        linear.weight * linear.jacobian.transpose() * linear.jacobian;
-    equations.gradient.noalias() +=
-        linear.weight * linear.jacobian.transpose() * linear.conditions;
+    if (now_.general[at]) {
+      equations.information.noalias() +=
+          now_.weights[i] * linear.jacobian.transpose() * linear.jacobian;
+      equations.gradient.noalias() +=
+          now_.weights[i] * linear.jacobian.transpose() * linear.conditions;
+    }
+  }
+  if (any_full) {
+    now_.full.add_to(equations, state, now_.weights, others);
   }
   for (Index i = 0; i < columns; ++i) {
     const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
@@ -307,43 +368,52 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     equations.gradient[i] += precision * state_.change[i];
     equations.cost += precision * state_.change[i] * state_.change[i];
   }
-  const Vector off = constraints_ * state_.change;
-  equations.information.noalias() += constraints_.transpose() * constraints_;
-  equations.gradient.noalias() += constraints_.transpose() * off;
-  equations.cost += off.squaredNorm();
-  return std::isfinite(equations.cost);
+  now_.information = equations.information;
+  if (constraints_.rows() > 0) {
+    const Vector off = constraints_ * state_.change;
+    equations.information.noalias() += constraints_.transpose() * constraints_;
+    equations.gradient.noalias() += constraints_.transpose() * off;
+    equations.cost += off.squaredNorm();
+  }
+  return std::isfinite(equations.cost) && equations.information.allFinite();
 }
 
 void LatentProblem::step(const Vector& d) {
   constexpr double kLargest = 0.3;  // m or rad
   saved_ = state_;
-  saved_linear_.swap(linear_);
+  std::swap(now_, saved_now_);
   largest_move_ = 0;
+  const Linearisation& from = saved_now_;
+  const FullPoses::State full{saved_.poses, saved_.errors, from.legs, from.by_unknowns, from.gains};
   for (Index i = 0; i < observations_.count(); ++i) {
-    const LinearPose& linear = saved_linear_[static_cast<std::size_t>(i)];
-    if (linear.misfit.size() == 0) {
+    const auto at = static_cast<std::size_t>(i);
+    if (aside_[at]) {
       continue;
     }
-    const Vector errors =
-        -linear.variances.cwiseProduct(linear.elimination.conditions *
-                                       (linear.conditions + linear.jacobian * d));
-    Vector move =
-        linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+    Vector move;
+    if (from.general[at]) {
+      const LinearPose& linear = from.poses[at];
+      const Vector errors = -linear.variances.cwiseProduct(
+          linear.elimination.conditions * (linear.conditions + linear.jacobian * d));
+      move = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+      for (std::size_t row = 0; row < linear.origins.size(); ++row) {
+        const RowOrigin& origin = linear.origins[row];
+        if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
+          state_.errors(i, origin.index) = errors[static_cast<Index>(row)] / origin.by_error;
+        }
+      }
+    } else {
+      move = from.full.move(full, i, d, state_.errors.row(i));
+    }
     const double size = move.lpNorm<Eigen::Infinity>();
     if (size > kLargest) {
       move *= kLargest / size;
     }
     // A pose that says nothing of the parameters may wander about a double root.
-    if (linear.count() > 0) {
+    if (from.counts[at] > 0) {
       largest_move_ = std::max(largest_move_, size);
     }
     move_pose(mechanism_.pose_space(), move.data(), state_.poses.row(i).data());
-    for (std::size_t row = 0; row < linear.origins.size(); ++row) {
-      const RowOrigin& origin = linear.origins[row];
-      if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
-        state_.errors(i, origin.index) = errors[static_cast<Index>(row)] / origin.by_error;
-      }
-    }
   }
   state_.setup = moved(state_.setup, layout_, d);
   state_.change += d;
@@ -351,7 +421,7 @@ void LatentProblem::step(const Vector& d) {
 
 void LatentProblem::undo() {
   state_ = saved_;
-  linear_.swap(saved_linear_);
+  std::swap(now_, saved_now_);
 }
 
 }  // namespace symkin

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "symkin/estimation/detail/full_poses.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/estimation/detail/pose_elimination.hpp"
 #include "symkin/estimation/observations.hpp"
@@ -27,10 +28,8 @@ struct LinearPose {
   PoseElimination elimination;
   Vector conditions;         // rho
   Eigen::MatrixXd jacobian;  // J
-  double weight = 1;         // of the robust loss
 
   Index count() const { return conditions.size(); }
-  double chi_square() const { return conditions.squaredNorm(); }
 };
 
 // Maximum likelihood of all columns of a layout, the poses and the errors of their readings, which
@@ -53,9 +52,7 @@ class LatentProblem {
   void step(const Vector& d);
   void undo();
   // In the typical sizes of the columns.
-  double extent(const Vector& d) const {
-    return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff();
-  }
+  double extent(const Vector& d) const { return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff(); }
   // Whether the last step left the latent poses where they were.
   bool still() const { return largest_move_ < 1e-11; }
 
@@ -64,8 +61,15 @@ class LatentProblem {
   const RowMatrix& poses() const { return state_.poses; }
   const RowMatrix& reading_errors() const { return state_.errors; }
   const std::vector<bool>& aside() const { return aside_; }
-  // Of the last linearisation; those set aside are empty.
-  const std::vector<LinearPose>& linear() const { return linear_; }
+  // Of the last linearisation: J'WJ with the priors, without the constraints.
+  const Eigen::MatrixXd& information() const { return now_.information; }
+  // Of the last linearisation, of each pose: the number of its conditions, their sum of squares
+  // and the weight of the loss; 0, 0 and 1 where it was set aside.
+  const std::vector<Index>& counts() const { return now_.counts; }
+  const Vector& chi_squares() const { return now_.chi_squares; }
+  const Vector& weights() const { return now_.weights; }
+  // Its linearised rows, empty where it was set aside.
+  LinearPose linear(Index pose) const;
 
  private:
   struct State {
@@ -75,20 +79,36 @@ class LatentProblem {
     RowMatrix errors;  // N x legs, of the readings
   };
 
+  // What a linearisation leaves behind.
+  struct Linearisation {
+    std::vector<ClosureRows> legs;       // of sensors that show q itself
+    std::vector<RowMatrix> by_unknowns;  // of each leg, by its scalars
+    std::vector<Vector> gains;           // dq/dpsi
+    std::vector<LinearPose> poses;       // those that `full` does not take
+    FullPoses full;
+    std::vector<bool> general;  // poses that have rows of their own in `poses`
+    std::vector<Index> counts;
+    Vector chi_squares, weights;
+    Eigen::MatrixXd information;
+  };
+
   void linearise_legs();
   void assemble(Index pose, LinearPose& linear) const;
+  FullPoses::State full_state() const {
+    return {state_.poses, state_.errors, now_.legs, now_.by_unknowns, now_.gains};
+  }
 
   const Mechanism& mechanism_;
   const Observations& observations_;
   const Layout& layout_;
   UnknownList list_;
+  Index width_;  // scalars of a leg that may be free: without its sensor's curvature if held
   RobustLoss loss_;
   double spread_;
   std::vector<bool> aside_;
   RowMatrix constraints_;
   State state_, saved_;
-  std::vector<ClosureRows> legs_;  // at the present state, of a sensor that shows q itself
-  std::vector<LinearPose> linear_, saved_linear_;
+  Linearisation now_, saved_now_;
   double largest_move_ = 0;
 };
 

@@ -1,43 +1,37 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/leg_estimators.hpp"
 
-#include <ceres/loss_function.h>
-
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "symkin/estimation/detail/costs.hpp"
-#include "symkin/estimation/detail/solver.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 namespace {
 
-using Costs = std::vector<std::unique_ptr<ceres::CostFunction>>;
+// Starts as Gauss-Newton, which needs a handful of steps; damped when a step fails.
+constexpr double kFirstDamping = 0;
+// With a loss the weights and the spread settle one after the other.
+constexpr int kRobustSteps = 5;  // times those without
 
-// g - psi on the sensor's turn, and C = dg/dparam (Eqs. 8, 15).
-struct ReadingErrors {
-  Vector errors;
-  RowMatrix by_parameters;
-};
-
-ReadingErrors reading_errors(const LegData& data, const Vector& parameters) {
-  Vector roots(data.readings.size());
-  data.model.inverse_kinematics(parameters, data.working_mode, data.poses, roots);
-  ReadingErrors result;
-  result.errors.resize(roots.size());
-  data.model.reading_differences(parameters, roots, data.readings, result.errors);
-  ClosureRows rows;
-  data.model.linearise(parameters, data.poses, data.readings + result.errors, rows);
-  result.by_parameters = -(rows.by_parameters.array().colwise() / rows.by_reading.array());
-  result.by_parameters = RowMatrix(result.by_parameters(Eigen::all, data.estimated));
-  return result;
+void keep_estimated(const LegData& data, ClosureRows& rows) {
+  if (static_cast<Index>(data.estimated.size()) < rows.by_parameters.cols()) {
+    rows.by_parameters = RowMatrix(rows.by_parameters(Eigen::all, data.estimated));
+  }
 }
 
-Vector closure_deviations(const LegData& data, const Vector& parameters,
-                          const MeasurementNoise& noise, Vector& closures) {
-  ClosureRows rows;
-  data.model.linearise_pose(parameters, data.poses, data.readings, rows);
-  closures = rows.closure;
-  return closure_variances(rows, data.model.info().pose_space, noise).cwiseSqrt();
+// g - psi on the sensor's turn in `rows.closure`, NaN where the leg does not reach, and dg/dparam
+// (Eqs. 8, 15) in `rows.by_parameters`.
+void linearise_readings(const LegData& data, const Vector& parameters, ClosureRows& rows) {
+  Vector roots(data.readings.size());
+  data.model.inverse_kinematics(parameters, data.working_mode, data.poses, roots);
+  Vector errors(roots.size());
+  data.model.reading_differences(parameters, roots, data.readings, errors);
+  data.model.linearise(parameters, data.poses, data.readings + errors, rows);
+  keep_estimated(data, rows);
+  rows.by_parameters.array().colwise() /= -rows.by_reading.array();
+  rows.closure = errors;
 }
 
 // Typical standard deviation of g - psi.
@@ -49,19 +43,6 @@ double reading_deviation(const LegData& data, const Vector& parameters,
   return std::sqrt((variances.array() / rows.by_reading.array().square()).mean());
 }
 
-// One weighted least-squares fit with fixed factors, from and into `parameters`.
-SolverOutcome fit(Costs costs, const LegData& data, const Vector& factors, const RobustLoss& loss,
-                  double spread, int max_iterations, Vector& parameters) {
-  const auto loss_function = loss.make(spread);
-  ceres::Problem problem(shared_loss());
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    problem.AddResidualBlock(new ScaledCost(std::move(costs[i]), factors[static_cast<Index>(i)]),
-                             loss_function.get(), parameters.data());
-  }
-  hold_others(problem, parameters, data.estimated);
-  return solve_dense(problem, max_iterations);
-}
-
 // The first pose without a reading.
 std::string unreached_pose(const Vector& errors) {
   Index row = 0;
@@ -69,11 +50,141 @@ std::string unreached_pose(const Vector& errors) {
   return "measured pose " + std::to_string(row + 1);
 }
 
-Vector loss_weights(const RobustLoss& loss, const Vector& residuals, double spread) {
-  return residuals.unaryExpr([&](double r) { return loss.weight(r, spread); });
+// The largest of a step of the estimated parameters, of those beyond 1 over their size.
+double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
+  const Vector sizes = parameters(data.estimated).cwiseAbs().cwiseMax(1);
+  return step.cwiseQuotient(sizes).lpNorm<Eigen::Infinity>();
+}
+
+// x of least |A x - b|, by QR with columns of length one.
+Vector least_squares(const RowMatrix& a, const Vector& b) {
+  const Vector scale = inverse_column_lengths(a);
+  const ColumnSpace space = column_space(a * scale.asDiagonal());
+  return scale.asDiagonal() * (space.coordinates * (space.basis.transpose() * b));
+}
+
+// The residuals of a leg over their standard deviations, which are taken anew with the robust
+// weights wherever the solver goes.
+class LegProblem {
+ public:
+  // Closures, whitened at the start.
+  LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened,
+             const IdentificationOptions& options)
+      : data_(data), options_(options), in_readings_(false) {
+    now_.parameters = start;
+    now_.leg = std::move(whitened);
+  }
+  // g - psi
+  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options)
+      : data_(data), options_(options), in_readings_(true) {
+    now_.parameters = start;
+    linearise_in_readings();
+  }
+
+  Index size() const { return static_cast<Index>(data_.estimated.size()); }
+
+  bool linearise(NormalEquations& equations) {
+    if (moved_) {
+      in_readings_ ? linearise_in_readings()
+                   : whiten(data_, now_.parameters, options_.noise, now_.leg);
+    }
+    const Vector& raw = errors();
+    residuals_ = raw.cwiseProduct(now_.leg.factors);
+    now_.spread = options_.loss.spread(residuals_);
+    equations.cost = weigh(now_.spread, now_.weights);
+    squares_ = now_.weights.cwiseProduct(now_.leg.factors.cwiseAbs2());
+    const RowMatrix& by_parameters = now_.leg.rows.by_parameters;
+    weighted_square(by_parameters, squares_, equations.information);
+    equations.gradient.noalias() = by_parameters.transpose() * squares_.cwiseProduct(raw);
+    equations.by_new_weights = 0;
+    if (moved_) {
+      residuals_ = raw.cwiseProduct(former_.leg.factors);
+      equations.by_new_weights = equations.cost - weigh(former_.spread, unused_);
+    }
+    return std::isfinite(equations.cost) && equations.gradient.allFinite();
+  }
+
+  void step(const Vector& d) {
+    std::swap(now_, former_);
+    now_.parameters = former_.parameters;
+    now_.parameters(data_.estimated) += d;
+    moved_ = true;
+  }
+  void undo() { std::swap(now_, former_); }
+  bool still() const { return true; }
+  double extent(const Vector& d) const { return relative_step(data_, now_.parameters, d); }
+  bool orthogonal_step(Vector& d) const {
+    const Vector roots = squares_.cwiseSqrt();
+    d = -least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
+                       roots.cwiseProduct(errors()));
+    return true;
+  }
+
+  // Where the solver ended.
+  const Vector& errors() const { return now_.leg.rows.closure; }
+  LegEstimate take(SolverOutcome outcome) {
+    return {std::move(now_.parameters), std::move(outcome), std::move(now_.weights),
+            std::move(now_.leg)};
+  }
+
+ private:
+  struct State {
+    Vector parameters;
+    WhitenedLeg leg;    // or g - psi in place of the closures
+    Vector weights;     // of the loss
+    double spread = 1;  // of the residuals
+  };
+
+  void linearise_in_readings() {
+    linearise_readings(data_, now_.parameters, now_.leg.rows);
+    // One factor for all poses, so that the loss counts in standard deviations and the cost stays
+    // the paper's.
+    if (!moved_ || options_.loss.kind != RobustLoss::Kind::none) {
+      deviation_ = reading_deviation(data_, now_.parameters, options_.noise);
+    }
+    now_.leg.factors.setConstant(data_.readings.size(), 1 / deviation_);
+  }
+
+  // The cost of the residuals and their weights.
+  double weigh(double spread, Vector& weights) const {
+    weights.setOnes(residuals_.size());
+    if (options_.loss.kind == RobustLoss::Kind::none) {
+      return residuals_.squaredNorm();
+    }
+    double cost = 0;
+    for (Index k = 0; k < residuals_.size(); ++k) {
+      const RobustLoss::Value value = options_.loss.evaluate(residuals_[k] * residuals_[k], spread);
+      cost += value.cost;
+      weights[k] = value.weight;
+    }
+    return cost;
+  }
+
+  const LegData& data_;
+  const IdentificationOptions& options_;
+  bool in_readings_;
+  State now_, former_;  // `former_` is where the last step began
+  bool moved_ = false;
+  double deviation_ = 1;
+  Vector residuals_, squares_, unused_;
+};
+
+SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options) {
+  const int steps = options.loss.kind == RobustLoss::Kind::none
+                        ? options.max_iterations
+                        : kRobustSteps * options.max_iterations;
+  return minimise(problem, {steps, kFirstDamping});
 }
 
 }  // namespace
+
+void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+            WhitenedLeg& leg) {
+  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
+  keep_estimated(data, leg.rows);
+  leg.variances = closure_variances(leg.rows, data.model.info().pose_space, noise);
+  leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
+}
 
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options) {
@@ -81,79 +192,46 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
   estimate.parameters = start;
   estimate.loss_weights = Vector::Ones(data.readings.size());
   SolverOutcome& outcome = estimate.outcome;
+  ClosureRows rows;
   for (; outcome.iterations < options.max_iterations; ++outcome.iterations) {
-    const ReadingErrors now = reading_errors(data, estimate.parameters);
-    if (!now.errors.allFinite()) {
+    linearise_readings(data, estimate.parameters, rows);
+    if (!rows.closure.allFinite()) {
       outcome.failure = "iteration " + std::to_string(outcome.iterations + 1) + " put " +
-                        unreached_pose(now.errors) + " of the leg out of its reach";
-      return estimate;
+                        unreached_pose(rows.closure) + " of the leg out of its reach";
+      break;
     }
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
     // of Eq. 26 must be subtracted.
-    const Vector step = Eigen::MatrixXd(now.by_parameters).colPivHouseholderQr().solve(now.errors);
+    const Vector step = least_squares(rows.by_parameters, rows.closure);
     estimate.parameters(data.estimated) -= step;
-    const Vector size = estimate.parameters(data.estimated).cwiseAbs().cwiseMax(1);
-    if (step.cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-11) {
+    if (relative_step(data, estimate.parameters, step) < 1e-11) {
       outcome.converged = true;
-      return estimate;
+      break;
     }
   }
-  outcome.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
+  if (!outcome.converged && outcome.failure.empty()) {
+    outcome.failure = "no convergence in " + std::to_string(options.max_iterations) + " iterations";
+  }
+  whiten(data, estimate.parameters, options.noise, estimate.whitened);
   return estimate;
 }
 
 LegEstimate estimate_inverse(const LegData& data, const Vector& start,
                              const IdentificationOptions& options) {
-  LegEstimate estimate;
-  estimate.parameters = start;
-  estimate.loss_weights = Vector::Ones(data.readings.size());
-  Vector errors = reading_errors(data, start).errors;
-  if (!errors.allFinite()) {  // Ceres would print an error
-    estimate.outcome.failure = unreached_pose(errors) + " is out of the leg's reach at the start";
-    return estimate;
+  LegProblem problem(data, start, options);
+  SolverOutcome outcome = solve(problem, options);
+  if (!problem.errors().allFinite()) {
+    outcome.failure = unreached_pose(problem.errors()) + " is out of the leg's reach at the start";
   }
-  // One factor for all poses, so that the loss counts in standard deviations and the cost stays
-  // the paper's.
-  double deviation = reading_deviation(data, start, options.noise);
-  double spread = options.loss.spread(errors / deviation);
-  estimate.outcome = fit_until_still(estimate.parameters, [&] {
-    SolverOutcome outcome =
-        fit(data.model.reading_costs(data.working_mode, data.poses, data.readings), data,
-            Vector::Constant(data.readings.size(), 1 / deviation), options.loss, spread,
-            options.max_iterations, estimate.parameters);
-    errors = reading_errors(data, estimate.parameters).errors;
-    if (!errors.allFinite()) {
-      outcome = {false, outcome.iterations,
-                 unreached_pose(errors) + " is out of the leg's reach at the estimate"};
-      return outcome;
-    }
-    deviation = reading_deviation(data, estimate.parameters, options.noise);
-    spread = options.loss.spread(errors / deviation);
-    return outcome;
-  });
-  if (errors.allFinite()) {
-    estimate.loss_weights = loss_weights(options.loss, errors / deviation, spread);
-  }
+  LegEstimate estimate = problem.take(std::move(outcome));
+  whiten(data, estimate.parameters, options.noise, estimate.whitened);
   return estimate;
 }
 
-LegEstimate estimate_implicit(const LegData& data, const Vector& start,
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options) {
-  LegEstimate estimate;
-  estimate.parameters = start;
-  Vector closures;
-  Vector deviations = closure_deviations(data, start, options.noise, closures);
-  double spread = options.loss.spread(closures.cwiseQuotient(deviations));
-  estimate.outcome = fit_until_still(estimate.parameters, [&] {
-    SolverOutcome outcome =
-        fit(data.model.closure_costs(data.poses, data.readings), data, deviations.cwiseInverse(),
-            options.loss, spread, options.max_iterations, estimate.parameters);
-    deviations = closure_deviations(data, estimate.parameters, options.noise, closures);
-    spread = options.loss.spread(closures.cwiseQuotient(deviations));
-    return outcome;
-  });
-  estimate.loss_weights = loss_weights(options.loss, closures.cwiseQuotient(deviations), spread);
-  return estimate;
+  LegProblem problem(data, start, std::move(whitened), options);
+  return problem.take(solve(problem, options));
 }
 
 }  // namespace symkin

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/estimation/detail/solver.hpp"
+#include <vector>
+
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/estimation/identification.hpp"
 
 namespace symkin {
@@ -10,26 +12,37 @@ namespace symkin {
 struct LegData {
   const LegModel& model;
   int working_mode;
+  std::vector<Index> rows;  // of the measurements
   RowMatrix poses;
   Vector readings;
-  std::vector<Index> estimated;  // columns of the parameters
+  std::vector<Index> estimated;  // which of the parameters; the others stay
 };
+
+// The leg's closures at some parameters, their derivatives by the estimated ones, and one over
+// their standard deviations by the declared noise.
+struct WhitenedLeg {
+  ClosureRows rows;
+  Vector variances, factors;
+};
+void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+            WhitenedLeg& leg);
 
 // Where an estimator ended, and how it weighed the poses.
 struct LegEstimate {
   Vector parameters;
   SolverOutcome outcome;
-  Vector loss_weights;  // of the robust loss, 1 a pose without one
+  Vector loss_weights;   // of the robust loss, 1 a pose without one
+  WhitenedLeg whitened;  // at the parameters
 };
 
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
-// The same cost by Levenberg-Marquardt.
+// The same cost by Levenberg-Marquardt, with a loss if asked for.
 LegEstimate estimate_inverse(const LegData& data, const Vector& start,
                              const IdentificationOptions& options);
-// Whitened closures, their variances taken anew at the estimate until both agree.
-LegEstimate estimate_implicit(const LegData& data, const Vector& start,
+// Whitened closures, their variances those at the estimate; `whitened` is the leg at the start.
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options);
 
 }  // namespace symkin

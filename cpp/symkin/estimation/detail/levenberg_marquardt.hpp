@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 #include "symkin/support/types.hpp"
 
@@ -42,25 +43,18 @@ struct NormalEquations {
 
 // Steps from normal equations whose columns are brought to unit length, so that neither units nor
 // the sizes of parameters matter.
-class ScaledSteps {
+class NormalSteps {
  public:
-  void set(const NormalEquations& equations);
-
   struct Step {
     double decrease;  // of the cost, predicted; negative if there is no step
     bool accurate;    // the pivots are far above rounding
   };
   // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
   // shortest d by eigenvalues: what the data does not show does not move.
-  Step solve(double damping, Vector& step);
+  Step solve(const NormalEquations& equations, double damping, Vector& step);
 
  private:
-  Step shortest(Vector& step) const;
-
-  RowMatrix information_;  // unit diagonal, lower triangle
-  Vector gradient_;        // scaled
-  Vector scale_;
-  RowMatrix factor_;
+  ScaledCholesky cholesky_;
 };
 
 namespace detail {
@@ -79,14 +73,12 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool linearise(NormalEquations&);       at the present state; false where that is not finite
 //   void step(const Vector& d);             moves the state
 //   void undo();                            takes the last step back, with all that depends on it
-//   double extent(const Vector& d) const;   how far a step goes, relative to the state (or 1 m,
-//   rad) bool still() const;                     whether what the state holds beside the parameters
-//   was
-//                                           left where it was by the last step
+//   double extent(const Vector& d) const;   how far a step goes, relative to the state
+//   bool still() const;                     whether the last step left what the state holds beside
+//                                           the parameters where it was
 // and may have
-//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, which is asked
-//   for
-//                                           where the normal equations are too coarse; false: none
+//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
+//                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
@@ -94,12 +86,15 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
   constexpr double kRounding = 1e-7;
   constexpr double kNear = 1e-2;
-  constexpr double kSlack = 1e-10;        // of the cost, by which rounding may raise it
+  // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
+  // more than the parameters, whose cost is that of an optimum in the rest only to first order.
+  constexpr double kSlack = 1e-10;
+  constexpr double kNearSlack = kNear * kNear;
   constexpr double kLeastDamping = 1e-4;  // after a step that failed
   SolverOutcome outcome;
   NormalEquations now;
   NormalEquations next;
-  ScaledSteps steps;
+  NormalSteps steps;
   Vector step(problem.size());
   if (!problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
@@ -108,14 +103,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   double damping = options.damping;
   double last_distance = std::numeric_limits<double>::infinity();
   bool failed = false;  // the last step
+  bool near = false;
   for (int tried = 0;; ++tried) {
     check_interrupt();
-    if (!failed) {
-      steps.set(now);
-    }
     double decrease = -1;
     if (!failed) {
-      const ScaledSteps::Step newton = steps.solve(0, step);
+      const NormalSteps::Step newton = steps.solve(now, 0, step);
       decrease = newton.decrease;
       if constexpr (detail::HasOrthogonalStep<Problem>::value) {
         if (!newton.accurate && problem.orthogonal_step(step)) {
@@ -130,7 +123,8 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
         return outcome;
       }
       last_distance = distance;
-      if (distance < kNear) {
+      near = distance < kNear;
+      if (near) {
         damping = 0;
       }
     }
@@ -142,7 +136,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       if (decrease < 0) {
         damping = std::max(damping, kLeastDamping);
       }
-      decrease = steps.solve(damping, step).decrease;
+      decrease = steps.solve(now, damping, step).decrease;
       if (!(decrease >= 0) || problem.extent(step) < kStill) {
         outcome.failure = "no step lowers the cost";
         return outcome;
@@ -150,7 +144,8 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
     }
     problem.step(step);
     failed = !problem.linearise(next) ||
-             !(next.cost - next.by_new_weights <= now.cost + kSlack * (now.cost + 1));
+             !(next.cost - next.by_new_weights <=
+               now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
     if (failed) {
       problem.undo();
       damping = std::max(8 * damping, kLeastDamping);

@@ -56,9 +56,9 @@ PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& var
                        "than degrees of freedom, or a singular pose); declare a noise of the "
                        "readings above zero");
   }
-  result.conditions = scale.asDiagonal() *
-                      upper.transpose().triangularView<Eigen::Lower>().solve(left.transpose())
-                          .transpose();
+  result.conditions =
+      scale.asDiagonal() *
+      upper.transpose().triangularView<Eigen::Lower>().solve(left.transpose()).transpose();
   return result;
 }
 

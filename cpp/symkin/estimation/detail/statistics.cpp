@@ -6,12 +6,20 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace symkin {
 
 double chi_square_limit(Index degrees_of_freedom, double probability) {
-  const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
-  return boost::math::quantile(boost::math::complement(distribution, probability));
+  // A fleet asks for the same few limits again and again.
+  thread_local std::map<std::pair<Index, double>, double> known;
+  const auto [limit, is_new] = known.try_emplace({degrees_of_freedom, probability}, 0);
+  if (is_new) {
+    const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+    limit->second = boost::math::quantile(boost::math::complement(distribution, probability));
+  }
+  return limit->second;
 }
 
 double chi_square_tail(double value, Index degrees_of_freedom) {

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/set_aside.hpp"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "symkin/model/sensor.hpp"
+#include "symkin/support/dense.hpp"
+
+namespace symkin {
+namespace {
+
+// The pose that is not set aside whose readings are nearest, each leg's in its own range; -1 if
+// there is none with a leg in common.
+Index nearest_pose(const RowMatrix& readings, Index pose, const std::vector<bool>& aside) {
+  Vector ranges(readings.cols());
+  for (Index leg = 0; leg < readings.cols(); ++leg) {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (Index i = 0; i < readings.rows(); ++i) {
+      if (std::isfinite(readings(i, leg))) {
+        least = std::min(least, readings(i, leg));
+        most = std::max(most, readings(i, leg));
+      }
+    }
+    ranges[leg] = most > least ? most - least : 1;
+  }
+  Index nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (Index other = 0; other < readings.rows(); ++other) {
+    if (aside[static_cast<std::size_t>(other)]) {
+      continue;
+    }
+    double sum = 0;
+    Index common = 0;
+    for (Index leg = 0; leg < readings.cols(); ++leg) {
+      const double way = (readings(other, leg) - readings(pose, leg)) / ranges[leg];
+      if (std::isfinite(way)) {
+        sum += way * way;
+        ++common;
+      }
+    }
+    if (common > 0 && sum / static_cast<double>(common) < least) {
+      least = sum / static_cast<double>(common);
+      nearest = other;
+    }
+  }
+  return nearest;
+}
+
+// The pose that its own observations ask for with all else held, from `start`; empty if none.
+RowMatrix relaxed(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
+                  Index pose, const RowMatrix& start) {
+  constexpr int kMaxSteps = 50;
+  constexpr double kStill = 1e-10;
+  const Observations alone = observations.at(pose);
+  const Layout held{std::vector<Index>(static_cast<std::size_t>(UnknownList(setup).size()), -1),
+                    Vector(0)};
+  LatentProblem problem(mechanism, alone, held, setup, start, {false}, RobustLoss(), 1);
+  NormalEquations equations;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    if (!problem.linearise(equations)) {
+      return {};
+    }
+    const RowMatrix before = problem.poses();
+    problem.step(Vector(0));
+    if ((problem.poses() - before).lpNorm<Eigen::Infinity>() < kStill) {
+      return problem.poses();
+    }
+  }
+  return {};
+}
+
+// Of each leg that was read, the sign of dh/dq, its working mode; then that of det(dh/dpose) where
+// it is square. Zero where there is none.
+Vector aspect_of(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
+                 Index pose, const RowMatrix& at) {
+  const Index legs = mechanism.leg_count();
+  const bool square = legs == mechanism.dof() && mechanism.model().info().closures == 1;
+  Vector signs = Vector::Zero(legs + 1);
+  RowMatrix by_pose(legs, mechanism.dof());
+  bool all = square;
+  for (Index leg = 0; leg < legs; ++leg) {
+    const double reading = observations.readings.values(pose, leg);
+    if (!std::isfinite(reading)) {
+      all = false;
+      continue;
+    }
+    const CurvedSensor sensor = setup.sensor(leg);
+    Vector straight = setup.parameters.row(leg);
+    straight.tail<2>() << 1, 0;
+    ClosureRows rows;
+    mechanism.model().linearise_pose(straight, at,
+                                     Vector::Constant(1, sensor.active_joint(reading)), rows);
+    signs[leg] = rows.by_reading[0] < 0 ? -1 : 1;
+    by_pose.row(leg) = rows.by_pose.row(0);
+  }
+  if (all) {
+    signs[legs] = determinant(by_pose) < 0 ? -1 : 1;
+  }
+  return signs;
+}
+
+}  // namespace
+
+Index take_in(const Mechanism& mechanism, const Observations& observations,
+              LatentProblem& problem) {
+  const std::vector<bool> aside = problem.aside();
+  Index taken = 0;
+  for (std::size_t k = 0; k < aside.size(); ++k) {
+    if (!aside[k]) {
+      continue;
+    }
+    const auto pose = static_cast<Index>(k);
+    const Index nearest = nearest_pose(observations.readings.values, pose, aside);
+    if (nearest < 0) {
+      continue;
+    }
+    const RowMatrix start = problem.poses().row(nearest);
+    const RowMatrix found = relaxed(mechanism, observations, problem.setup(), pose, start);
+    if (found.size() == 0) {
+      continue;
+    }
+    const Vector here = aspect_of(mechanism, observations, problem.setup(), pose, found);
+    const Vector there = aspect_of(mechanism, observations, problem.setup(), nearest, start);
+    if ((here.array() * there.array() >= 0).all()) {
+      problem.take_in(pose, found.data());
+      ++taken;
+    }
+  }
+  return taken;
+}
+
+}  // namespace symkin

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/fleet.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "symkin/support/error.hpp"
+#include "symkin/support/parallel.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr Index kRobots = 64;  // of a task
+
+MeasurementSet part(const MeasurementSet& all, Index first, Index end) {
+  return {all.poses.middleRows(first, end - first), all.readings.middleRows(first, end - first),
+          std::vector<Index>(all.leg_sets.begin() + first, all.leg_sets.begin() + end)};
+}
+
+std::string failure_of(const Identification& found) {
+  std::string failure;
+  for (std::size_t leg = 0; leg < found.legs.size(); ++leg) {
+    if (!found.legs[leg].converged) {
+      failure += (failure.empty() ? "leg " : ", leg ") + std::to_string(leg + 1) + " (" +
+                 found.legs[leg].failure + ")";
+    }
+  }
+  return failure;
+}
+
+void set_row(Fleet& fleet, Index robot, const Identification& found) {
+  const RowMatrix& parameters = found.parameters;
+  fleet.parameters.row(robot) =
+      Eigen::Map<const Vector>(parameters.data(), parameters.size()).transpose();
+  fleet.deviations.row(robot) = found.covariance.diagonal().cwiseSqrt().transpose();
+  for (std::size_t k = 0; k < found.goodness.size(); ++k) {
+    const GoodnessOfFit& fit = found.goodness[k];
+    const auto column = static_cast<Index>(k);
+    fleet.chi_square(robot, column) = fit.chi_square;
+    fleet.degrees_of_freedom(robot, column) = static_cast<double>(fit.degrees_of_freedom);
+    fleet.limit(robot, column) = fit.limit;
+    fleet.least(robot, column) = fit.least;
+  }
+  fleet.residual_rms[robot] = found.residual_rms;
+  fleet.rejected[robot] = 0;
+  for (const LegIdentification& leg : found.legs) {
+    fleet.rejected[robot] += static_cast<double>(leg.rejected.size());
+  }
+  fleet.failures[static_cast<std::size_t>(robot)] = failure_of(found);
+}
+
+}  // namespace
+
+Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measurements,
+                    const std::vector<Index>& first, const IdentificationOptions& options,
+                    int threads) {
+  options.check();
+  const Index rows = measurements.poses.rows();
+  check_poses(mechanism, measurements.poses);
+  check_readings(mechanism, rows, measurements.readings);
+  check_one_closure(mechanism.model().info(), "identification");
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    if (first[i] < (i == 0 ? 0 : first[i - 1]) || first[i] > rows) {
+      throw InvalidInput("the rows of robot " + std::to_string(i) + " begin at row " +
+                         std::to_string(first[i]) + " of " + std::to_string(rows) +
+                         "; expected ascending rows");
+    }
+  }
+  const auto robots = static_cast<Index>(first.empty() ? 0 : first.size() - 1);
+  const Index legs = mechanism.leg_count();
+  const Index size = legs * mechanism.parameter_count();
+  const Index fits = options.estimator == Estimator::joint ? 1 : legs;
+  Fleet fleet;
+  fleet.parameters = fleet.deviations = RowMatrix::Constant(robots, size, kNan);
+  fleet.chi_square = fleet.degrees_of_freedom = fleet.limit = fleet.least =
+      RowMatrix::Constant(robots, fits, kNan);
+  fleet.residual_rms = fleet.rejected = Vector::Constant(robots, kNan);
+  fleet.failures.resize(static_cast<std::size_t>(robots));
+  IdentificationOptions lean = options;
+  lean.conditions = false;
+  parallel_for((robots + kRobots - 1) / kRobots, threads, [&](Index task) {
+    for (Index i = task * kRobots; i < std::min(robots, (task + 1) * kRobots); ++i) {
+      const auto robot = static_cast<std::size_t>(i);
+      try {
+        set_row(fleet, i,
+                identify(mechanism, part(measurements, first[robot], first[robot + 1]), lean));
+      } catch (const Error& error) {
+        fleet.failures[robot] = error.what();
+      }
+    }
+  });
+  return fleet;
+}
+
+}  // namespace symkin

@@ -1,0 +1,424 @@
+# SPDX-License-Identifier: MIT
+"""The frames of a measuring device and of its target, against a robot whose geometry is trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import MeasurementError, SymkinError, one_of
+from symkin.frames import align, moved, poses_of, transforms
+from symkin.poses import (
+    POSE_SPACES,
+    Transform,
+    rotations_from_vectors,
+    space_named,
+    vectors_from_rotations,
+)
+from symkin.result import Result, Value, field, record
+from symkin.settings import Frames
+
+if TYPE_CHECKING:
+    from symkin.io.tables import Table, TableSource
+    from symkin.mechanism import Mechanism
+    from symkin.report.content import Page
+    from symkin.settings import MeasurementColumns
+
+__all__ = [
+    "Alignment",
+    "Convention",
+    "ConventionFit",
+    "align_frames",
+    "poses_of_columns",
+    "poses_of_mechanism",
+]
+
+Array = NDArray[np.float64]
+Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
+
+_PLAINLY = 3.0  # times: a convention fits if the next one leaves so much more
+_STEP = 1e-6
+_UNSEEN = 1e-9  # of the largest eigenvalue
+
+
+@record
+class ConventionFit(Value):
+    """How well the measured poses fit, taken in one way.
+
+    Attributes
+    ----------
+    convention : str
+        "as measured"; "inverse", the device's pose in the target's frame; "conjugate", rotations
+        the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed
+        frame.
+    position_rms, orientation_rms : float
+        What is left of the distance (m) and of the angle (rad).
+    cost : float
+        Root mean square of both (m), a rotation counting as the way at `Alignment.length`.
+    """
+
+    convention: Convention
+    position_rms: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    cost: float = field(unit="m")
+
+
+@record
+class Alignment(Result):
+    """Frames that bring the robot's poses nearest to those that a device measured.
+
+    Attributes
+    ----------
+    frames : Frames
+        The base in the device's frame, and the target in the platform's.
+    base_deviations, target_deviations : ndarray, shape (6,) spatially, else (3,)
+        Standard deviations, m and rad, from what is left; infinite where the poses do not tell.
+    convention : str
+        The way of taking the measured poses that fits.
+    conventions : tuple of ConventionFit
+        All ways, the best first.
+    position_rms, position_max, orientation_rms, orientation_max : float
+        What is left: m and rad.
+    differences : ndarray, shape (N, dof)
+        The same of every pose: position, then angle or rotation vector.
+    length : float
+        At which a rotation was made comparable with a translation, m.
+    """
+
+    frames: Frames
+    base_deviations: Array
+    target_deviations: Array
+    convention: Convention
+    conventions: tuple[ConventionFit, ...]
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
+    differences: Array = field(private=True)
+    length: float = field(unit="m")
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to trust the frames; empty if there are none."""
+        return tuple(self._doubts())
+
+    @property
+    def trustworthy(self) -> bool:
+        """Whether one convention fits plainly, and the poses show both frames."""
+        return not self.doubts
+
+    def _doubts(self) -> Iterator[str]:
+        best, *others = self.conventions
+        near = [each for each in others if each.cost < _PLAINLY * best.cost]
+        if near:
+            names = ", ".join(f'"{each.convention}"' for each in near)
+            yield (
+                f'the poses fit "{best.convention}" ({1e3 * best.cost:.3g} mm), but hardly better '
+                f"than {names} ({1e3 * near[0].cost:.3g} mm): measure poses that tilt and move more"
+            )
+        elif others and best.convention != "as measured":
+            plain = next(each for each in others if each.convention == "as measured")
+            yield (
+                f'the poses were not taken as they are, but as "{best.convention}", which leaves '
+                f"{1e3 * best.cost:.3g} mm instead of {1e3 * plain.cost:.3g} mm: correct the "
+                "table, or say so with --convention"
+            )
+        deviations = np.concatenate([self.base_deviations, self.target_deviations])
+        if not np.isfinite(deviations).all():
+            yield (
+                "these poses do not tell the base frame from the target frame: they need to turn "
+                "about more than one axis, and to move"
+            )
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.alignment import alignment_page
+
+        return alignment_page(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        found = super().to_dict()
+        verdict = {"trustworthy": self.trustworthy, "doubts": list(self.doubts)}
+        return {"command": "align", **verdict, **found}
+
+    def frames_text(self) -> str:
+        """Return the ``[frames]`` section of a mechanism file.
+
+        Returns
+        -------
+        str
+        """
+        from symkin.io.mechanism_writer import toml_value
+
+        notes = {
+            "base": "of the robot in the frame of the measuring device",
+            "target": "in the platform's frame",
+        }
+        lines = [
+            f"{name} = {toml_value(getattr(self.frames, name))}  # {note}"
+            for name, note in notes.items()
+        ]
+        return "\n".join(["[frames]", *lines]) + "\n"
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return what is left, a row a pose."""
+        names = {2: "x_m y_m", 3: "x_m y_m phi_rad", 6: "x_m y_m z_m rx_rad ry_rad rz_rad"}
+        return dict(zip(names[self.differences.shape[1]].split(), self.differences.T, strict=True))
+
+
+def align_frames(
+    measured: ArrayLike,
+    robot: ArrayLike,
+    *,
+    convention: Convention | None = None,
+    length: float = 1.0,
+    pose_space: str = "",
+) -> Alignment:
+    """Find where a measuring device stands, and what it measures on the platform.
+
+    Least squares of ``base @ robot @ target`` against the measured poses. The robot's geometry is
+    trusted; to find both, see `identify` with ``frames``.
+
+    Parameters
+    ----------
+    measured : array_like, shape (N, coordinates)
+        Poses of the target in the device's frame.
+    robot : array_like, shape (N, coordinates)
+        Poses of the platform in the base's frame: reported by the controller, or of the forward
+        kinematics. Rows with NaN in either are left out.
+    convention : str, optional
+        How to take the measured poses, see `ConventionFit`; by default whichever fits best, which
+        the result says.
+    length : float
+        At which a rotation counts as much as a translation, m.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses; by default the one with so many coordinates, planar if two have.
+
+    Returns
+    -------
+    Alignment
+
+    Raises
+    ------
+    SymkinError
+        For poses of unequal shapes, or too few of them.
+    """
+    device, own = (np.atleast_2d(np.asarray(each, dtype=float)) for each in (measured, robot))
+    if device.shape != own.shape:
+        raise MeasurementError(
+            f"the measured poses are {device.shape}, the robot's {own.shape}; expected as many of "
+            "both"
+        )
+    space = space_named(pose_space, device.shape[1]).name
+    kept = np.isfinite(device).all(axis=1) & np.isfinite(own).all(axis=1)
+    device, poses = device[kept], transforms(space, own[kept])
+    if convention is not None:
+        one_of("convention", convention, Convention)
+    ways = [convention] if convention else list(get_args(Convention))
+    fits = [
+        _aligned(way, poses, wanted, length, space)
+        for way in ways
+        for wanted in [_taken(way, device, space)]
+        if wanted is not None
+    ]
+    fits.sort(key=lambda fit: fit[0].cost)
+    best, base, target, wanted = fits[0]
+    kind = POSE_SPACES[space]
+    size, shown = kind.size, kind.frame_components
+    differences = moved(base, poses, target, wanted)[:, kind.components]
+    deviations = _deviations(base, poses, target, wanted, space)
+    position, orientation = (
+        np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
+    )
+    return Alignment(
+        frames=Frames(*(tuple(_tangent(each)[shown].tolist()) for each in (base, target))),
+        base_deviations=deviations[: len(shown)],
+        target_deviations=deviations[len(shown) :],
+        convention=best.convention,
+        conventions=tuple(fit[0] for fit in fits),
+        position_rms=best.position_rms,
+        position_max=float(position.max()),
+        orientation_rms=best.orientation_rms,
+        orientation_max=float(orientation.max(initial=0.0)),
+        differences=differences,
+        length=length,
+    )
+
+
+def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = None) -> Array:
+    """Return the poses of columns of a table, position first, SI.
+
+    Parameters
+    ----------
+    table : Table
+        Of `read_table`.
+    names : sequence of str
+        Two columns of a point; three of a planar pose; six of a position and a rotation vector, or
+        angles; seven of a position and a quaternion x, y, z, w.
+    angles : str, optional
+        Axes of three angles: ``"XYZ"`` each as it has turned, ``"xyz"`` fixed.
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+
+    Raises
+    ------
+    MeasurementError
+        For another number of columns, or as `read_pose_values`.
+    """
+    from symkin.io.columns import read_pose_values
+    from symkin.settings import MeasurementColumns
+
+    names = [name.strip() for name in names]
+    size = {2: 2, 3: 2, 6: 3, 7: 3}.get(len(names))
+    if size is None:
+        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 6 or 7")
+    if angles is not None and (
+        len(names) != 6 or len(angles) != 3 or angles.lower().strip("xyz")
+        or not (angles.islower() or angles.isupper())
+    ):  # fmt: skip
+        raise MeasurementError(
+            f'angles about "{angles}" of a pose of {len(names)} columns; expected three letters of '
+            "XYZ, or of xyz, and six columns"
+        )
+    turns = names[size:]
+    columns = MeasurementColumns(
+        position=tuple(names[:size]),
+        readings=(),
+        angle=turns[0] if len(turns) == 1 else None,
+        quaternion=tuple(turns) if len(turns) == 4 else (),
+        rotation_vector=tuple(turns) if len(turns) == 3 else (),
+    )
+    values = read_pose_values(table, columns)
+    if angles is None:
+        return values.poses()
+    rotation = np.eye(3)[None]
+    for letter, angle in zip(angles.lower(), values.angles.T, strict=True):
+        axis = np.eye(3)["xyz".index(letter)]
+        turn = rotations_from_vectors(angle[:, None] * axis)
+        rotation = rotation @ turn if angles.isupper() else turn @ rotation
+    return poses_of("spatial", Transform(rotation, values.positions))
+
+
+def poses_of_mechanism(
+    mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None = None
+) -> tuple[Array, Array]:
+    """Return the measured poses of a table, and the robot's own, reported or calculated.
+
+    Rows that were not measured in full, or that the robot cannot take, are NaN.
+
+    Returns
+    -------
+    tuple of ndarray, shape (N, coordinates)
+    """
+    from symkin.identification.unknowns import core_setup
+    from symkin.io.measurements import read_measurements
+    from symkin.measurements import Measurements
+
+    taken = read_measurements(source, mechanism, columns)
+    if taken.reported is not None:
+        return taken.poses, taken.reported
+    read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
+    if not len(read):
+        raise MeasurementError("no row has readings of all legs, nor a reported pose")
+    nowhere = np.full_like(taken.poses, np.nan)
+    readings = mechanism.straightened(taken.readings)
+    alone = Measurements.of(nowhere, readings, pose_space=taken.pose_space).subset(read)
+    own = np.array(nowhere)
+    own[read] = _core.starting_poses(
+        mechanism.straight,
+        core_setup(mechanism.replace(frames=None, curvature=None)),
+        alone.observations(mechanism.noise),
+        mechanism.home,
+    )
+    return taken.poses, own
+
+
+def _taken(way: Convention, device: Array, space: str) -> Transform | None:
+    """The measured poses in a convention; None where it means nothing."""
+    if way == "as measured":
+        return transforms(space, device)
+    if way == "scalar first":
+        if space != "spatial":
+            return None
+        return transforms(space, np.hstack([device[:, :3], np.roll(device[:, 3:], -1, axis=1)]))
+    if not POSE_SPACES[space].turns and way != "mirrored":
+        return None
+    poses = transforms(space, device)
+    turned = np.swapaxes(poses.rotation, 1, 2)
+    if way == "inverse":
+        return Transform(turned, -np.einsum("nij,nj->ni", turned, poses.translation))
+    if way == "conjugate":
+        return Transform(turned, poses.translation)
+    mirror = np.diag([1.0, 1.0, -1.0] if POSE_SPACES[space].in_space else [1.0, -1.0, 1.0])
+    rotation = mirror @ poses.rotation @ mirror
+    return Transform(rotation, poses.translation @ mirror)
+
+
+_Fit = tuple[ConventionFit, Transform, Transform, Transform]
+
+
+def _aligned(
+    way: Convention, poses: Transform, wanted: Transform, length: float, space: str
+) -> _Fit:
+    frames = align(poses, wanted, length, space)
+    if frames is None:
+        raise SymkinError(f"{len(wanted.translation)} poses always fit two frames; measure more")
+    left = moved(frames[0], poses, frames[1], wanted)
+    position = _rms(left[:, :3])
+    orientation = _rms(left[:, 3:]) if POSE_SPACES[space].turns else 0.0
+    cost = math.hypot(position, length * orientation)
+    return ConventionFit(way, position, orientation, cost), *frames, wanted
+
+
+def _deviations(
+    base: Transform, poses: Transform, target: Transform, wanted: Transform, space: str
+) -> Array:
+    """Standard deviations of the tangents of base and target, both outside, from what is left."""
+    kind = POSE_SPACES[space]
+    shown, free, size = kind.components, kind.frame_components, kind.size
+    left = moved(base, poses, target, wanted)[:, shown]
+    columns = []
+    for number in range(2):
+        for component in free:
+            step = np.zeros(6)
+            step[component] = _STEP
+            sides = []
+            for sign in (1, -1):
+                frames = [base, target]
+                frames[number] = _stepped(frames[number], sign * step)
+                sides.append(moved(frames[0], poses, frames[1], wanted)[:, shown])
+            columns.append((sides[0] - sides[1]) / (2 * _STEP))
+    matrix = np.stack(columns, axis=2)
+    spare = left.size - len(columns)
+    spread = np.ones(left.shape[1])
+    for part in (slice(0, size), slice(size, None)):
+        if left[:, part].size:
+            spread[part] = np.sqrt(np.mean(left[:, part] ** 2) * left.size / max(spare, 1))
+    spread[spread == 0] = 1e-15
+    rows = (matrix / spread[:, None]).reshape(-1, len(columns))
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    unseen = values < _UNSEEN * values[-1]
+    variances = np.sum(vectors[:, ~unseen] ** 2 / values[~unseen], axis=1)
+    hidden = (np.abs(vectors[:, unseen]) > _UNSEEN).any(axis=1)
+    return np.where(hidden, np.inf, np.sqrt(variances))
+
+
+def _stepped(frame: Transform, step: Array) -> Transform:
+    turn = rotations_from_vectors(step[None, 3:])[0]
+    return Transform(turn @ frame.rotation, frame.translation + step[:3])
+
+
+def _tangent(frame: Transform) -> Array:
+    return np.concatenate([frame.translation, vectors_from_rotations(frame.rotation[None])[0]])
+
+
+def _rms(rows: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(rows**2, axis=1))))

@@ -1,0 +1,605 @@
+# SPDX-License-Identifier: MIT
+"""Maximum likelihood of whatever is unknown, from whatever was observed."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import FailedFitError, SymkinError, SymmetryError
+from symkin.evaluation import Evaluation, closures_of, evaluate
+from symkin.frames import unframed
+from symkin.identification.calibrated import (
+    as_mechanism,
+    canonical,
+    changed_settings,
+    with_usable_home,
+)
+from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
+from symkin.identification.suspicions import (
+    Alternative,
+    alternatives_of,
+    doubts_of,
+    estimated_noise,
+    notes_of,
+    without_blunders,
+)
+from symkin.identification.unknowns import (
+    CONSTANT,
+    REDUNDANT,
+    Layout,
+    core_setup,
+    frames_of,
+    scalar_values,
+)
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import name_combination
+from symkin.result import Result, Value, field, plain, record
+from symkin.settings import Frames, NoiseSettings
+
+if TYPE_CHECKING:
+    from symkin.identification.estimate import CrossValidation
+    from symkin.report.content import Page
+
+__all__ = ["JointIdentification", "Unknown"]
+
+Array = NDArray[np.float64]
+Status = Literal[
+    "free",
+    "shared",
+    "held",
+    "held, a constant of the description",
+    "held, since the sensor's offset does the same",
+    "held by its prior: not shown by the data",
+    "shown by the data and priors together",
+    "shown by the data up to the gauge",
+]
+
+# A deviation beyond this share of the prior's says that the data told next to nothing.
+_SILENT = 0.9
+_HELD = 1e-12  # m or rad: a prior that is as good as none of it being free
+
+
+@record
+class Unknown(Value):
+    """A scalar of the robot as it is measured.
+
+    Attributes
+    ----------
+    name : str
+        ``leg2.distal_length``, ``base.x``, ``plane.c1``, ...
+    unit : str
+        "m", "rad", ...; empty for a number.
+    nominal : float
+        Of the drawing; NaN for what no drawing shows.
+    value, deviation : float
+        The estimate and its standard deviation; NaN if it is held. A frame's rotation is written as
+        a rotation vector, and its deviations are those of a small rotation about the axes outside.
+    tolerance, prior : float
+        Standard deviations of manufacturing and of the prior; NaN without.
+    status : str
+        "free", "shared" or "held", with the reason if it always is; or what the data do not show
+        by themselves.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    value: float
+    deviation: float
+    tolerance: float
+    prior: float
+    status: Status
+
+    @property
+    def shown(self) -> bool:
+        """Whether the data determine it by themselves."""
+        return self.status in ("free", "shared")
+
+
+@record
+class JointIdentification(Result):
+    """What observations of any kind say of the unknowns, and how far that can be trusted.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The calibrated one, with its frames, and the standard deviations of what was estimated.
+    unknowns : tuple of Unknown
+        Every scalar of the legs, and of the frames that there are.
+    names : tuple of str
+        Of the columns that were estimated.
+    covariance : ndarray, shape (columns, columns)
+        Of these; scaled up, but for the priors' share, where the residuals are larger than the
+        declared noise explains.
+    chi_square, degrees_of_freedom : float, int
+        Of all observations and priors.
+    limit, least : float
+        What chi-square exceeds, and falls short of, in one of 1000 sound robots.
+    conditions : ndarray of int, shape (N,)
+        How many equations each pose brings.
+    rank, data_rank : int
+        Of observations and priors, and of observations alone.
+    unseen : tuple of str
+        Combinations of unknowns, in tolerances, that the observations alone do not show.
+    unseen_directions : ndarray, shape (columns, columns - data_rank)
+        The same in numbers.
+    gauge : str
+        How these were settled; empty if there are none.
+    latent_poses : ndarray, shape (N, coordinates)
+        Where the platform was, in the robot's own frame; NaN where no start was found.
+    reading_errors : ndarray, shape (N, legs)
+        True less read, in the sensor's unit.
+    rows : Rows
+        Of the single observations.
+    rejected : tuple of (int, str)
+        Rows of the measurements, from 0, and what of them was left out as a blunder.
+    aside : tuple of int
+        Rows, from 0, that no latent pose was found for.
+    converged : bool
+        Whether it did, and
+    failure : str
+        why not.
+    iterations : int
+        Steps of the solver.
+    noise : NoiseSettings
+        Declared, or estimated if that was asked for.
+    nominal : Mechanism
+        From which it started.
+    measurements : Measurements
+        What was observed.
+    options : JointOptions
+        How.
+    cross_validation : CrossValidation or None
+        If it was asked for, see `cross_validated`.
+    """
+
+    mechanism: Mechanism = field(private=True)
+    unknowns: tuple[Unknown, ...]
+    names: tuple[str, ...]
+    covariance: Array
+    chi_square: float
+    degrees_of_freedom: int
+    limit: float
+    least: float
+    conditions: NDArray[np.intp] = field(private=True)
+    rank: int
+    data_rank: int
+    unseen: tuple[str, ...]
+    unseen_directions: Array = field(private=True)
+    gauge: str
+    latent_poses: Array = field(private=True)
+    reading_errors: Array = field(private=True)
+    rows: Rows = field(private=True)
+    rejected: tuple[tuple[int, str], ...] = field(private=True)
+    aside: tuple[int, ...] = field(private=True)
+    converged: bool
+    failure: str
+    iterations: int
+    noise: NoiseSettings
+    nominal: Mechanism = field(private=True)
+    measurements: Measurements = field(private=True)
+    options: JointOptions = field(private=True)
+    cross_validation: CrossValidation | None = field(private=True, default=None)
+
+    FILES: ClassVar[tuple[str, ...]] = (
+        "calibrated.toml",
+        "results.json",
+        "latent_poses.csv",
+        "residuals.csv",
+        "report.html",
+    )
+
+    @classmethod
+    def of(
+        cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions
+    ) -> JointIdentification:
+        """Estimate what is unknown; the arguments and errors are those of `identify`."""
+        problem, fit, gauge = Problem.of(mechanism, measurements, options).resolved()
+        rejected: tuple[tuple[int, str], ...] = ()
+        if options.loss_per == "reading":
+            problem, fit, rejected = without_blunders(problem)
+        if options.noise == "estimate":
+            problem, fit = estimated_noise(problem, fit)
+        values, deviations, calibrated = _calibrated(mechanism, problem, fit)
+        unseen = np.asarray(fit.unseen)
+        return cls(
+            mechanism=calibrated,
+            unknowns=_unknowns(mechanism, problem, fit, values, deviations),
+            names=problem.layout.names,
+            covariance=fit.covariance,
+            chi_square=fit.goodness.chi_square,
+            degrees_of_freedom=fit.goodness.degrees_of_freedom,
+            limit=fit.goodness.limit,
+            least=fit.goodness.least,
+            conditions=np.array(fit.conditions, dtype=np.intp),
+            rank=fit.rank,
+            data_rank=fit.data_rank,
+            unseen=tuple(name_combination(each, problem.layout.names) for each in unseen.T),
+            unseen_directions=unseen,
+            gauge=gauge,
+            latent_poses=fit.poses,
+            reading_errors=fit.reading_errors,
+            rows=Rows.of(fit),
+            rejected=rejected,
+            aside=tuple(fit.aside),
+            converged=fit.converged,
+            failure=fit.failure or ("" if fit.converged else "the solver made no more progress"),
+            iterations=fit.iterations,
+            noise=problem.noise,
+            nominal=mechanism,
+            measurements=measurements,
+            options=options,
+        )
+
+    @property
+    def frames(self) -> Frames:
+        """Where the frames are."""
+        return self.mechanism.frames or Frames()
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether the residuals are larger than noise and priors explain."""
+        return self.chi_square > self.limit
+
+    @property
+    def spread(self) -> float:
+        """Factor on the declared noise, 1 if that explains the residuals."""
+        return (
+            float(np.sqrt(self.chi_square / self.degrees_of_freedom)) if self.unexplained else 1.0
+        )
+
+    @cached_property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """Wider models, and how much better they explain the same observations."""
+        return tuple(alternatives_of(self))
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to trust the estimate, apart from convergence; empty if there are none."""
+        return tuple(doubts_of(self))
+
+    @property
+    def trustworthy(self) -> bool:
+        """Whether it converged and nothing speaks against it."""
+        return self.converged and not self.doubts
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the estimate and of the mechanism's settings, in sentences."""
+        return (*notes_of(self), *changed_settings(self.nominal, self.mechanism))
+
+    @cached_property
+    def before(self) -> Evaluation | None:
+        """End-effector errors of the nominal mechanism at poses measured in full, or None.
+
+        In the frames that were found, since no robot could do well in others.
+        """
+        return _evaluated(self._drawn, self.measurements)
+
+    @cached_property
+    def after(self) -> Evaluation | None:
+        """End-effector errors of the calibrated mechanism at poses measured in full, or None."""
+        return _evaluated(self.mechanism, self.measurements)
+
+    @cached_property
+    def residual_rms(self) -> float:
+        """Closures of all legs at poses measured in full, m; NaN if there are none."""
+        return _closure_rms(self.mechanism, self.measurements)
+
+    @cached_property
+    def nominal_residual_rms(self) -> float:
+        """The same of the nominal mechanism, in the frames that were found."""
+        return _closure_rms(self._drawn, self.measurements)
+
+    @property
+    def _drawn(self) -> Mechanism:
+        return self.nominal.replace(frames=self.mechanism.frames)
+
+    def cross_validated(
+        self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
+    ) -> JointIdentification:
+        """Return the same with its cross-validation, see `cross_validate`.
+
+        Returns
+        -------
+        JointIdentification
+        """
+        from symkin.identification.estimate import joint_cross_validation
+
+        seed = self.nominal.protocol.seed if seed is None else seed
+        found = joint_cross_validation(
+            self.nominal, self.measurements, folds, seed, self.options, blocks=blocks
+        )
+        return dataclasses.replace(self, cross_validation=found)
+
+    @property
+    def _not_shown(self) -> list[tuple[str, int, str]]:
+        """What the data do not show by themselves: the words, how many, and which."""
+        found = []
+        for status in get_args(Status)[5:]:
+            names = [each.name for each in self.unknowns if each.status == status]
+            if names:
+                found.append((status.replace("its", "their"), len(names), ", ".join(names)))
+        return found
+
+    def predicting(self, unseen: Measurements) -> _core.JointFit:
+        """Fit the latent poses of further observations alone, everything else as estimated.
+
+        `Rows.blunder` of it is what each observation differs by from what the others of its pose
+        predict.
+
+        Returns
+        -------
+        _core.JointFit
+        """
+        settled = self.mechanism.replace(identification=None, noise=self.noise)
+        held = JointOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": _HELD})
+        return Problem.of(settled, unseen, held).fit()
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.joint import joint_page
+
+        return joint_page(self)
+
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.joint import joint_summary
+
+        return joint_summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what its results file holds."""
+        measurements, numbers = self.measurements, self.measurements.row_numbers
+        settings = {each.name: getattr(self.options, each.name) for each in _fields(self.options)}
+        found = super().to_dict()
+        return {
+            "command": "identify",
+            "mechanism": self.nominal.name,
+            "measurements": {
+                "file": measurements.source_name or None,
+                "poses": len(measurements.poses),
+            },
+            "settings": plain({"estimator": "joint", **settings, "noise": self.noise}),
+            "identification": {
+                "estimator": "joint",
+                "converged": found.pop("converged"),
+                "trustworthy": self.trustworthy,
+                "doubts": list(self.doubts),
+                "notes": list(self.notes),
+                "wider_models": [each.to_dict() for each in self.alternatives],
+                **found,
+                "frames": plain(self.frames),
+                "sensor_curvature": plain(self.mechanism.curvature),
+                "noise_is_estimated": self.options.noise == "estimate",
+                "aside_rows": plain(numbers[list(self.aside)]),
+                "rejected": [[int(numbers[row]), what] for row, what in self.rejected],
+                "residual_before_rms_m": plain(self.nominal_residual_rms),
+                "residual_after_rms_m": plain(self.residual_rms),
+            },
+            "evaluation": {"before": plain(self.before), "after": plain(self.after)},
+            "cross_validation": plain(self.cross_validation),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the unknowns, a row each."""
+        return {
+            "name": [each.name for each in self.unknowns],
+            "unit": [each.unit for each in self.unknowns],
+            **{
+                column: np.array([getattr(each, attribute) for each in self.unknowns])
+                for column, attribute in (
+                    ("nominal", "nominal"),
+                    ("value", "value"),
+                    ("standard_deviation", "deviation"),
+                    ("tolerance", "tolerance"),
+                    ("prior", "prior"),
+                )
+            },
+            "status": [each.status for each in self.unknowns],
+        }
+
+    def latent_columns(self) -> Mapping[str, Any]:
+        """Return the latent poses and the reading errors, a row a pose."""
+        from symkin.io.columns import pose_column_names
+
+        names = pose_column_names(self.nominal.pose_space)
+        legs = range(1, len(self.nominal.legs) + 1)
+        unit = self.nominal.reading_unit
+        return {
+            "row": self.measurements.row_numbers,
+            **dict(zip(names, self.latent_poses.T, strict=True)),
+            **{
+                f"error_{leg}_{unit}": errors
+                for leg, errors in zip(legs, self.reading_errors.T, strict=True)
+            },
+            "conditions": self.conditions,
+        }
+
+    def residual_columns(self) -> Mapping[str, Any]:
+        """Return the residuals of the single observations, a row each."""
+        rows, space = self.rows, self.nominal.pose_space
+        every = range(len(rows.pose))
+        return {
+            "row": self.measurements.row_numbers[rows.pose],
+            "observation": [rows.what(row, space) for row in every],
+            "unit": [rows.unit(row, space, self.nominal.reading_unit) for row in every],
+            "residual": rows.residual,
+            "t": rows.t,
+            "error_if_alone_wrong": rows.blunder,
+        }
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the calibrated mechanism, the results and the report, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        from symkin.io.output_files import OutputFiles
+        from symkin.io.tables import write_table
+        from symkin.report.html import write_page
+
+        with OutputFiles(overwrite=overwrite) as outputs:
+            target = outputs.folder(Path(folder), *self.FILES)
+            self.save_calibrated(target / "calibrated.toml")
+            self.save(target / "results.json")
+            write_table(target / "latent_poses.csv", self.latent_columns())
+            write_table(target / "residuals.csv", self.residual_columns())
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            write_page(page, target / "report.html")
+        return Path(folder) / "report.html"
+
+    def save_calibrated(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the calibrated mechanism, whose header says how it was found."""
+        from symkin.io.mechanism_writer import save_mechanism
+
+        measurements = self.measurements
+        header = [
+            f"Identified by symkin: {self.nominal.name}, {len(measurements.poses)} poses "
+            f"({measurements.source_name or 'simulated measurements'}), estimator joint.",
+            "Standard deviations are one sigma; what has none was held.",
+            *([f"Gauge: {self.gauge}."] if self.gauge else []),
+            *(f"{number} unknowns {words}: {names}." for words, number, names in self._not_shown),
+            *([] if self.trustworthy else ["Not to be trusted as it is: see the report."]),
+            *changed_settings(self.nominal, self.mechanism),
+        ]
+        save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
+
+
+def _fields(value: Any) -> Sequence[dataclasses.Field[Any]]:
+    return dataclasses.fields(value)
+
+
+def _calibrated(
+    nominal: Mechanism, problem: Problem, fit: _core.JointFit
+) -> tuple[Array, Array, Mechanism]:
+    """Values and deviations of all scalars, and the mechanism that they describe."""
+    setup, layout = fit.setup, problem.layout
+    values = scalar_values(setup)
+    with np.errstate(invalid="ignore"):
+        of_columns = np.append(np.sqrt(np.diag(fit.covariance)), np.nan)
+    deviations = of_columns[layout.column]
+    legs, count = len(nominal.legs), len(nominal.parameter_names)
+    parameters = canonical(nominal, setup.parameters)[0]
+    by_leg = deviations[: legs * (count + 3)].reshape(legs, count + 3)
+    by_value = values[: legs * (count + 3)].reshape(legs, count + 3)
+    by_value[:, :count] = parameters
+    made = as_mechanism(nominal.replace(curvature=None), parameters, by_leg[:, :count])
+    made = _with_symmetry(made, nominal)
+    latent = fit.poses[np.isfinite(fit.poses).all(axis=1)]
+    if not len(latent):
+        raise FailedFitError("no measured pose could be explained at all: see units, order, signs")
+    made = with_usable_home(made, latent)
+    with_frames = nominal.frames is not None or any(
+        name.partition(".")[0][:3] != "leg" for name in layout.names if "." in name
+    )
+    return (
+        values,
+        deviations,
+        made.replace(
+            frames=frames_of(nominal, setup) if with_frames else None,
+            curvature=setup.curvature,
+            noise=problem.noise,
+        ),
+    )
+
+
+def _with_symmetry(made: Mechanism, nominal: Mechanism) -> Mechanism:
+    """Keep the declared symmetry where the estimate still has it."""
+    from symkin.symmetry import verify_declared
+
+    if nominal.symmetry is None:
+        return made
+    declared = made.replace(symmetry=nominal.symmetry)
+    try:
+        verify_declared(declared)
+    except SymmetryError:
+        return made
+    return declared
+
+
+def _unknowns(
+    nominal: Mechanism, problem: Problem, fit: _core.JointFit, values: Array, deviations: Array
+) -> tuple[Unknown, ...]:
+    layout = problem.layout
+    # What was not said to be anywhere has no nominal place.
+    drawn = scalar_values(core_setup(problem.mechanism, nominal.curvature))
+    given = nominal.frames or Frames()
+    places = {"base": given.base, "target": given.target, "plane": given.plane}
+    unseen = np.linalg.norm(np.asarray(fit.unseen), axis=1) if len(layout.names) else np.empty(0)
+    found = []
+    for i, name in enumerate(layout.scalars):
+        block, _, own = name.partition(".")
+        column = layout.column[i]
+        of_leg = block.startswith("leg")
+        curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        if not name or (column < 0 and curved and values[i] == 0):
+            continue
+        if not of_leg and column < 0 and not places.get(block, block[:5] in ("point", "ancho")):
+            continue
+        has_place = of_leg or places.get(block, True)
+        tolerance = layout.tolerances[i]
+        prior = layout.prior[column] if column >= 0 else np.nan
+        found.append(
+            Unknown(
+                name=name,
+                unit=layout.units[i],
+                nominal=float(drawn[i]) if has_place else float("nan"),
+                value=float(values[i]),
+                deviation=float(deviations[i]),
+                tolerance=float(tolerance) if tolerance > 0 else float("nan"),
+                prior=float(prior) if np.isfinite(prior) else float("nan"),
+                status=_status(layout, i, deviations[i], unseen),
+            )
+        )
+    return tuple(found)
+
+
+def _status(layout: Layout, scalar: int, deviation: float, unseen: Array) -> Status:
+    column = layout.column[scalar]
+    if column < 0:
+        reasons: dict[str, Status] = {
+            CONSTANT: "held, a constant of the description",
+            REDUNDANT: "held, since the sensor's offset does the same",
+        }
+        return reasons.get(layout.always_held[scalar], "held")
+    prior = layout.prior[column]
+    if np.isfinite(prior) and deviation > _SILENT * prior:
+        return "held by its prior: not shown by the data"
+    if len(unseen) and unseen[column] > UNSEEN:
+        if np.isfinite(layout.prior).any():
+            return "shown by the data and priors together"
+        return "shown by the data up to the gauge"
+    return "shared" if len(layout.members(column)) > 1 else "free"
+
+
+def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
+    try:
+        return evaluate(mechanism, measurements=measurements)
+    except SymkinError:
+        return None
+
+
+def _closure_rms(mechanism: Mechanism, measurements: Measurements) -> float:
+    own = dataclasses.replace(measurements, poses=unframed(mechanism, measurements.poses))
+    squares = closures_of(mechanism, own) ** 2
+    return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")

@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: MIT
+"""What is fitted where anything may be unknown and anything observed: the problem and its rows."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.identification.fit import Loss, PoseUse
+from symkin.identification.unknowns import (
+    Gauge,
+    Layout,
+    LossPer,
+    Priors,
+    Sensor,
+    core_setup,
+)
+from symkin.measurements import ALL_LEGS, Measurements
+from symkin.mechanism import Mechanism
+from symkin.observability import with_combinations
+from symkin.poses import POSE_SPACES
+from symkin.result import Value, record
+from symkin.settings import Frames, NoiseSettings
+
+__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows"]
+
+Array = NDArray[np.float64]
+
+KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
+UNSEEN = 1e-6  # of a direction of length one, in tolerances
+
+
+@record
+class JointOptions(Value):
+    """What is unknown, and how it is estimated; the attributes are the arguments of `identify`."""
+
+    free: tuple[str, ...] | None = None
+    fixed: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    prior: Priors | None = None
+    frames: tuple[str, ...] = ()
+    sensor: Sensor = "linear"
+    gauge: Gauge = "prior"
+    noise: NoiseSettings | Literal["estimate"] | None = None
+    poses: PoseUse = "all"
+    loss: Loss = "none"
+    loss_scale: float | None = None
+    loss_per: LossPer = "pose"
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, naming those that do."""
+        choices = (("poses", PoseUse), ("loss", Loss), ("sensor", Sensor), ("gauge", Gauge))
+        for name, words in (*choices, ("loss_per", LossPer)):
+            one_of(name, getattr(self, name), words)
+        if isinstance(self.noise, str):
+            one_of("noise", self.noise, ("estimate",))
+        for name in ("free", "fixed", "shared", "frames"):
+            value = getattr(self, name)
+            if value is not None:
+                many = (value,) if isinstance(value, str) else tuple(value)
+                object.__setattr__(self, name, many)
+        super().__post_init__()
+
+
+@record
+class Rows(Value):
+    """Single observations, and what the fit says of each.
+
+    Attributes
+    ----------
+    pose : ndarray of int, shape (M,)
+        Rows of the measurements, from 0.
+    kind : ndarray of int, shape (M,)
+        Index into `KINDS`.
+    index : ndarray of int, shape (M,)
+        The leg, the component of the pose, the point's coordinate, the anchor; from 0.
+    residual : ndarray, shape (M,)
+        The estimated error, in the observation's own unit.
+    t : ndarray, shape (M,)
+        Standard normal if the observation is sound; NaN where nothing can be said.
+    blunder : ndarray, shape (M,)
+        The error that it would have if it alone were wrong, in its own unit.
+    """
+
+    pose: NDArray[np.intp]
+    kind: NDArray[np.intp]
+    index: NDArray[np.intp]
+    residual: Array
+    t: Array
+    blunder: Array
+
+    @classmethod
+    def of(cls, fit: _core.JointFit) -> Rows:
+        """The rows of a fit."""
+        rows = fit.rows
+        return cls(
+            pose=np.array([row.pose for row in rows], dtype=np.intp),
+            kind=np.array([row.kind for row in rows], dtype=np.intp),
+            index=np.array([row.index for row in rows], dtype=np.intp),
+            residual=np.array([row.residual for row in rows], dtype=float),
+            t=np.array([row.t for row in rows], dtype=float),
+            blunder=np.array([row.blunder for row in rows], dtype=float),
+        )
+
+    def what(self, row: int, pose_space: str) -> str:
+        """Name an observation: ``reading of leg 2``, ``x of the pose``.
+
+        Returns
+        -------
+        str
+        """
+        index, kind = int(self.index[row]), KINDS[self.kind[row]]
+        space = POSE_SPACES[pose_space]
+        axes, components = space.position, (*space.position, *space.rotation)
+        if kind == "readings":
+            return f"reading of leg {index + 1}"
+        if kind in ("pose", "reported pose"):
+            return f"{components[index]} of the {kind}"
+        if kind == "points":
+            point, axis = divmod(index, len(axes))
+            return f"{axes[axis]} of point {point + 1}"
+        return f"distance {index + 1}" if kind == "distances" else "height"
+
+    def unit(self, row: int, pose_space: str, reading_unit: str) -> str:
+        """Unit of an observation.
+
+        Returns
+        -------
+        str
+        """
+        kind, index = KINDS[self.kind[row]], self.index[row]
+        if kind == "readings":
+            return reading_unit
+        positions = POSE_SPACES[pose_space].size
+        return "rad" if kind in ("pose", "reported pose") and index >= positions else "m"
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """What is fitted: the robot and its frames where they start, the layout, and the data."""
+
+    mechanism: Mechanism
+    setup: _core.Setup
+    layout: Layout
+    measurements: Measurements
+    noise: NoiseSettings
+    options: JointOptions
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions) -> Problem:
+        """Lay out what is unknown, and find where the frames are."""
+        if options.poses == "own":
+            measurements = _own_readings(measurements)
+        readings = measurements.readings
+        if readings.shape[1] != len(mechanism.legs):
+            raise SymkinError(
+                f"there are readings of {readings.shape[1]} legs; the mechanism has "
+                f"{len(mechanism.legs)}"
+            )
+        _require_surroundings(mechanism, measurements)
+        straight = mechanism.replace(curvature=None)
+        setup = core_setup(straight, mechanism.curvature)
+        layout = Layout.of(
+            straight,
+            setup,
+            free=options.free,
+            fixed=options.fixed,
+            shared=options.shared,
+            prior=options.prior,
+            frames=options.frames,
+            sensor=options.sensor,
+            largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
+        )
+        declared = mechanism.noise
+        noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
+        made = cls(straight, setup, layout, measurements, noise, options)
+        return made._with_frames()
+
+    @property
+    def observations(self) -> _core.Observations:
+        """What was observed, as the core takes it."""
+        return self.measurements.observations(self.noise)
+
+    def _with_frames(self) -> Problem:
+        """Start free frames where the nominal robot's forward kinematics puts them."""
+        free = {
+            frame: any(
+                self.layout.column[i] >= 0 and np.isinf(self.layout.prior[self.layout.column[i]])
+                for i, name in enumerate(self.layout.scalars)
+                if name.startswith(f"{frame}.")
+            )
+            for frame in ("base", "target")
+        }
+        if not any(free.values()):
+            return self
+        given = self.mechanism.frames
+        try:
+            setup = _core.with_starting_frames(
+                self.mechanism.straight,
+                self.setup,
+                self.observations,
+                self.mechanism.home,
+                free["base"],
+                free["target"],
+            )
+        except NotIdentifiableError:
+            raise
+        except SymkinError as error:
+            if given is not None and (given.base or given.target):
+                return self
+            raise NotIdentifiableError(
+                f"the frames cannot be found from these measurements: {error}; say where they are "
+                "nominally, in the [frames] of the mechanism's file"
+            ) from error
+        return dataclasses.replace(self, setup=setup)
+
+    def fit(self, *, nearest: bool = False, loss: Loss | None = None) -> _core.JointFit:
+        """Fit; `nearest` takes of all solutions the nearest to the start.
+
+        Raises
+        ------
+        NotIdentifiableError
+            Without `nearest`, naming combinations of unknowns that nothing shows.
+        """
+        layout, observations = self.layout, self.observations
+        start = _core.starting_poses(
+            self.mechanism.straight, self.setup, observations, self.mechanism.home
+        )
+        tolerances = layout.column_tolerances
+        try:
+            return _core.fit_jointly(
+                self.mechanism.straight,
+                self.setup,
+                observations,
+                layout.column.tolist(),
+                layout.prior,
+                _core.LossKind.__members__[self.options.loss if loss is None else loss],
+                self.options.loss_scale or 0.0,
+                0.0,
+                self.options.max_iterations,
+                nearest,
+                tolerances,
+                start,
+            )
+        except NotIdentifiableError as error:
+            scale = np.where(tolerances > 0, tolerances, 1e-3)
+            raise with_combinations(error, layout.names, scale) from None
+
+    def with_layout(self, layout: Layout) -> Problem:
+        """Return it with other unknowns."""
+        return dataclasses.replace(self, layout=layout)
+
+    def resolved(self) -> tuple[Problem, _core.JointFit, str]:
+        """Fit under the gauge that was asked for; says what it did."""
+        gauge = self.options.gauge
+        if gauge == "nominal":
+            fit = self.fit(nearest=True)
+            words = (
+                f"of all solutions the nearest to the drawing, in tolerances, since "
+                f"{_directions(fit.gauge_directions)} no observation shows"
+                if fit.gauge_directions
+                else ""
+            )
+            return self, fit, words
+        try:
+            return self, self.fit(), ""
+        except NotIdentifiableError as error:
+            if not np.size(getattr(error, "null_directions", ())):
+                raise
+        if gauge == "prior":
+            problem = self.with_layout(self.layout.with_prior("tolerances"))
+            words = (
+                "the tolerances are priors of all parameters, since the observations alone do not "
+                "show all of them"
+            )
+            return problem, problem.fit(), words
+        held = _datum(self.fit(nearest=True), self.layout)
+        problem = self.with_layout(self.layout.without(held))
+        names = ", ".join(self.layout.names[i] for i in held)
+        return problem, problem.fit(), f"{names} are held as drawn, and carry the others"
+
+
+def _own_readings(measurements: Measurements) -> Measurements:
+    """Readings of the legs whose set the pose belongs to alone."""
+    legs = np.arange(measurements.readings.shape[1])
+    sets = measurements.leg_sets[:, None]
+    own = (sets == ALL_LEGS) | (sets == legs)
+    return dataclasses.replace(measurements, readings=np.where(own, measurements.readings, np.nan))
+
+
+def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> None:
+    """Refuse points and distances whose places nobody gave."""
+    frames = mechanism.frames or Frames()
+    for name, given, where in (
+        ("points", frames.points, "in the platform's frame"),
+        ("distances", frames.anchors, "of their fixed points in the device's frame"),
+    ):
+        observed = getattr(measurements, name)
+        count = 0 if observed is None else observed.shape[1]
+        if count != len(given) and count:
+            key = "points" if name == "points" else "anchors"
+            raise SymkinError(
+                f"{count} {name} were observed, and {len(given)} {key} are given; say the nominal "
+                f"places {where} in the [frames] of the mechanism's file: {key} = [[x, y], ...]"
+            )
+
+
+def _directions(count: int) -> str:
+    return f"{count} direction{'s' * (count > 1)} of the unknowns"
+
+
+def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:
+    """Columns that, held, settle what no observation and no prior shows, largest effect first."""
+    tolerances = layout.column_tolerances
+    scale = np.where(tolerances > 0, tolerances, 1e-3)
+    unseen = np.asarray(fit.unseen)
+    # Directions that a prior sees are settled.
+    seen = unseen / np.where(np.isfinite(layout.prior), layout.prior / scale, np.inf)[:, None]
+    _, values, vectors = np.linalg.svd(seen)
+    silent = np.pad(values, (0, vectors.shape[0] - len(values))) < UNSEEN
+    left = unseen @ vectors[silent].T
+    left = left * np.where(tolerances > 0, 1.0, 1e-6)[:, None]  # parameters before frames
+    held: list[int] = []
+    for _ in range(left.shape[1]):
+        column = int(np.argmax(np.linalg.norm(left, axis=1)))
+        held.append(column)
+        along = left[column] / np.linalg.norm(left[column])
+        left = left - np.outer(left @ along, along)
+    return sorted(held)

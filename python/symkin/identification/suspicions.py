@@ -1,0 +1,484 @@
+# SPDX-License-Identifier: MIT
+"""What speaks against an estimate from observations of any kind, and what would explain them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from statistics import NormalDist
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
+from symkin.result import Value, field, record
+from symkin.settings import NoiseSettings
+
+if TYPE_CHECKING:
+    from symkin.identification.joint import JointIdentification
+    from symkin.measurements import Measurements
+
+__all__ = [
+    "Alternative",
+    "alternatives_of",
+    "blunder_limit",
+    "blunders_of",
+    "doubts_of",
+    "estimated_noise",
+    "notes_of",
+    "without_blunders",
+]
+
+Array = NDArray[np.float64]
+
+_FALSE_ALARMS = 1e-3
+_UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effect not measured
+_SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
+_NOISE_STEPS = 60
+_STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
+_NAMED = 3
+
+
+@record
+class Alternative(Value):
+    """A wider model, and how much better it explains the same observations.
+
+    Attributes
+    ----------
+    what : str
+        "quadratic" or "eccentric" sensors, "frames", or "held" for what is held or shared.
+    statistic : float
+        F of what it explains besides, over what it leaves.
+    terms, spare : int
+        Degrees of freedom of F.
+    p_value : float
+        Of so large an F if the model was wide enough.
+    limit : float
+        Probability below which it is an alarm.
+    options : JointOptions
+        With which it is identified.
+    """
+
+    what: str
+    statistic: float
+    terms: int
+    spare: int
+    p_value: float
+    limit: float
+    options: JointOptions = field(private=True)
+
+    @property
+    def alarms(self) -> bool:
+        """Whether the narrower model lacks what this one has."""
+        return self.p_value < self.limit
+
+
+class Blunder(NamedTuple):
+    """An observation that does not fit: which of the rows, and how far."""
+
+    row: int
+    t: float
+    size: float
+
+
+def doubts_of(found: JointIdentification) -> Iterator[str]:
+    """Say why not to trust an estimate, the worst first."""
+    numbers = found.measurements.row_numbers
+    if found.aside:
+        shown = ", ".join(str(numbers[row]) for row in found.aside[:8])
+        more = f" and {len(found.aside) - 8} more" if len(found.aside) > 8 else ""
+        yield (
+            f"no pose explains row{'s' * (len(found.aside) > 1)} {shown}{more}, which "
+            f"{'is' if len(found.aside) == 1 else 'are'} left out"
+        )
+    yield from _blunders_in_words(found)
+    alarming = [each for each in found.alternatives if each.alarms]
+    alarming.sort(key=lambda each: (each.p_value, -each.statistic))
+    for kind in (("frames",), ("quadratic", "eccentric", "held")):
+        # Each of these explains a part of what is due to another.
+        yield from [_in_words(found, each) for each in alarming if each.what in kind][:1]
+    if found.degrees_of_freedom <= 0:
+        yield (
+            "there are as many unknowns as equations, so that nothing can speak against the "
+            "estimate: measure more"
+        )
+    elif found.options.noise == "estimate":
+        pass  # chi-square is what it was made to be
+    elif found.unexplained:
+        yield (
+            f"the residuals are {found.spread:.3g} times larger than the declared noise explains "
+            f"(chi-square {found.chi_square:.4g} for {found.degrees_of_freedom} degrees of "
+            f"freedom; expected at most {found.limit:.4g})"
+        )
+    elif found.chi_square < found.least:
+        share = math.sqrt(found.chi_square / found.degrees_of_freedom)
+        yield (
+            f"the residuals are {share:.3g} times as large as the declared noise and the priors "
+            f"lead to expect (chi-square {found.chi_square:.4g} for {found.degrees_of_freedom} "
+            f"degrees of freedom; expected at least {found.least:.4g})"
+        )
+    yield from _far_from_the_drawing(found)
+    unknown = [
+        each.name
+        for each in found.unknowns
+        if each.shown and each.deviation > _UNKNOWN * each.tolerance
+    ]
+    if unknown:
+        yield (
+            f"the observations say nothing of {_listed(unknown)}: the standard deviation is more "
+            f"than {_UNKNOWN} times the tolerance, so the drawing knows better"
+        )
+
+
+def notes_of(found: JointIdentification) -> Iterator[str]:
+    """Say what to know of an estimate."""
+    if found.gauge:
+        yield f"{found.gauge[0].upper()}{found.gauge[1:]}: parameters and deviations depend on it."
+    silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
+    if silent:
+        yield (
+            f"The data say next to nothing of {_listed(silent)}: what stands there is the prior."
+        )
+    if found.options.noise == "estimate":
+        yield (
+            "The noise was estimated from the same observations, so that chi-square says nothing "
+            "of the model."
+        )
+    if found.mechanism.curvature is not None:
+        yield (
+            "The calibrated sensors are curved: kinematics and errors at measured poses use them; "
+            "plans, simulations and identification leg by leg refuse them."
+        )
+    if found.rejected:
+        shown = ", ".join(
+            f"{what} in row {found.measurements.row_numbers[row]}"
+            for row, what in found.rejected[:5]
+        )
+        more = f" and {len(found.rejected) - 5} more" if len(found.rejected) > 5 else ""
+        yield f"Left out as blunders: {shown}{more}."
+
+
+def blunder_limit(found: JointIdentification) -> float:
+    """Beyond which t any observation of a robot lies once in 1000 sound robots.
+
+    Where all residuals are too large, one that is as large as the others is no blunder.
+    """
+    known = max(int(np.isfinite(found.rows.t).sum()), 1)
+    return found.spread * NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / known)
+
+
+def blunders_of(found: JointIdentification) -> list[Blunder]:
+    """Observations that do not fit, the worst first; of a pose only the worst."""
+    rows = found.rows
+    t = np.nan_to_num(rows.t)
+    limit = blunder_limit(found)
+    worst: dict[int, Blunder] = {}
+    for row in np.argsort(-np.abs(t)).tolist():
+        if abs(t[row]) <= limit:
+            break
+        found_blunder = Blunder(row, float(t[row]), float(rows.blunder[row]))
+        worst.setdefault(int(rows.pose[row]), found_blunder)
+    return list(worst.values())
+
+
+def alternatives_of(found: JointIdentification) -> list[Alternative]:
+    """Fit wider models to the same observations: curved sensors, frames of their own.
+
+    Returns
+    -------
+    list of Alternative
+        Empty without degrees of freedom to tell them apart.
+    """
+    options = found.options
+    if not found.converged or found.degrees_of_freedom <= 0 or options.loss != "none":
+        return []
+    options = dataclasses.replace(options, noise=found.noise)
+    wider: list[tuple[str, JointOptions, JointOptions]] = []
+    if options.sensor == "linear" and found.mechanism.curvature is None:
+        wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
+        if found.nominal.reading_unit == "rad":
+            wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
+    if options.free is not None or options.fixed or options.shared:
+        all_free = dataclasses.replace(options, free=None, fixed=(), shared=())
+        wider.append(("held", options, all_free))
+    if not options.frames and np.isfinite(found.measurements.poses).any():
+        # Without priors, end points that are free follow any frame.
+        held = dataclasses.replace(
+            options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
+        )
+        wider.append(("frames", held, dataclasses.replace(held, frames=("base", "target"))))
+    made = (_compared(found, *each) for each in wider)
+    return [each for each in made if each is not None]
+
+
+def _compared(
+    found: JointIdentification, what: str, narrow: JointOptions, wide: JointOptions
+) -> Alternative | None:
+    try:
+        fits = [
+            Problem.of(found.nominal, found.measurements, each).resolved()[1]
+            for each in (narrow, wide)
+        ]
+    except SymkinError:
+        return None
+    if not all(fit.converged for fit in fits) or fits[0].aside != fits[1].aside:
+        return None
+    less, more = (fit.goodness for fit in fits)
+    terms = less.degrees_of_freedom - more.degrees_of_freedom
+    spare = more.degrees_of_freedom
+    if terms <= 0 or spare <= 0 or more.chi_square <= 0:
+        return None
+    gain = max(less.chi_square - more.chi_square, 0.0)
+    statistic = gain / terms / (more.chi_square / spare)
+    return Alternative(
+        what=what,
+        statistic=statistic,
+        terms=terms,
+        spare=spare,
+        p_value=_f_tail(statistic, terms, spare),
+        limit=_FALSE_ALARMS / 3,
+        options=wide,
+    )
+
+
+def _in_words(found: JointIdentification, other: Alternative) -> str:
+    evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
+    if other.what == "frames":
+        _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
+        shift, angle = _motion(fit.setup.base)
+        return (
+            f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
+            f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
+            "--frames base --frames target"
+        )
+    if other.what == "held":
+        return (
+            f"parameters that are held or shared are not as they are said to be ({evidence} if "
+            f"all are free); free them{_help(found, other)}"
+        )
+    shape = {"quadratic": "bend", "eccentric": "err once a turn"}[other.what]
+    return (
+        f"the sensors are not straight, they {shape} ({evidence}); identify with "
+        f"--sensor {other.what}{_help(found, other)}"
+    )
+
+
+def _help(found: JointIdentification, other: Alternative) -> str:
+    """By how much a model helps at poses that the fit did not see."""
+    from symkin.identification.estimate import joint_cross_validation
+
+    seed = found.nominal.protocol.seed
+    try:
+        rms = [
+            joint_cross_validation(found.nominal, found.measurements, 5, seed, each).residual_rms
+            for each in (found.options, other.options)
+        ]
+    except SymkinError:
+        return ""
+    if not all(map(math.isfinite, rms)):
+        return ""
+    return (
+        f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
+        f"{1e3 * rms[1]:.3g} mm"
+    )
+
+
+def _motion(frame: _core.Frame) -> tuple[str, float]:
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
+    cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
+    return shift, float(np.degrees(np.arccos(cosine)))
+
+
+def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
+    blunders = blunders_of(found)
+    if not blunders:
+        return
+    space, unit = found.nominal.pose_space, found.nominal.reading_unit
+    named = "; ".join(
+        f"row {found.measurements.row_numbers[found.rows.pose[each.row]]}, "
+        f"{found.rows.what(each.row, space)}: off by {each.size:+.3g} "
+        f"{found.rows.unit(each.row, space, unit)} ({abs(each.t):.3g} deviations)"
+        for each in blunders[:_NAMED]
+    )
+    more = f" and {len(blunders) - _NAMED} more" if len(blunders) > _NAMED else ""
+    yield f"single observations do not fit: {named}{more}"
+
+
+def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
+    """Parameters without a prior that moved further than tolerance and noise allow."""
+    moved = [
+        (abs(each.value - each.nominal) / math.hypot(each.tolerance, each.deviation), each)
+        for each in found.unknowns
+        if each.shown and math.isfinite(each.tolerance) and math.isnan(each.prior)
+        and not each.name.rpartition(".")[2].startswith(("sensor_quad", "sensor_cos", "sensor_sin"))
+    ]  # fmt: skip
+    if not moved:
+        return
+    limit = NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / len(moved))
+    far = sorted((each for each in moved if each[0] > limit), key=lambda each: -each[0])
+    if far:
+        named = ", ".join(
+            f"{each.name} by {each.value - each.nominal:+.3g} {each.unit}".rstrip()
+            + f" ({distance:.3g} times what tolerance and noise allow)"
+            for distance, each in far[:_NAMED]
+        )
+        more = f" and {len(far) - _NAMED} more" if len(far) > _NAMED else ""
+        yield f"parameters are further from the drawing than is plausible: {named}{more}"
+
+
+def _listed(names: list[str], most: int = 6) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _f_tail(statistic: float, terms: int, spare: int) -> float:
+    """Probability of an F beyond this one, by the continued fraction of the incomplete beta."""
+    if statistic <= 0:
+        return 1.0
+    x = spare / (spare + terms * statistic)
+    return _incomplete_beta(spare / 2, terms / 2, x)
+
+
+def _incomplete_beta(a: float, b: float, x: float) -> float:
+    if x > (a + 1) / (a + b + 2):
+        return 1 - _incomplete_beta(b, a, 1 - x)
+    front = math.exp(
+        math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
+    )
+    c, d, fraction = 1.0, 0.0, 1.0
+    for i in range(400):
+        m = i // 2
+        if i == 0:
+            term = 1.0
+        elif i % 2 == 0:
+            term = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
+        else:
+            term = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
+        d = 1 / (1 + term * d or 1e-300)
+        c = 1 + term / c or 1e-300
+        fraction *= c * d
+        if abs(1 - c * d) < 1e-12:
+            break
+    return front * (fraction - 1) / a
+
+
+def without_blunders(
+    problem: Problem,
+) -> tuple[Problem, _core.JointFit, tuple[tuple[int, str], ...]]:
+    """Drop single observations that do not fit, and poses of which more than one does not.
+
+    Begins with a robust loss of poses. A pose whose chi-square stays too large without its
+    worst observation is dropped as a whole: single rows of such a pose would mislead.
+    """
+    rejected: list[tuple[int, str]] = []
+    space, loss = problem.mechanism.pose_space, problem.options.loss
+    nearest = problem.options.gauge == "nominal"
+    fit = problem.fit(nearest=nearest, loss="cauchy" if loss == "none" else loss)
+    for _ in range(len(problem.measurements.poses)):
+        rows = Rows.of(fit)
+        changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all
+        size = np.abs(np.nan_to_num(rows.t))
+        for pose in np.unique(rows.pose[size > _SUSPICIOUS]).tolist():
+            own = np.flatnonzero(rows.pose == pose)
+            worst = int(own[np.argmax(size[own])])
+            left = fit.conditions[pose] - 1
+            rest = fit.chi_squares[pose] - rows.t[worst] ** 2
+            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > _FALSE_ALARMS
+            changes.append((pose, worst if sound or left == 0 else -1))
+        if not changes:
+            break
+        measurements = problem.measurements
+        for pose, row in changes:
+            what = rows.what(row, space) if row >= 0 else "everything"
+            measurements = _without(measurements, pose, rows, row)
+            rejected.append((pose, what))
+        problem = dataclasses.replace(problem, measurements=measurements)
+        fit = problem.fit(nearest=nearest, loss="none")
+    return problem, fit if rejected else problem.fit(nearest=nearest, loss="none"), tuple(rejected)
+
+
+def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:
+    """Without one observation of a pose, or without all (-1)."""
+    changes: dict[str, Array] = {}
+
+    def copied(name: str) -> Array:
+        return changes.setdefault(name, np.array(getattr(measurements, name)))
+
+    names = ("readings", "poses", "reported", "points", "distances", "heights")
+    if row < 0:
+        for name in names:
+            if getattr(measurements, name) is not None:
+                copied(name)[pose] = np.nan
+    else:
+        kind, index = names[rows.kind[row]], int(rows.index[row])
+        values = copied(kind)[pose : pose + 1].reshape(1, -1)
+        quaternion = kind in ("poses", "reported") and values.shape[1] == 7 and index >= 3
+        values[0, 3:] = np.nan if quaternion else values[0, 3:]
+        if not quaternion:
+            values[0, index] = np.nan
+    return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
+
+
+def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _core.JointFit]:
+    """Estimate the noise of each kind of observation with the unknowns.
+
+    Restricted maximum likelihood: at its maximum the sum of squared residuals of each kind, in
+    standard deviations, is the sum of the redundancies of its rows. That is a fixed point which is
+    iterated, at a new linearisation each time. Deviations that rows have of their own stay, and so
+    does a noise that is declared as zero: exact.
+    """
+    for _ in range(_NOISE_STEPS):
+        noise, change = _improved(problem, fit)
+        problem = dataclasses.replace(problem, noise=noise)
+        fit = problem.fit(nearest=problem.options.gauge == "nominal")
+        if change < _STILL:
+            return problem, fit
+    raise SymkinError(
+        "the noise cannot be estimated from these observations, which do not tell its parts "
+        f"apart (after {_NOISE_STEPS} steps: {problem.noise}); declare it"
+    )
+
+
+def _improved(problem: Problem, fit: _core.JointFit) -> tuple[NoiseSettings, float]:
+    """The next noise, and the largest change of a logarithm in its own standard deviations."""
+    rows, taken = Rows.of(fit), problem.measurements
+    positions = taken.space.size
+    kinds = np.array(KINDS)[rows.kind]
+    angular = (kinds == "pose") & (rows.index >= positions)
+    groups = {
+        "reading": kinds == "readings",
+        "orientation": angular,
+        "position": ~angular & (kinds != "readings") & (kinds != "reported pose"),
+    }
+    found, change = {}, 0.0
+    for name, of_group in groups.items():
+        declared = getattr(problem.noise, name)
+        used = of_group & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(taken, rows)
+        if declared == 0 or not used.any():
+            continue
+        squares = (rows.residual[used] / declared) ** 2
+        redundancy = float(np.sum(squares / rows.t[used] ** 2))
+        factor = math.sqrt(float(squares.sum()) / redundancy)
+        found[name] = declared * factor
+        # A noise that nothing shows has no redundancy, and may shrink for ever.
+        change = max(change, abs(math.log(factor)) * math.sqrt(2 * redundancy))
+    if not found:
+        raise SymkinError("no observation is redundant, so the noise cannot be estimated")
+    return dataclasses.replace(problem.noise, **found), change
+
+
+def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
+    """Which rows have no standard deviation of their own."""
+    names = ("reading", "pose", "reported", "point", "distance", "height")
+    free = np.ones(len(rows.pose), dtype=bool)
+    for kind, name in enumerate(names):
+        own = getattr(taken, f"{name}_deviations")
+        if own is not None:
+            of_kind = rows.kind == kind
+            flat = own.reshape(len(own), -1)
+            free[of_kind] = np.isnan(flat[rows.pose[of_kind], rows.index[of_kind]])
+    return free

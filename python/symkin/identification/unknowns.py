@@ -1,0 +1,446 @@
+# SPDX-License-Identifier: MIT
+"""What is unknown of a robot as it is measured: names, patterns, and the columns they make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.io.quantities import evaluate_quantity
+from symkin.observability import parameter_tolerances
+from symkin.poses import POSE_SPACES, rotations_from_vectors, vectors_from_rotations
+from symkin.result import Value, record
+from symkin.settings import Frames
+
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
+
+__all__ = [
+    "CONSTANT",
+    "FRAMES",
+    "REDUNDANT",
+    "Gauge",
+    "Layout",
+    "LossPer",
+    "Priors",
+    "Sensor",
+    "core_setup",
+    "frames_of",
+    "scalar_values",
+]
+
+Array = NDArray[np.float64]
+Sensor = Literal["linear", "quadratic", "eccentric"]
+Gauge = Literal["prior", "nominal", "datum"]
+LossPer = Literal["pose", "reading"]
+Priors = str | Mapping[str, float | str]
+
+FRAMES = ("base", "target", "points", "anchors", "plane")
+_CURVATURE = {
+    "linear": (),
+    "quadratic": ("sensor_quadratic",),
+    "eccentric": ("sensor_cosine", "sensor_sine"),
+}
+CONSTANT = "a constant of the description"
+REDUNDANT = "since the sensor's offset does the same"
+_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+
+
+@record
+class Layout(Value):
+    """Which scalars are unknown, and in which column of the estimate each of them is.
+
+    Attributes
+    ----------
+    scalars : tuple of str
+        Names of all scalars of the setup, ``leg2.distal_length``, ``base.x``, ...; empty for one
+        that the mechanism does not have.
+    units : tuple of str
+        Of each scalar.
+    tolerances : ndarray
+        Of each scalar; zero where there is none, as of a frame.
+    always_held : tuple of str
+        Of each scalar: why it is never free; empty if it may be.
+    column : ndarray of int
+        Of each scalar: its column, or -1 if it is held.
+    names : tuple of str
+        Of the columns: a scalar's, or ``distal_length`` for one that all legs share.
+    prior : ndarray
+        Standard deviation of each column about its start; infinite without a prior.
+    """
+
+    scalars: tuple[str, ...]
+    units: tuple[str, ...]
+    tolerances: Array
+    always_held: tuple[str, ...]
+    column: NDArray[np.intp]
+    names: tuple[str, ...]
+    prior: Array
+
+    @classmethod
+    def of(
+        cls,
+        mechanism: Mechanism,
+        setup: _core.Setup,
+        *,
+        free: Sequence[str] | None = None,
+        fixed: Sequence[str] = (),
+        shared: Sequence[str] = (),
+        prior: Priors | None = None,
+        frames: Sequence[str] = (),
+        sensor: Sensor = "linear",
+        largest_reading: float = 1.0,
+    ) -> Layout:
+        """Lay out what is unknown; the arguments are those of `identify`.
+
+        `largest_reading` makes a length or an angle comparable with a sensor's quadratic term.
+
+        Raises
+        ------
+        SymkinError
+            For a pattern that matches nothing, naming the nearest name; for a prior of what is not
+            free; if nothing is free.
+        """
+        scalars = tuple(_core.unknown_names(mechanism.core, setup))
+        units = tuple(_unit(mechanism, name) for name in scalars)
+        one_of("sensor", sensor, Sensor)
+        always_held = _always_held(mechanism, scalars)
+        names = _Names(scalars, _CURVATURE[sensor], always_held)
+        chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
+        chosen |= names.matching("free", free) if free is not None else names.of_legs
+        ties = [names.matching("shared", [pattern]) for pattern in shared]
+        chosen = chosen.union(*ties) - names.matching("fixed", fixed)
+        if not chosen:
+            raise SymkinError("nothing is free, so there is nothing to identify")
+        groups = _groups(names, ties, chosen)
+        column = np.full(len(scalars), -1, dtype=np.intp)
+        for number, members in enumerate(groups):
+            column[members] = number
+        made = cls(
+            scalars=scalars,
+            units=units,
+            tolerances=_tolerances(mechanism, scalars, largest_reading),
+            always_held=always_held,
+            column=column,
+            names=tuple(_name(names, members) for members in groups),
+            prior=np.full(len(groups), np.inf),
+        )
+        return made.with_prior(prior) if prior is not None else made
+
+    @property
+    def column_tolerances(self) -> Array:
+        """Tolerance of each column; zero where there is none."""
+        return np.array([self.tolerances[self.members(i)].max() for i in range(len(self.names))])
+
+    @property
+    def column_units(self) -> tuple[str, ...]:
+        """Unit of each column."""
+        return tuple(self.units[self.members(i)[0]] for i in range(len(self.names)))
+
+    def members(self, column: int) -> NDArray[np.intp]:
+        """Scalars that move with a column.
+
+        Returns
+        -------
+        ndarray of int
+        """
+        return np.flatnonzero(self.column == column)
+
+    def with_prior(self, prior: Priors) -> Layout:
+        """Return it with priors; columns that have one keep it where they are given none.
+
+        Returns
+        -------
+        Layout
+        """
+        values = np.array(self.prior)
+        if isinstance(prior, str):
+            one_of("prior", prior, ("tolerances",))
+            tolerances = self.column_tolerances
+            values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
+            return self._replaced(prior=values)
+        names = _Names(self.scalars, _TERMS, self.always_held)
+        for pattern, given in prior.items():
+            for scalar in sorted(names.matching("prior", [pattern])):
+                number = self.column[scalar]
+                if number < 0:
+                    raise SymkinError(
+                        f'prior "{pattern}" is of {self.scalars[scalar]}, which is not free'
+                    )
+                values[number] = _deviation(pattern, given, self.units[scalar])
+        return self._replaced(prior=values)
+
+    def without(self, columns: Iterable[int]) -> Layout:
+        """Return it with the scalars of some columns held.
+
+        Returns
+        -------
+        Layout
+        """
+        kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
+        renumbered = np.full(len(self.names) + 1, -1, dtype=np.intp)
+        renumbered[kept] = np.arange(len(kept))
+        return self._replaced(
+            column=renumbered[self.column],
+            names=tuple(self.names[i] for i in kept),
+            prior=self.prior[kept],
+        )
+
+    def _replaced(self, **changes: object) -> Layout:
+        from dataclasses import replace
+
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+class _Names:
+    """Names of scalars, and what patterns match of them.
+
+    Terms of curvature that the sensors are not said to have are matched by their full names alone;
+    what is never free is not matched at all.
+    """
+
+    def __init__(
+        self, scalars: Sequence[str], terms: Sequence[str], always_held: Sequence[str]
+    ) -> None:
+        self.scalars = scalars
+        self.always_held = always_held
+        self.silent = set(_TERMS) - set(terms)
+        self.index = {name: i for i, name in enumerate(scalars) if name}
+        self.of_legs = {
+            i
+            for name, i in self.index.items()
+            if name.startswith("leg")
+            and name.partition(".")[2] not in _TERMS
+            and not always_held[i]
+        }
+
+    def matching(self, option: str, patterns: Sequence[str]) -> set[int]:
+        """Scalars that match any of the patterns; each must match one.
+
+        Without a dot a pattern is of a parameter in any leg, or of a whole block.
+        """
+        if isinstance(patterns, str):
+            patterns = [patterns]
+        found: set[int] = set()
+        for pattern in patterns:
+            matched = {
+                i
+                for name, i in self.index.items()
+                if _matches(name, pattern)
+                and (name.rpartition(".")[2] not in self.silent - {pattern.rpartition(".")[2]})
+            }
+            if not matched:
+                parts = dict.fromkeys(
+                    part
+                    for name in self.index
+                    for part in ((*name.split("."), name) if name[:3] == "leg" else (name,))
+                )
+                raise SymkinError(
+                    f'{option} "{pattern}" matches no unknown of this mechanism'
+                    f"{did_you_mean(pattern, parts)}"
+                )
+            may_be_free = {i for i in matched if not self.always_held[i]}
+            if not may_be_free and option != "fixed":
+                name, reason = (each[min(matched)] for each in (self.scalars, self.always_held))
+                raise SymkinError(f'{option} "{pattern}": {name} is held, {reason}')
+            found |= may_be_free
+        return found
+
+
+def _matches(name: str, pattern: str) -> bool:
+    if "." in pattern:
+        return fnmatchcase(name, pattern)
+    block, _, own = name.partition(".")
+    return fnmatchcase(block, pattern) or (block[:3] == "leg" and fnmatchcase(own, pattern))
+
+
+def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
+    chosen: set[int] = set()
+    for frame in [frames] if isinstance(frames, str) else frames:
+        one_of("frames", frame, FRAMES)
+        block = frame.rstrip("s") + "*" if frame in ("points", "anchors") else frame
+        matched = {i for name, i in names.index.items() if fnmatchcase(name, f"{block}.*")}
+        if not matched:
+            raise SymkinError(
+                f'frames "{frame}": this mechanism has none; give where they are nominally in the '
+                "[frames] of its file"
+                if frame in ("points", "anchors")
+                else f'frames "{frame}": a planar mechanism has none'
+            )
+        chosen |= matched
+    return chosen
+
+
+def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
+    if sensor == "eccentric" and mechanism.reading_unit != "rad":
+        raise SymkinError(
+            'sensor "eccentric" has a period of one turn, but the sensors of this mechanism read '
+            "lengths"
+        )
+    return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
+
+
+def _groups(names: _Names, ties: Sequence[set[int]], chosen: set[int]) -> list[list[int]]:
+    """Scalars of each column, in the order of the scalars: tied where the own names are alike."""
+    group_of: dict[int, tuple[int, str]] = {}
+    for number, tie in enumerate(ties):
+        for scalar in tie & chosen:
+            own = names.scalars[scalar].partition(".")[2]
+            if scalar in group_of:
+                raise SymkinError(f"{names.scalars[scalar]} is shared twice; expected once")
+            group_of[scalar] = (number, own)
+    groups: dict[object, list[int]] = {}
+    for scalar in sorted(chosen):
+        groups.setdefault(group_of.get(scalar, scalar), []).append(scalar)
+    return list(groups.values())
+
+
+def _name(names: _Names, members: Sequence[int]) -> str:
+    first = names.scalars[members[0]]
+    if len(members) == 1:
+        return first
+    own = first.partition(".")[2]
+    alike = sum(name.startswith("leg") and name.endswith(f".{own}") for name in names.index)
+    if len(members) == alike:
+        return own
+    return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
+
+
+def _unit(mechanism: Mechanism, name: str) -> str:
+    block, _, own = name.partition(".")
+    if block.startswith("leg"):
+        units = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
+        joint = units["sensor_offset"]
+        return {
+            **units,
+            "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
+            "sensor_cosine": joint,
+            "sensor_sine": joint,
+        }[own]
+    if block == "plane":
+        return "m" if own == "c0" else ""
+    return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+
+
+def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+    names, reasons = list(mechanism.parameter_names), []
+    for name in scalars:
+        block, _, own = name.partition(".")
+        reason = ""
+        if block.startswith("leg") and own in names:
+            leg, parameter = int(block[3:]) - 1, names.index(own)
+            if mechanism.parameter_roles[parameter].is_constant:
+                reason = CONSTANT
+            elif not mechanism.is_estimated[leg, parameter]:
+                reason = REDUNDANT
+        reasons.append(reason)
+    return tuple(reasons)
+
+
+def _tolerances(mechanism: Mechanism, scalars: Sequence[str], largest_reading: float) -> Array:
+    """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
+    by_leg = parameter_tolerances(mechanism)
+    joint = mechanism.tolerances.length
+    if _unit(mechanism, "leg1.sensor_offset") == "rad":
+        joint = mechanism.tolerances.angle
+    curved = dict.fromkeys(_TERMS, joint) | {
+        "sensor_quadratic": joint / max(largest_reading, 1e-9) ** 2
+    }
+    values = np.zeros(len(scalars))
+    for i, name in enumerate(scalars):
+        block, _, own = name.partition(".")
+        if block.startswith("leg"):
+            row = by_leg[int(block[3:]) - 1]
+            own_values = dict(zip(mechanism.parameter_names, row.tolist(), strict=True))
+            values[i] = (own_values | curved)[own]
+        elif block.startswith("point"):
+            values[i] = mechanism.tolerances.length
+    return values
+
+
+def _deviation(pattern: str, given: float | str, unit: str) -> float:
+    value = given if isinstance(given, int | float) else _quantity(pattern, given, unit)
+    if not 0 < value < np.inf:
+        raise SymkinError(
+            f'the prior of "{pattern}" is {given}; expected a positive standard deviation '
+            "(fixed holds a parameter)"
+        )
+    return float(value)
+
+
+def _quantity(pattern: str, text: str, unit: str) -> float:
+    try:
+        return evaluate_quantity(text, unit or "1")
+    except SymkinError as error:
+        raise SymkinError(f'the prior of "{pattern}" {error}') from error
+
+
+def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Setup:
+    """The mechanism and its frames as the core takes them."""
+    frames = mechanism.frames or Frames()
+    space = mechanism.pose_space
+    plane = np.zeros(3)
+    plane[: len(frames.plane)] = frames.plane
+    return _core.Setup(
+        mechanism.core,
+        np.zeros((len(mechanism.legs), 3)) if curvature is None else np.asarray(curvature),
+        _frame(space, frames.base),
+        _frame(space, frames.target),
+        _in_space(frames.points),
+        _in_space(frames.anchors),
+        plane,
+    )
+
+
+def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
+    """What stands around the robot, as settings."""
+    size = mechanism.space.size
+    return Frames(
+        base=_tangent(mechanism.pose_space, setup.base),
+        target=_tangent(mechanism.pose_space, setup.target),
+        points=tuple(map(tuple, setup.points[:, :size].tolist())),
+        anchors=tuple(map(tuple, setup.anchors[:, :size].tolist())),
+        plane=tuple(setup.plane.tolist()) if size == 3 else (),
+    )
+
+
+def scalar_values(setup: _core.Setup) -> Array:
+    """Values of all scalars of a setup in the order of their names; of frames, as they are written.
+
+    A frame's rotation is its rotation vector, while its column of the estimate moves it locally.
+    """
+    legs = np.hstack([setup.parameters, setup.curvature])
+    frames = []
+    for frame in (setup.base, setup.target):
+        frames += [frame.position, vectors_from_rotations(frame.rotation[None])[0]]
+    parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
+    return np.concatenate(parts)
+
+
+def _frame(space: str, values: Sequence[float]) -> _core.Frame:
+    tangent = np.zeros(6)
+    tangent[_components(space)[: len(values)]] = values
+    return _core.Frame(tangent[:3], rotations_from_vectors(tangent[None, 3:])[0])
+
+
+def _tangent(space: str, frame: _core.Frame) -> tuple[float, ...]:
+    vector = vectors_from_rotations(frame.rotation[None])[0]
+    values = np.concatenate([frame.position, vector])
+    return tuple(values[_components(space)].tolist())
+
+
+def _components(space: str) -> list[int]:
+    return POSE_SPACES[space].frame_components
+
+
+def _in_space(points: Sequence[Sequence[float]]) -> Array:
+    made = np.zeros((len(points), 3))
+    for row, point in zip(made, points, strict=True):
+        row[: len(point)] = point
+    return made

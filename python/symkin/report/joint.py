@@ -1,0 +1,463 @@
+# SPDX-License-Identifier: MIT
+"""What was identified where anything may be unknown and anything was observed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.identification.joint import JointIdentification, Unknown
+from symkin.identification.problem import KINDS
+from symkin.identification.suspicions import blunders_of
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
+from symkin.report.evaluation import before_and_after, error_table
+from symkin.report.identification import quoted, sources
+from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, ratio, significant
+
+__all__ = ["joint_page", "joint_summary"]
+
+_WORST_ROWS = 8
+_CORRELATED = 10
+_NAMED_SHARE = 1e-3  # of a direction's square
+
+
+def joint_page(found: JointIdentification) -> Page:
+    """Tell an identification of whatever was unknown."""
+    from symkin.report.mechanism import mechanism_section
+
+    sections = [
+        _parameter_section(found),
+        _observation_section(found),
+        *_accuracy_section(found),
+        _knowledge_section(found),
+        _pose_section(found),
+        mechanism_section(found.nominal, found.latent_poses[_known(found)]),
+    ]
+    return dataclasses.replace(joint_summary(found), sections=sections)
+
+
+def joint_summary(found: JointIdentification) -> Page:
+    """Tell the answer, and whether to trust it."""
+    nominal = found.nominal
+    verdict: Verdict = "good" if found.trustworthy else "doubtful" if found.converged else "bad"
+    return Page(
+        title=f"{nominal.name}: identification from what was observed",
+        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        headlines=list(_headlines(found)),
+        verdict=verdict,
+        judgement={
+            "good": "Converged; nothing speaks against the estimate.",
+            "doubtful": "Converged, with doubts.",
+        }.get(verdict, f"Not converged: {found.failure}."),
+        doubts=found.doubts if found.converged else (),
+        notes=found.notes,
+        paragraphs=_done(found),
+        next_step=_next_step(found),
+        inputs=sources(nominal.source, found.measurements.source),
+    )
+
+
+def _known(found: JointIdentification) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(found.latent_poses).all(axis=1))
+
+
+def _done(found: JointIdentification) -> list[str]:
+    shared = sum(each.status == "shared" for each in found.unknowns)
+    held = sum(each.status.partition(",")[0] == "held" for each in found.unknowns)
+    parts = [
+        f"{plural(len(found.names), 'unknown')} of the robot as it was measured "
+        f"{'was' if len(found.names) == 1 else 'were'} estimated together by maximum likelihood, "
+        "with the true poses unknown as well"
+    ]
+    if shared:
+        parts.append(f"{plural(shared, 'parameter')} of the legs move as one with others")
+    if held:
+        parts.append(f"{plural(held, 'parameter')} {'is' if held == 1 else 'are'} held")
+    words = "; ".join(parts) + f". What was observed: {_observed(found)}."
+    return [words, _degrees(found)]
+
+
+def _observed(found: JointIdentification) -> str:
+    counts = np.bincount(found.rows.kind, minlength=len(KINDS))
+    named = {
+        "readings": "reading",
+        "pose": "coordinate of poses",
+        "reported pose": "coordinate that a controller reported",
+        "points": "coordinate of points",
+        "distances": "distance",
+        "heights": "height",
+    }
+    many = {"coordinate of poses": "coordinates of poses"}
+    many |= {
+        "coordinate that a controller reported": "coordinates that a controller reported",
+        "coordinate of points": "coordinates of points",
+    }
+    told = [
+        plural(int(number), named[kind], many.get(named[kind]))
+        for kind, number in zip(KINDS, counts, strict=True)
+        if number
+    ]
+    poses = len(found.measurements.poses)
+    return ", ".join(told) + f", at {plural(poses, 'pose')}"
+
+
+def _degrees(found: JointIdentification) -> str:
+    equations = int(found.conditions.sum())
+    priors = sum(1 for each in _one_a_column(found) if math.isfinite(each.prior))
+    told = f"The poses leave {plural(equations, 'equation')}"
+    if priors:
+        told += f", priors add {priors}"
+    return (
+        f"{told}; {found.rank} independent combinations of the unknowns are estimated from them, "
+        f"which leaves {plural(found.degrees_of_freedom, 'degree')} of freedom. The observations "
+        f"alone show {found.data_rank} of {len(found.names)} combinations."
+    )
+
+
+def _one_a_column(found: JointIdentification) -> list[Unknown]:
+    """The first unknown of each column."""
+    by_name = {each.name: each for each in found.unknowns}
+    return [
+        by_name.get(name) or next(each for each in found.unknowns if _is_in(each.name, name))
+        for name in found.names
+    ]
+
+
+def _is_in(scalar: str, column: str) -> bool:
+    block, _, own = scalar.partition(".")
+    blocks, _, name = column.rpartition(".")
+    return own == name and (not blocks or block in blocks.split("+"))
+
+
+def _headlines(found: JointIdentification) -> Iterator[Headline]:
+    if found.degrees_of_freedom > 0:
+        share = found.chi_square / found.degrees_of_freedom
+        low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
+        remark = f"{significant(low)} to {significant(high)} if noise and model are as declared"
+        if found.options.noise == "estimate":
+            remark = "by construction, since the noise was estimated"
+        yield "Chi-square per degree of freedom", significant(share), remark
+    before, after, validation = found.before, found.after, found.cross_validation
+    if math.isfinite(found.residual_rms):
+        remark = ratio(found.nominal_residual_rms, found.residual_rms)
+        if validation is not None:
+            remark += f"; {milli(validation.residual_rms, 'm')} in cross-validation"
+        closures = [milli(found.nominal_residual_rms, "m"), milli(found.residual_rms, "m")]
+        value = " \N{RIGHTWARDS ARROW} ".join(closures)
+        yield "Closure of the legs, root mean square", value, remark
+    if before is None or after is None:
+        return
+    if before.aligned is not None and after.aligned is not None:
+        for label, value, remark in before_and_after(before.aligned, after.aligned, after):
+            yield f"{label}, frames aligned", value, remark
+    else:
+        yield from before_and_after(before, after, after)
+
+
+def _next_step(found: JointIdentification) -> str:
+    if not found.converged:
+        return (
+            "look for what keeps the estimate from converging: units, frames, signs, the order of "
+            "the legs, the working mode; fix what is known, or give priors."
+        )
+    if found.doubts:
+        return "settle the doubts, beginning with the first, and identify again."
+    if found.cross_validation is None:
+        return (
+            "see how well observations are predicted that the fit did not see: identify with "
+            "--cross-validate 5."
+        )
+    return (
+        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew."
+    )
+
+
+def _parameter_section(found: JointIdentification) -> Section:
+    origin = (
+        "from the declared noise, which explains the residuals"
+        if not found.unexplained
+        else "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
+        "since the residuals are larger than it explains"
+    )
+    if found.options.noise == "estimate":
+        origin = "from the estimated noise"
+    paragraphs = [f"Standard deviations follow {origin}."]
+    if found.gauge:
+        paragraphs.append(
+            f"They depend on how what the observations do not show was settled: {found.gauge}."
+        )
+    groups = []
+    for block in dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns):
+        rows = [_row(each) for each in found.unknowns if each.name.partition(".")[0] == block]
+        groups.append(Group(rows, _title(block)))
+    columns = ("Name", "Unit", "Nominal", "Value", "Standard deviation", "Over tolerance", "Status")
+    table = Table("What is unknown, and what was held", columns, groups, brief=True)
+    return Section("identification", "Unknowns", paragraphs, [table, *_noise_table(found)])
+
+
+def _title(block: str) -> str:
+    titles = {
+        "base": "Base, in the frame of the measuring device",
+        "target": "Target, in the platform's frame",
+        "plane": "Plane, in the frame of the base",
+    }
+    for start in ("leg", "point", "anchor"):
+        if block.startswith(start):
+            return f"{start.capitalize()} {block.removeprefix(start)}"
+    return titles[block]
+
+
+def _row(each: Unknown) -> list[str]:
+    decimals = decimals_of(each.deviation)
+    over = each.deviation / each.tolerance if each.tolerance else float("nan")
+    return [
+        each.name.partition(".")[2],
+        each.unit,
+        fixed(each.nominal, decimals),
+        fixed(each.value, decimals),
+        significant(each.deviation, 2),
+        significant(over, 2),
+        each.status,
+    ]
+
+
+def _noise_table(found: JointIdentification) -> list[Table]:
+    if found.options.noise != "estimate":
+        return []
+    declared, noise = found.nominal.noise, found.noise
+    unit = found.nominal.reading_unit
+    rows = [
+        (name, milli(getattr(declared, name), of), milli(getattr(noise, name), of))
+        for name, of in (("position", "m"), ("orientation", "rad"), ("reading", unit))
+    ]
+    columns = ("Noise of", "Declared", "Estimated")
+    return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]
+
+
+def _observation_section(found: JointIdentification) -> Section:
+    paragraph = (
+        f"{quoted('t')} is an estimated error over what it would vary by if the observation was "
+        "sound: standard normal. The error if alone wrong is what the other observations say that "
+        "this one is off by."
+    )
+    figure = Image(
+        "t_values",
+        "Estimated errors of all observations in their standard deviations, row by row.",
+        "All observations against what the others say, in standard deviations. The lines are "
+        "where one of 1000 sound robots has any.",
+        plotted("t_values", found),
+    )
+    return Section(
+        "observations",
+        "Observations",
+        [paragraph],
+        [_kind_table(found), _worst_rows(found), *_wider_models(found), figure],
+    )
+
+
+def _wider_models(found: JointIdentification) -> list[Table]:
+    """What else was tried, whether it explains more or not."""
+    words = {
+        "quadratic": "sensors that bend",
+        "eccentric": "sensors that err once a turn",
+        "held": "nothing held or shared",
+        "frames": "frames of device and target, the drawing within its tolerances",
+    }
+    rows = [
+        (
+            words[each.what],
+            f"F({each.terms}, {each.spare}) = {significant(each.statistic)}",
+            f"{each.p_value:.2g}",
+            f"{each.limit:.2g}",
+            "explains more" if each.alarms else "as chance has it",
+        )
+        for each in found.alternatives
+    ]
+    columns = ("Also unknown", "Statistic", "Probability", "Alarm below", "")
+    caption = "Wider models of the same observations"
+    return [Table(caption, columns, [Group(rows)])] if rows else []
+
+
+def _kind_table(found: JointIdentification) -> Table:
+    rows, space, unit = found.rows, found.nominal.pose_space, found.nominal.reading_unit
+    told = []
+    units = np.array([rows.unit(row, space, unit) for row in range(len(rows.pose))], dtype=object)
+    for kind, name in enumerate(KINDS):
+        for of in dict.fromkeys(units[rows.kind == kind]):
+            own = (rows.kind == kind) & (units == of)
+            t = rows.t[own & np.isfinite(rows.t)]
+            told.append(
+                [
+                    f"{name}, {of}",
+                    str(int(own.sum())),
+                    milli(float(np.sqrt(np.mean(rows.residual[own] ** 2))), of),
+                    significant(float(np.sqrt(np.mean(t**2))) if len(t) else math.nan),
+                    significant(float(np.abs(t).max()) if len(t) else math.nan),
+                    *_predicted(found, f"{name.replace(' ', '_')}_{of}", of),
+                ]
+            )
+    columns = ["Observations", "Number", "Estimated error, rms", "t, rms", "t, largest"]
+    if found.cross_validation is not None:
+        columns.append("Predicted unseen within")
+    return Table("What was observed, and how it fits", columns, [Group(told)], brief=True)
+
+
+def _predicted(found: JointIdentification, kind: str, unit: str) -> list[str]:
+    validation = found.cross_validation
+    if validation is None:
+        return []
+    return [milli(validation.observed_rms.get(kind, math.nan), unit)]
+
+
+def _worst_rows(found: JointIdentification) -> Table:
+    rows, space, unit = found.rows, found.nominal.pose_space, found.nominal.reading_unit
+    blunders = {each.row for each in blunders_of(found)}
+    size = np.abs(np.nan_to_num(rows.t))
+    told = []
+    for row in np.argsort(-size, kind="stable")[:_WORST_ROWS].tolist():
+        if size[row] == 0:
+            continue
+        told.append(
+            [
+                str(found.measurements.row_numbers[rows.pose[row]]),
+                rows.what(row, space),
+                fixed(rows.t[row], 1),
+                milli(rows.blunder[row], rows.unit(row, space, unit)),
+                "does not fit" if row in blunders else "as noise has it",
+            ]
+        )
+    columns = ("Row", "Observation", "t", "Error if alone wrong", "")
+    return Table("Observations that fit worst", columns, [Group(told)])
+
+
+def _accuracy_section(found: JointIdentification) -> list[Section]:
+    before, after, validation = found.before, found.after, found.cross_validation
+    if before is None or after is None:
+        return []
+    unseen = validation and validation.evaluation
+    table = error_table(
+        {"Before": before, "After": after},
+        None,
+        (validation.name, unseen) if validation and unseen else None,
+    )
+    paragraph = (
+        "At poses that were measured in full, the distance between the measured pose and the one "
+        "that the forward kinematics gives for the readings, with the nominal and with the "
+        "calibrated mechanism, both in the frames that were found."
+    )
+    return [Section("accuracy", "End-effector error", [paragraph], [table])]
+
+
+def _knowledge_section(found: JointIdentification) -> Section:
+    """What the observations show, in words, and what they do not."""
+    parts: list[Table | Image] = []
+    paragraphs = ["The observations by themselves show every combination of the unknowns."]
+    if found.unseen:
+        paragraphs = [
+            f"The observations by themselves do not show "
+            f"{plural(len(found.unseen), 'combination')} of the unknowns. The fit, the residuals "
+            "and the poses as measured do not depend on them; single parameters do."
+        ]
+        together = [_moving(found.names, each) for each in found.unseen_directions.T]
+        rows = [(str(i), each) for i, each in enumerate(together, 1)]
+        columns: tuple[str, ...] = ("", "Unknowns that can move together, the strongest first")
+        parts.append(
+            Table("What no observation shows", columns, [Group(rows)], wordy=True, brief=True)
+        )
+        rows = [(str(i), each) for i, each in enumerate(found.unseen, 1)]
+        columns = ("", "Combination, in tolerances (of frames, in mm and mrad)")
+        parts.append(Table("The same in numbers", columns, [Group(rows)], wordy=True))
+    parts += [_direction_table(found), _correlation_table(found)]
+    return Section("knowledge", "What the observations show", paragraphs, parts)
+
+
+def _moving(names: Sequence[str], direction: NDArray[np.float64]) -> str:
+    """Name the unknowns of a direction, those of several legs as one: ``base.z, base_radius``."""
+    weights: dict[str, float] = {}
+    legs: dict[str, list[str]] = {}
+    for name, value in zip(names, direction.tolist(), strict=True):
+        block, _, own = name.rpartition(".")
+        if value**2 < _NAMED_SHARE:
+            continue
+        key = own if block.startswith("leg") or not block else name
+        weights[key] = weights.get(key, 0.0) + value**2
+        if block.startswith("leg"):
+            legs.setdefault(key, []).append(block.replace("leg", ""))
+    told = [
+        f"{key} of leg{'s' * (len(legs[key]) > 1)} {', '.join(legs[key])}" if key in legs else key
+        for key in sorted(weights, key=lambda key: -weights[key])
+    ]
+    return "; ".join(told)
+
+
+def _direction_table(found: JointIdentification) -> Table:
+    """The combinations that are known best and worst, over what was known before."""
+    from symkin.observability import name_combination
+
+    first = _one_a_column(found)
+    scale = np.array([each.tolerance for each in first])
+    kept = np.isfinite(scale)
+    rows = []
+    if kept.any():
+        inner = np.asarray(found.covariance)[np.ix_(kept, kept)] / np.outer(
+            scale[kept], scale[kept]
+        )
+        values, vectors = np.linalg.eigh(inner)
+        names = tuple(np.array(found.names)[kept])
+        for which, index in (("worst", -1), ("best", 0)):
+            rows.append(
+                (
+                    which,
+                    significant(math.sqrt(max(values[index], 0.0)), 2),
+                    name_combination(vectors[:, index], names),
+                )
+            )
+    columns = ("Known", "Deviation, in tolerances", "Combination, in tolerances")
+    return Table("Combinations known worst and best", columns, [Group(rows)], wordy=True)
+
+
+def _correlation_table(found: JointIdentification) -> Table:
+    deviations = np.sqrt(np.diag(found.covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = np.nan_to_num(found.covariance / np.outer(deviations, deviations))
+    lower = np.tril(correlation, -1)
+    order = np.argsort(-np.abs(lower), axis=None)[:_CORRELATED]
+    rows = []
+    for i, j in zip(*np.unravel_index(order, lower.shape), strict=True):
+        if lower[i, j]:
+            pair = f"{found.names[j]}, {found.names[i]}"
+            rows.append((pair, fixed(float(lower[i, j]), 3)))
+    columns = ("Unknowns", "Correlation")
+    return Table("Unknowns that are told apart worst", columns, [Group(rows)], wordy=True)
+
+
+def _pose_section(found: JointIdentification) -> Section:
+    known = _known(found)
+    errors = found.reading_errors
+    unit = found.nominal.reading_unit
+    rows = []
+    for leg in range(errors.shape[1]):
+        own = errors[np.isfinite(errors[:, leg]), leg]
+        rms = float(np.sqrt(np.mean(own**2))) if len(own) else math.nan
+        rows.append((f"leg {leg + 1}", milli(rms, unit) if len(own) else NONE))
+    parts: list[Table | Image] = [
+        Table("Estimated errors of the readings", ("", "Root mean square"), [Group(rows)])
+    ]
+    if known.any():
+        parts.append(
+            Image(
+                "latent_poses",
+                "Scatter plots of the estimated poses.",
+                "Where the platform was, by all observations together, in the robot's own frame.",
+                plotted("poses", found.latent_poses[known]),
+            )
+        )
+    paragraph = (
+        f"The true pose was estimated at {int(known.sum())} of {plural(len(known), 'row')} of the "
+        "measurements."
+    )
+    return Section("poses", "Latent poses", [paragraph], parts)

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""Studies: protocols compared on the same simulated robots, on one core or on a cluster."""
+
+from symkin.study.cost import CostResult
+from symkin.study.definition import (
+    Cell,
+    StudyDefinition,
+    builtin_studies,
+    builtin_text,
+    load_study,
+)
+from symkin.study.result import CellSummary, ErrorFigure, PairedComparison, Ratio, StudyResult
+from symkin.study.running import run_study
+
+__all__ = [
+    "Cell",
+    "CellSummary",
+    "CostResult",
+    "ErrorFigure",
+    "PairedComparison",
+    "Ratio",
+    "StudyDefinition",
+    "StudyResult",
+    "builtin_studies",
+    "builtin_text",
+    "load_study",
+    "run_study",
+]

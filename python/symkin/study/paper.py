@@ -1,0 +1,426 @@
+# SPDX-License-Identifier: MIT
+"""The paper reproduced: its figures 6 to 10, and what they say about its claims."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.conditions import Conditions, check_conditions
+from symkin.errors import SymkinError
+from symkin.evaluation import evaluate
+from symkin.identification.estimate import identify
+from symkin.identification.fit import PoseUse
+from symkin.io.mechanism_file import load_mechanism
+from symkin.measurements import pose_rows
+from symkin.mechanism import Mechanism
+from symkin.observability import analyse_observability, mechanism_rows, observability_rows
+from symkin.planning import Plan, make_plan, predict_accuracy
+from symkin.planning.plan import thinned
+from symkin.planning.selection import LegRows, select_poses
+from symkin.result import Value, field, record
+from symkin.simulation import simulate
+from symkin.study.claims import Claim, Evidence, SliceErrors, judge
+from symkin.study.definition import load_study
+from symkin.study.result import Ratio, StudyResult
+from symkin.study.robots import robot_seed
+from symkin.symmetry import leg_carriers, map_poses, observability_group
+from symkin.workspace.sample import inside_workspace, sample_workspace
+from symkin.workspace.slices import ConstantOrientation, constant_orientations
+from symkin.workspace.study import WorkspaceStudy, study_workspace
+
+__all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "study_paper"]
+
+Array = NDArray[np.float64]
+
+ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
+_OFFSETS = np.deg2rad([30.0, 150.0, -90.0])  # Eq. 19
+_ITERATIONS = 4  # of Eqs. 24 to 26 in either direction
+_REPETITIONS = 5  # of what is timed, the fastest of which counts
+_RESOLUTION = 121  # cells a side of the maps of local errors
+_MAPPED_ROBOTS = 100  # whose errors they show
+
+# Names of its cells: the paper's protocol, and what it is compared with.
+PAPER, EACH_LEG = "paper", "paper, each leg"
+TRADITIONAL, EQUAL_EFFORT = "traditional, 24 poses", "traditional, 72 poses"
+
+# How the paper chooses poses.
+_PROTOCOL: dict[str, Any] = {"rows": "paper", "method": "sun_hollerbach", "margin_sigmas": 0.0}
+
+
+@record
+class LocalErrors(Value):
+    """Position errors of a calibrated robot over a constant-orientation workspace.
+
+    Attributes
+    ----------
+    orientation : float
+        rad, exactly.
+    x, y : ndarray, shape (columns,), (rows,)
+        Centres of the cells, m.
+    divided, traditional : ndarray, shape (rows, columns)
+        Root mean square over the robots of the position error, of the paper's protocol and of the
+        traditional method, m; NaN outside the workspace.
+    """
+
+    orientation: float = field(unit="rad")
+    x: Array = field(private=True)
+    y: Array = field(private=True)
+    divided: Array = field(private=True)
+    traditional: Array = field(private=True)
+
+    @property
+    def figures(self) -> SliceErrors:
+        """Root mean squares over the slice."""
+        return SliceErrors(self.orientation, _rms(self.divided), _rms(self.traditional))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the root mean squares."""
+        return self.figures.to_dict()
+
+
+def local_errors(
+    study: StudyResult, slices: Sequence[ConstantOrientation], robots: int = _MAPPED_ROBOTS
+) -> tuple[LocalErrors, ...]:
+    """Simulate Fig. 10: where the calibrated robots err, at constant orientations.
+
+    Parameters
+    ----------
+    study : StudyResult
+        Of the built-in study ``"paper"``.
+    slices : sequence of ConstantOrientation
+        Whose usable cells are evaluated.
+    robots : int
+        The first robots of the study, over which the errors are averaged.
+
+    Returns
+    -------
+    tuple of LocalErrors
+        One for each slice.
+    """
+    commanded = np.concatenate([_slice_poses(each)[each.usable] for each in slices])
+    ways: tuple[tuple[Plan, PoseUse], ...] = (
+        (study.plan(PAPER), "own"),
+        (study.plan(TRADITIONAL), "all"),
+    )
+    squares = np.zeros((len(ways), len(commanded)))
+    taken = np.zeros(squares.shape)
+    for robot in range(robots):
+        seed = robot_seed(study.definition.seed, robot)
+        for way, (plan, use) in enumerate(ways):
+            found = _position_errors(plan, use, seed, commanded)
+            good = np.isfinite(found)
+            squares[way, good] += found[good] ** 2
+            taken[way, good] += 1
+    with np.errstate(invalid="ignore"):
+        roots = np.sqrt(squares / taken)
+    ends = np.cumsum([each.usable.sum() for each in slices])[:-1]
+    return tuple(
+        LocalErrors(each.orientation, each.x, each.y, *(_on_grid(each, way) for way in errors))
+        for each, errors in zip(slices, np.split(roots, ends, axis=1), strict=True)
+    )
+
+
+def _position_errors(plan: Plan, use: PoseUse, seed: int, poses: Array) -> Array:
+    """Of one robot; NaN where it cannot take a pose, everywhere if it cannot be calibrated."""
+    try:
+        simulation = simulate(plan.mechanism, plan, seed)
+        found = identify(plan.mechanism, simulation.measurements, "paper", poses=use)
+        return evaluate(found.mechanism, actual=simulation.actual, poses=poses).errors[0]
+    except SymkinError:
+        return np.full(len(poses), np.nan)
+
+
+def _slice_poses(found: ConstantOrientation) -> Array:
+    """Poses of all cells, shape (rows, columns, 3)."""
+    x, y = np.meshgrid(found.x, found.y)
+    return np.stack([x, y, np.full(x.shape, found.orientation)], axis=-1)
+
+
+def _on_grid(found: ConstantOrientation, values: Array) -> Array:
+    grid = np.full(found.usable.shape, np.nan)
+    grid[found.usable] = values
+    return grid
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+@record
+class PaperFindings(Value):
+    """Sections 4 to 6 of the paper, done again and judged.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The 3-RRR.
+    workspace : WorkspaceStudy
+        Figs. 6a to 6d.
+    plan : Plan
+        The 24 poses a leg of Fig. 7.
+    r_diagonals : ndarray, shape (legs, p)
+        abs(R_ii) of Fig. 8.
+    local : tuple of LocalErrors
+        Fig. 10.
+    evidence : Evidence
+        The figures by which the claims are judged.
+    claims : tuple of Claim
+        Every claim with its verdict.
+    """
+
+    mechanism: Mechanism = field(private=True)
+    workspace: WorkspaceStudy = field(private=True)
+    plan: Plan = field(private=True)
+    r_diagonals: Array
+    local: tuple[LocalErrors, ...]
+    evidence: Evidence
+    claims: tuple[Claim, ...]
+
+
+def is_paper(study: StudyResult) -> bool:
+    """Whether a study has all cells of the built-in study ``"paper"``, as they are there."""
+    return set(load_study("paper").cells) <= set(study.definition.cells)
+
+
+def study_paper(
+    study: StudyResult, *, poses: int = 100_000, mapped_robots: int = _MAPPED_ROBOTS
+) -> PaperFindings:
+    """Reproduce the paper's figures and judge its claims.
+
+    Parameters
+    ----------
+    study : StudyResult
+        Of the built-in study ``"paper"``; its robots may be fewer.
+    poses : int
+        On which each element of the symmetry is tested.
+    mapped_robots : int
+        Whose local errors Fig. 10 shows.
+
+    Returns
+    -------
+    PaperFindings
+
+    Raises
+    ------
+    SymkinError
+        For a study without the cells of the paper.
+    """
+    if not is_paper(study):
+        raise SymkinError('the paper is judged by the cells of the built-in study "paper" alone')
+    plan, seed = study.plan(PAPER), study.definition.seed
+    mechanism = plan.mechanism
+    workspace = study_workspace(mechanism, ORIENTATIONS, poses, seed)
+    coarse = constant_orientations(mechanism, ORIENTATIONS, _RESOLUTION)
+    local = local_errors(study, coarse, mapped_robots)
+    diagonals = _r_diagonals(mechanism, plan)
+    evidence = Evidence(
+        poses=poses,
+        **_symmetry_figures(workspace, check_conditions(mechanism, poses, seed)),
+        **_observability_figures(mechanism, plan, diagonals),
+        **_selection_figures(mechanism, plan, seed),
+        **_iteration_figures(mechanism, plan, seed),
+        **_step_figures(mechanism, plan, study.plan(TRADITIONAL)),
+        **_study_figures(study),
+        slices=tuple(each.figures for each in local),
+    )
+    return PaperFindings(mechanism, workspace, plan, diagonals, local, evidence, judge(evidence))
+
+
+def _study_figures(study: StudyResult) -> dict[str, Any]:
+    divided, traditional = study.cells[PAPER], study.cells[TRADITIONAL]
+    rows = study.rows(PAPER)
+    taken = rows["evaluated"][rows["converged"]]
+
+    def against(other: str) -> tuple[Ratio, Ratio]:
+        found = study.compare(PAPER, other)
+        return found.position, found.orientation
+
+    kinds = divided.position, divided.orientation
+    return {
+        "measured_divided": divided.measured_poses,
+        "measured_traditional": traditional.measured_poses,
+        "improvement": tuple(each.before / each.rms for each in kinds),
+        "against_traditional": against(TRADITIONAL),
+        "against_equal_effort": against(EQUAL_EFFORT),
+        "against_independent": against(EACH_LEG),
+        "robots": study.robots,
+        "replaced": divided.replaced,
+        "commanded": divided.measured_poses * study.robots,
+        "unreachable": int((study.definition.evaluation_poses - taken).sum()),
+        "evaluated": study.definition.evaluation_poses * len(taken),
+    }
+
+
+def _legs(plan: Plan) -> range:
+    return range(plan.readings.shape[1])
+
+
+def _symmetry_figures(workspace: WorkspaceStudy, conditions: Conditions) -> dict[str, Any]:
+    mechanism, checks = workspace.mechanism, conditions.elements
+    groups = {(each.symbol, each.meaning): each.elements for each in conditions.groups}
+    structure = groups["G_M", "structure"]
+    turns = [label for label in groups["G_W", "with the working modes"] if label != "r0"]
+    offsets = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
+    off = offsets - _OFFSETS
+    return {
+        "rotations": sum(label.startswith("r") for label in structure),
+        "reflections": sum(label.startswith("s") for label in structure),
+        "mismatches": sum(each.mismatches for each in checks),
+        "workspace_elements": groups["G_W", "with the working modes"],
+        "reading_elements": groups["G_Q", "active joints"],
+        "reading_deviation": max(each.reading_deviation for each in checks if each.keeps_modes),
+        "reading_deviation_all": max(each.reading_deviation for each in checks),
+        "slice_areas": tuple(each.usable_area for each in workspace.slices),
+        "slice_mismatches": tuple(_mismatches(mechanism, each, turns) for each in workspace.slices),
+        "conditions_met": sum(each.holds for each in conditions.conditions),
+        "conditions": len(conditions.conditions),
+        "offsets_off": float(np.abs(np.arctan2(np.sin(off), np.cos(off))).max()),
+    }
+
+
+def _mismatches(mechanism: Mechanism, found: ConstantOrientation, turns: Sequence[str]) -> int:
+    """Cells that are in the workspace while one of their images is not, or the reverse."""
+    cells = _slice_poses(found).reshape(-1, 3)
+    inside = inside_workspace(mechanism, cells)
+    wrong = np.zeros(len(cells), dtype=np.bool_)
+    for turn in turns:
+        wrong |= inside_workspace(mechanism, map_poses(mechanism, turn, cells)) != inside
+    return int(wrong.sum())
+
+
+def _r_diagonals(mechanism: Mechanism, plan: Plan) -> Array:
+    """abs(R_ii) of each leg at its own poses, shape (legs, p)."""
+    sets = [plan.poses[plan.rows_of_set(leg)] for leg in _legs(plan)]
+    return np.array(
+        [analyse_observability(mechanism, leg, each).r_diagonal for leg, each in enumerate(sets)]
+    )
+
+
+def _observability_figures(mechanism: Mechanism, plan: Plan, diagonals: Array) -> dict[str, Any]:
+    reference = plan.poses[plan.rows_of_set(0)]
+    printed = [
+        (
+            analyse_observability(mechanism, leg, reference).r_diagonal,
+            analyse_observability(
+                mechanism, 0, map_poses(mechanism, element, reference)
+            ).r_diagonal,
+        )
+        for leg, (_, element) in enumerate(leg_carriers(mechanism))
+    ]
+    mapped = plan.poses[np.concatenate([plan.rows_of_set(leg) for leg in _legs(plan)])]
+    hexapod = load_mechanism("hexapod_jugglebot")
+    moved = sample_workspace(hexapod, 100, 1).poses
+    carried = np.stack(
+        [map_poses(hexapod, each, moved) for each in observability_group(hexapod) or ()]
+    )
+    dots = np.abs(np.sum(carried[..., 3:] * moved[:, 3:], axis=-1))
+    return {
+        "legs": len(mechanism.legs),
+        "mapped_deviation": float(np.abs(diagonals / diagonals[0] - 1).max()),
+        "printed_deviation": max(float(np.abs(one / other - 1).max()) for one, other in printed),
+        "turned_planar": float(
+            np.abs(mapped[:, 2] - np.tile(reference[:, 2], len(diagonals))).max()
+        ),
+        "turned_spatial": float(2 * np.arccos(np.minimum(1, dots)).max()),
+    }
+
+
+def _selection_figures(mechanism: Mechanism, plan: Plan, seed: int) -> dict[str, Any]:
+    candidates = pose_rows(plan.candidates)
+
+    def search(legs: int) -> None:
+        for leg in range(legs):
+            rows = LegRows(mechanism, leg, candidates, "paper")
+            select_poses(rows, 24, seed=seed, method="sun_hollerbach", threads=1)
+
+    def whole(*, use_symmetry: bool) -> None:
+        make_plan(
+            mechanism, candidates, seed=seed, use_symmetry=use_symmetry, threads=1, **_PROTOCOL
+        )
+
+    count = len(mechanism.parameter_names)
+    basis = plan.basis
+    assert basis is not None  # it was made
+    chosen = basis.choices[0].selection
+    better = make_plan(mechanism, candidates, seed=seed, **_PROTOCOL | {"method": "exchange"})
+    assert better.basis is not None
+    gap = (chosen.log_det - better.basis.choices[0].selection.log_det) / (2 * count)
+    worths = [_worth(mechanism, candidates, factor * count, seed) for factor in (1, 2, 3, 10)]
+    return {
+        "selection_saving": _seconds(lambda: search(len(mechanism.legs)))
+        / _seconds(lambda: search(1)),
+        "plan_saving": _seconds(lambda: whole(use_symmetry=False))
+        / _seconds(lambda: whole(use_symmetry=True)),
+        "selection_gap": max(0.0, -float(np.expm1(gap))),
+        "selection_bound": 1 - chosen.certificate.o1_efficiency,
+        "efficiencies": tuple(worth / worths[-1] for worth in worths[:-1]),
+    }
+
+
+def _worth(mechanism: Mechanism, candidates: Array, poses: int, seed: int) -> float:
+    """Information that a pose brings among so many, up to a factor: 1 / (N variance)."""
+    plan = make_plan(mechanism, candidates, poses, seed, spares=0, **_PROTOCOL)
+    expected = predict_accuracy(mechanism, plan, thinned(candidates), "paper", poses="own")
+    return float(1 / (poses * expected.position**2))
+
+
+def _iteration_figures(mechanism: Mechanism, plan: Plan, seed: int) -> dict[str, Any]:
+    measured = simulate(mechanism, plan, seed).measurements
+    rows = measured.leg_sets == 0
+    poses, readings = measured.poses[rows], measured.readings[rows, 0]
+    return {
+        name: tuple(_iterations(mechanism, poses, readings, direction))
+        for name, direction in (("printed_steps", 1), ("corrected_steps", -1))
+    }
+
+
+def _iterations(
+    mechanism: Mechanism, poses: Array, readings: Array, direction: int
+) -> Iterator[float]:
+    """Root mean squares of g - psi of leg 1 in the iteration of Eqs. 24 to 26, rad."""
+    parameters = mechanism.parameters.copy()
+    model = mechanism.replace(symmetry=None)
+    for _ in range(_ITERATIONS + 1):
+        off = model.inverse_kinematics(poses)[:, 0] - readings
+        closures = np.arctan2(np.sin(off), np.cos(off))
+        yield _rms(closures) if np.isfinite(closures).all() else float("nan")
+        if not np.isfinite(closures).all():
+            return
+        step = np.linalg.lstsq(model.parameter_jacobian(0, poses), closures, rcond=None)[0]
+        parameters[0] += direction * step
+        model = model.with_parameters(parameters)
+
+
+def _step_figures(mechanism: Mechanism, plan: Plan, traditional: Plan) -> dict[str, Any]:
+    """A Gauss-Newton step of all parameters at once, its zeros multiplied, against one a leg."""
+    wanted = traditional.poses[~traditional.spare]
+    whole = np.concatenate(list(mechanism_rows(mechanism, wanted, "paper")))
+    legs = [
+        observability_rows(mechanism, leg, plan.poses[plan.rows_of_set(leg)]) for leg in _legs(plan)
+    ]
+
+    def solve(matrices: Sequence[Array]) -> None:
+        for matrix in matrices:
+            np.linalg.lstsq(matrix, np.ones(len(matrix)), rcond=None)
+
+    return {
+        "step_saving": _seconds(lambda: solve([whole])) / _seconds(lambda: solve(legs)),
+        "condition_whole": float(np.linalg.cond(whole)),
+        "condition_leg": float(np.linalg.cond(legs[0])),
+    }
+
+
+def _seconds(task: Callable[[], object]) -> float:
+    """Processor time of the fastest of some repetitions."""
+
+    def once() -> float:
+        begin = time.process_time()
+        task()
+        return time.process_time() - begin
+
+    return min(once() for _ in range(_REPETITIONS))

@@ -1,0 +1,450 @@
+# SPDX-License-Identifier: MIT
+"""What a study found: a row a robot and cell, and figures of cells with their uncertainty."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError, did_you_mean
+from symkin.observability import ExpectedAccuracy
+from symkin.planning import Plan, predict_accuracy
+from symkin.planning.prediction import check_wanted
+from symkin.result import Result, Value, field, plain, record
+from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, reading_curves
+from symkin.study.definition import Cell, StudyDefinition
+from symkin.study.recommendation import Recommendation, recommend
+from symkin.study.robots import Job
+
+if TYPE_CHECKING:
+    from symkin.report.content import Page
+    from symkin.study.paper import PaperFindings
+
+__all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio", "StudyResult"]
+
+Array = NDArray[np.float64]
+
+_NORMAL_95 = 1.959963984540054
+
+
+@record
+class Ratio(Value):
+    """A ratio of root mean squares, with its 95% interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, logarithm: float, standard_error: float) -> Ratio:
+        """Return the ratio of which this is the logarithm."""
+        reach = _NORMAL_95 * standard_error
+        return cls(*(math.exp(logarithm + step) for step in (0.0, -reach, reach)))
+
+
+@record
+class ErrorFigure(Value):
+    """One kind of end-effector error of a cell, root mean square over robots and poses.
+
+    Attributes
+    ----------
+    rms : float
+        After identification, of the robots that converged; m or rad.
+    low, high : float
+        Its 95% interval, from the scatter of the robots' mean squares; NaN for one robot.
+    median : float
+        Over robots, of each one's root mean square.
+    before : float
+        Of the mechanism as drawn, the same robots.
+    predicted : float
+        To first order, see `predict_accuracy`; NaN if it cannot be told.
+    """
+
+    rms: float
+    low: float
+    high: float
+    median: float
+    before: float
+    predicted: float
+    derived = ("ratio", "ratio_error")
+
+    @property
+    def ratio(self) -> float:
+        """Simulated over predicted."""
+        return self.rms / self.predicted if self.predicted > 0 else math.nan
+
+    @property
+    def ratio_error(self) -> float:
+        """Standard error of the ratio."""
+        return self.ratio * (math.log(self.high / self.low) / (2 * _NORMAL_95)) if self.rms else 0.0
+
+
+@record
+class CellSummary(Value):
+    """What the robots of a cell had in common.
+
+    Attributes
+    ----------
+    cell : Cell
+        What was done.
+    robots, failed : int
+        Robots, and how many of them could not be measured or did not converge; those are in no
+        other figure.
+    failures : dict of str to int
+        Why, and how often.
+    measured_poses : int
+        Poses that every robot is measured at.
+    replaced : int
+        Poses, of all robots, that spares replaced.
+    position, orientation : ErrorFigure
+        m, and rad (zero for a point platform).
+    combined : ErrorFigure
+        Both as one length, m: a rotation counts as the way of a point at the characteristic length.
+    coverage, coverage_error : float
+        Share of the parameters whose 95% interval holds the truth, and its standard error.
+    chi_square : float
+        Mean of chi-square per degree of freedom.
+    mapped_efficiency : float
+        Mean over robots, see `mapped_efficiency`; NaN unless the study asks for it.
+    """
+
+    cell: Cell
+    robots: int
+    failed: int
+    failures: Mapping[str, int]
+    measured_poses: int
+    replaced: int
+    position: ErrorFigure = field(unit="m")
+    orientation: ErrorFigure = field(unit="rad")
+    combined: ErrorFigure = field(unit="m")
+    coverage: float
+    coverage_error: float
+    chi_square: float
+    mapped_efficiency: float
+
+
+@record
+class PairedComparison(Value):
+    """Two cells compared on the same robots.
+
+    Attributes
+    ----------
+    first, second : str
+        Their names.
+    robots : int
+        Those that converged in both.
+    position, orientation : Ratio
+        Root mean square error of the first over that of the second.
+    """
+
+    first: str
+    second: str
+    robots: int
+    position: Ratio
+    orientation: Ratio
+
+
+@record
+class StudyResult(Result):
+    """What a study of simulated robots found.
+
+    Attributes
+    ----------
+    definition : StudyDefinition
+        What was compared.
+    table : dict of str to ndarray
+        A row a robot and cell, in their order: see `symkin.study.robots.COLUMNS`.
+    job : Job
+        The mechanisms, plans and poses of the cells.
+    wanted : (float or None, float or None)
+        Root mean square error of position (m) and orientation (rad) for which `recommendations`
+        look.
+    """
+
+    definition: StudyDefinition
+    table: Mapping[str, NDArray[Any]]
+    job: Job
+    wanted: tuple[float | None, float | None] = (None, None)
+
+    FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+
+    @property
+    def robots(self) -> int:
+        """Robots in each cell."""
+        return len(self.table["robot"]) // len(self.definition.cells)
+
+    @cached_property
+    def cells(self) -> Mapping[str, CellSummary]:
+        """The cells by name, in their order."""
+        return {cell.id: self._summary(cell) for cell in self.definition.cells}
+
+    @cached_property
+    def paper(self) -> PaperFindings | None:
+        """What it says of the paper; None of any study but the built-in one of that name."""
+        from symkin.study.paper import is_paper, study_paper
+
+        return study_paper(self) if is_paper(self) else None
+
+    def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
+        """Return the rows of a cell, a robot each."""
+        place = self._place(cell)
+        part = slice(place * self.robots, (place + 1) * self.robots)
+        return {name: column[part] for name, column in self.table.items()}
+
+    def plan(self, cell: str) -> Plan:
+        """Return the plan of a cell.
+
+        Raises
+        ------
+        SymkinError
+            If there is none, saying why.
+        """
+        plan = self.job.plans[self.definition.cells[self._place(cell)].plan_key]
+        if isinstance(plan, str):
+            raise SymkinError(f"{cell}: {plan}")
+        return plan
+
+    def poses(self, cell: str) -> Array:
+        """Return the poses over which a cell's errors are taken."""
+        return self.job.poses[self.definition.cells[self._place(cell)].mechanism]
+
+    def compare(self, first: str, second: str) -> PairedComparison:
+        """Compare the errors of two cells, robot by robot.
+
+        Parameters
+        ----------
+        first, second : str
+            Names of cells with the same robots.
+
+        Returns
+        -------
+        PairedComparison
+
+        Raises
+        ------
+        SymkinError
+            For a name that no cell has, or cells with other robots.
+        """
+        cells = [self.definition.cells[self._place(name)] for name in (first, second)]
+        if cells[0].robot_key != cells[1].robot_key:
+            raise SymkinError(
+                f'"{first}" and "{second}" have other robots; expected one mechanism and one level '
+                "of its tolerances"
+            )
+        one, other = self.rows(first), self.rows(second)
+        both = one["converged"] & other["converged"]
+        ratios = [
+            _paired(one[name][both], other[name][both])
+            for name in ("position_rms_m", "orientation_rms_rad")
+        ]
+        return PairedComparison(first, second, int(both.sum()), *ratios)
+
+    def for_accuracy(
+        self, position: float | None = None, orientation: float | None = None
+    ) -> StudyResult:
+        """Return it with recommendations for a wanted accuracy.
+
+        Parameters
+        ----------
+        position, orientation : float, optional
+            Root mean square end-effector error that is wanted, m and rad; at least one of them.
+
+        Raises
+        ------
+        SymkinError
+            For nothing wanted, an error that is not positive, or the orientation of a point.
+        """
+        for mechanism in self.definition.loaded.values():
+            check_wanted(mechanism, position, orientation)
+        return dataclasses.replace(self, wanted=(position, orientation))
+
+    @cached_property
+    def recommendations(self) -> tuple[Recommendation, ...]:
+        """For each mechanism, what each protocol needs for the wanted accuracy; empty without."""
+        if self.wanted == (None, None):
+            return ()
+        return tuple(recommend(self, name, *self.wanted) for name in self.definition.loaded)
+
+    @cached_property
+    def curves(self) -> Mapping[str, tuple[Curve, ...]]:
+        """Of a study of symmetry: what is lost to asymmetry, to joint noise, and to linearising."""
+        if self.definition.kind != "symmetry":
+            return {}
+        return {
+            "asymmetry": asymmetry_curves(self),
+            "readings": reading_curves(self),
+            "noise": linearity_curves(self, "noise_level"),
+            "errors": linearity_curves(self, "tolerance_level"),
+        }
+
+    def page(self) -> Page:
+        """Return what there is to say of it."""
+        from symkin.report.study import study_page
+
+        return study_page(self)
+
+    def summary(self) -> Page:
+        """Return the top of its page."""
+        from symkin.report.study import study_summary
+
+        return study_summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the cells' figures."""
+        return {
+            "command": "study",
+            "study": self.definition.name,
+            "title": self.definition.title,
+            "kind": self.definition.kind,
+            "digest": self.definition.digest,
+            "robots": self.robots,
+            "seed": self.definition.seed,
+            "cells": [summary.to_dict() for summary in self.cells.values()],
+            "recommendations": [each.to_dict() for each in self.recommendations],
+            "curves": plain(self.curves),
+            **({} if self.paper is None else {"paper": self.paper.to_dict()}),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the rows, as their file has them."""
+        return {
+            name: column.astype(np.int64) if column.dtype == np.bool_ else column
+            for name, column in self.table.items()
+        }
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the cells' figures and the report, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        return write_result(self, Path(folder), self.FILES, overwrite=overwrite)
+
+    def _place(self, name: str) -> int:
+        names = [cell.id for cell in self.definition.cells]
+        if name not in names:
+            raise SymkinError(f'there is no cell "{name}"{did_you_mean(name, names)}')
+        return names.index(name)
+
+    def _summary(self, cell: Cell) -> CellSummary:
+        rows = self.rows(cell.id)
+        good = rows["converged"]
+        length = self.job.mechanisms[cell.mechanism].characteristic_length
+        after = [rows[name][good] for name in ("position_rms_m", "orientation_rms_rad")]
+        before = [rows[name][good] for name in ("position_before_m", "orientation_before_rad")]
+        expected = self._predicted(cell)
+        predicted = [expected.position, expected.orientation] if expected else [math.nan] * 2
+        after.append(np.hypot(after[0], length * after[1]))
+        before.append(np.hypot(before[0], length * before[1]))
+        predicted.append(math.hypot(predicted[0], length * predicted[1]))
+        reasons, counts = np.unique(rows["failure"][~good], return_counts=True)
+        position, orientation, combined = map(_figure, after, before, predicted)
+        inside = rows["inside_95"][good]
+        return CellSummary(
+            cell=cell,
+            robots=len(good),
+            failed=int(np.count_nonzero(~good)),
+            failures=dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
+            measured_poses=int(rows["measured_poses"].max()),
+            replaced=int(rows["replaced"].sum()),
+            position=position,
+            orientation=orientation,
+            combined=combined,
+            coverage=_mean(inside),
+            coverage_error=_standard_error(inside),
+            chi_square=_mean(rows["chi_square_ratio"][good]),
+            mapped_efficiency=_mean(rows["mapped_efficiency"]),
+        )
+
+    def _predicted(self, cell: Cell) -> ExpectedAccuracy | None:
+        """To first order, at the mechanism as drawn."""
+        plan = self.job.plans[cell.plan_key]
+        if isinstance(plan, str):
+            return None
+        key = *cell.plan_key, cell.noise_level, cell.estimator, cell.use
+        if key not in self._predictions:
+            poses = self.job.poses[cell.mechanism]
+            try:
+                found = predict_accuracy(
+                    self.job.mechanism(cell), plan, poses, cell.estimator, poses=cell.use
+                )
+            except SymkinError:  # as `joint` without a noise of redundant readings
+                found = None
+            self._predictions[key] = found
+        return self._predictions[key]
+
+    @cached_property
+    def _predictions(self) -> dict[tuple[Any, ...], ExpectedAccuracy | None]:
+        return {}
+
+
+def write_result(result: Result, folder: Path, files: tuple[str, ...], *, overwrite: bool) -> Path:
+    """Write the results and the page of a study into its folder, and return the page."""
+    from symkin.io.output_files import OutputFiles
+    from symkin.report.html import write_page
+
+    with OutputFiles(overwrite=overwrite) as outputs:
+        target = outputs.folder(folder, *files)
+        result.save(target / "results.json")
+        write_page(dataclasses.replace(result.page(), files=files[:-1]), target / "report.html")
+    return folder / "report.html"
+
+
+def _figure(after: Array, before: Array, predicted: float) -> ErrorFigure:
+    rms, low, high = root_mean_square(after)
+    return ErrorFigure(
+        rms=rms,
+        low=low,
+        high=high,
+        median=float(np.median(after)) if len(after) else math.nan,
+        before=root_mean_square(before)[0],
+        predicted=predicted,
+    )
+
+
+def root_mean_square(values: Array) -> tuple[float, float, float]:
+    """Root mean square over robots and its 95% interval (delta method, of its logarithm)."""
+    if not len(values):
+        return math.nan, math.nan, math.nan
+    squares = values**2
+    mean = float(squares.mean())
+    if mean == 0:
+        return 0.0, 0.0, 0.0
+    interval = Ratio.of(math.log(mean) / 2, _standard_error(squares) / (2 * mean))
+    return interval.value, interval.low, interval.high
+
+
+def _paired(one: Array, other: Array) -> Ratio:
+    if not len(one) or not one.any() or not other.any():
+        return Ratio(math.nan, math.nan, math.nan)
+    # To first order the logarithm of a ratio of means is the mean of this.
+    squares = one**2 / np.mean(one**2), other**2 / np.mean(other**2)
+    logarithm = math.log(np.mean(one**2) / np.mean(other**2)) / 2
+    return Ratio.of(logarithm, _standard_error(squares[0] - squares[1]) / 2)
+
+
+def _mean(values: Array) -> float:
+    good = values[np.isfinite(values)]
+    return float(good.mean()) if len(good) else math.nan
+
+
+def _standard_error(values: Array) -> float:
+    count = len(values)
+    return float(values.std(ddof=1) / math.sqrt(count)) if count > 1 else math.nan

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
+
+#include <gtest/gtest.h>
+
+namespace symkin {
+namespace {
+
+// Residuals of two parameters, and what the solver asks of a problem.
+class Curved {
+ public:
+  explicit Curved(double x, double y) { at_ << x, y; }
+  virtual ~Curved() = default;
+
+  Index size() const { return 2; }
+  virtual void residuals(RowMatrix& jacobian, Vector& residual) const = 0;
+  bool linearise(NormalEquations& equations) {
+    RowMatrix jacobian(2, 2);
+    Vector residual(2);
+    residuals(jacobian, residual);
+    equations.information = jacobian.transpose() * jacobian;
+    equations.gradient = jacobian.transpose() * residual;
+    equations.cost = residual.squaredNorm();
+    return std::isfinite(equations.cost);
+  }
+  void step(const Vector& d) {
+    before_ = at_;
+    at_ += d;
+  }
+  void undo() { at_ = before_; }
+  bool still() const { return true; }
+  double extent(const Vector& d) const { return d.lpNorm<Eigen::Infinity>(); }
+  const Vector& at() const { return at_; }
+
+ protected:
+  Vector at_ = Vector(2);
+  Vector before_;
+};
+
+// Rosenbrock's valley; not finite to the right of 1.5.
+class Valley final : public Curved {
+ public:
+  using Curved::Curved;
+  void residuals(RowMatrix& jacobian, Vector& residual) const override {
+    residual << 10 * (at_[1] - at_[0] * at_[0]),
+        at_[0] > 1.5 ? std::numeric_limits<double>::quiet_NaN() : 1 - at_[0];
+    jacobian << -20 * at_[0], 10, -1, 0;
+  }
+};
+
+// Shows the sum of the parameters alone.
+class Sum final : public Curved {
+ public:
+  using Curved::Curved;
+  void residuals(RowMatrix& jacobian, Vector& residual) const override {
+    const double sum = at_.sum();
+    residual << std::exp(sum) - 1, 0.1 * sum;
+    jacobian << std::exp(sum), std::exp(sum), 0.1, 0.1;
+  }
+};
+
+TEST(LevenbergMarquardt, FindsTheMinimumWithAndWithoutDampingAtFirst) {
+  for (const double damping : {0.0, 1e-4, 100.0}) {
+    Valley problem(-3, 20);
+    const SolverOutcome outcome = minimise(problem, {100, damping});
+    EXPECT_TRUE(outcome.converged) << outcome.failure;
+    EXPECT_NEAR(problem.at()[0], 1, 1e-11);
+    EXPECT_NEAR(problem.at()[1], 1, 1e-11);
+  }
+}
+
+TEST(LevenbergMarquardt, DoesNotMoveWhatTheDataDoesNotShow) {
+  Sum problem(0.9, 0.1);
+  const SolverOutcome outcome = minimise(problem);
+  EXPECT_TRUE(outcome.converged) << outcome.failure;
+  EXPECT_NEAR(problem.at().sum(), 0, 1e-11);
+  EXPECT_NEAR(problem.at()[0] - problem.at()[1], 0.8, 1e-11);
+}
+
+TEST(LevenbergMarquardt, SaysWhyItDidNotConverge) {
+  Valley outside(2, 0);
+  EXPECT_EQ(minimise(outside).failure, "the residuals are not finite at the start");
+  Valley far(-3, 20);
+  const SolverOutcome outcome = minimise(far, {2, 0.0});
+  EXPECT_FALSE(outcome.converged);
+  EXPECT_EQ(outcome.failure, "no convergence in 2 steps");
+}
+
+}  // namespace
+}  // namespace symkin

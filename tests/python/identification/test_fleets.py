@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""Many robots of one drawing."""
+
+import csv
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.cli import main
+from symkin.errors import MeasurementError, SymkinError
+from symkin.identification import FitOptions
+from symkin.io.measurements import measurement_columns, read_fleet
+from symkin.io.tables import write_table
+from symkin.measurements import Measurements
+from symkin.settings import NoiseSettings
+
+
+@pytest.fixture(scope="module")
+def mechanism() -> symkin.Mechanism:
+    return symkin.load_mechanism("3RRR")
+
+
+@pytest.fixture(scope="module")
+def robots(mechanism: symkin.Mechanism) -> dict[str, Measurements]:
+    candidates = symkin.sample_workspace(mechanism, 2000, seed=1)
+    plan = symkin.make_plan(mechanism, candidates, 16)
+    return {
+        f"robot {seed}": symkin.simulate(mechanism, plan, seed=seed).measurements
+        for seed in range(1, 7)
+    }
+
+
+def test_a_robot_of_a_fleet_is_identified_as_it_is_alone(mechanism, robots):
+    for estimator, poses in (("implicit", "own"), ("inverse", "all"), ("joint", "all")):
+        fleet = symkin.identify_many(mechanism, robots, estimator, poses=poses)
+        for row, measured in ((0, robots["robot 1"]), (5, robots["robot 6"])):
+            alone = symkin.identify(mechanism, measured, estimator, poses=poses)
+            np.testing.assert_array_equal(fleet.parameters[row], alone.mechanism.parameters)
+            np.testing.assert_allclose(fleet.deviations[row], alone.deviations, rtol=1e-12)
+            np.testing.assert_array_equal(
+                fleet.chi_square[row], [fit.chi_square for fit in alone.goodness]
+            )
+        assert fleet.robots == tuple(robots)
+        assert set(fleet.verdicts) == {"fits"}
+
+
+def test_a_failed_robot_is_a_row_that_says_why(mechanism, robots):
+    few = robots["robot 2"].subset(np.arange(5))
+    still = dataclasses.replace(
+        robots["robot 3"], readings=np.full_like(robots["robot 3"].readings, 0.3)
+    )
+    flat = Measurements.of(np.zeros((20, 2)), np.zeros((20, 3)))
+    spoilt = robots | {"robot 2": few, "robot 3": still, "robot 4": flat}
+    fleet = symkin.identify_many(mechanism, spoilt)
+    assert fleet.verdicts == ("fits", "failed", "failed", "failed", "fits", "fits")
+    assert "need at least as many" in fleet.failures[1]
+    assert "do not show all" in fleet.failures[2]
+    assert "poses of 2 coordinates" in fleet.failures[3]
+    assert np.isnan(fleet.parameters[1:4]).all()
+    assert np.isnan(fleet.chi_square[1:4]).all()
+    sound = symkin.identify_many(mechanism, robots)
+    np.testing.assert_array_equal(fleet.parameters[4:], sound.parameters[4:])
+    assert "robot 3" in fleet.text()
+
+
+def test_what_speaks_against_an_estimate_is_said(mechanism, robots):
+    quiet = NoiseSettings(position=1e-6, orientation=1e-6)
+    loud = NoiseSettings(position=1e-3, orientation=1e-3)
+    found = symkin.identify_many(mechanism, robots, noise=quiet)
+    assert set(found.verdicts) == {"doubtful"}
+    assert "times what the declared noise explains" in found.doubts[0]
+    found = symkin.identify_many(mechanism, robots, noise=loud)
+    assert "it is too large" in found.doubts[0]
+    moved = mechanism.parameters.copy()
+    moved[1, 0] += 0.02
+    other = mechanism.replace(symmetry=None).with_parameters(moved)
+    found = symkin.identify_many(other, robots)
+    assert set(found.verdicts) == {"doubtful"}
+    assert "further from the drawing" in found.doubts[0]
+
+
+def test_an_estimate_that_is_no_mechanism_fails(mechanism, robots):
+    names = list(mechanism.parameter_names)
+    other = mechanism.parameters.copy()
+    other[:, names.index("proximal_length")] *= 0.02
+    start = mechanism.replace(symmetry=None, workspace=None).with_parameters(other)
+    found = symkin.identify_many(start, robots, max_iterations=3)
+    assert set(found.verdicts) <= {"failed", "doubtful"}
+    assert any("no convergence in 3 steps" in failure for failure in found.failures)
+
+
+def test_the_table_is_the_same_on_any_number_of_threads_and_in_dask(mechanism, robots, tmp_path):
+    many = {f"{name} {copy}": each for name, each in robots.items() for copy in range(60)}
+    tables = []
+    for how in ({"threads": 1}, {"threads": 2}, {"workers": 2}):
+        fleet = symkin.identify_many(mechanism, many, **how)
+        path = fleet.write(tmp_path / str(len(tables)))
+        tables.append(path.read_bytes())
+    assert tables[0] == tables[1] == tables[2]
+
+
+@pytest.mark.parametrize("name", ["all.csv", "all.parquet"])
+def test_one_table_with_a_column_robot_is_a_fleet(mechanism, robots, tmp_path, name):
+    parts = [measurement_columns(each, "rad") for each in robots.values()]
+    together = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    names = [robot for robot, each in robots.items() for _ in range(len(each.poses))]
+    order = np.random.default_rng(1).permutation(len(names))
+    shuffled = {key: values[order] for key, values in together.items()}
+    labels = np.array(names)[order]
+    if name == "all.parquet":  # numbers
+        labels = np.array([int(label[-1]) for label in labels])
+    write_table(tmp_path / name, {"robot": labels.tolist(), **shuffled})
+    fleet = symkin.identify_many(mechanism, tmp_path / name)
+    expected = symkin.identify_many(mechanism, robots)
+    assert fleet.robots == tuple(dict.fromkeys(map(str, labels)))
+    for row, robot in enumerate(fleet.robots):
+        np.testing.assert_allclose(
+            fleet.parameters[row], expected.parameters[int(robot[-1]) - 1], atol=1e-9
+        )
+    with pytest.raises(MeasurementError, match="the name or number of the robot"):
+        read_fleet(dict(together), mechanism)
+
+
+def test_a_list_of_measurements_is_a_fleet_too(mechanism, robots):
+    fleet = symkin.identify_many(mechanism, list(robots.values())[:2])
+    assert fleet.robots == ("1", "2")
+    with pytest.raises(MeasurementError, match="robot 1 is a int; expected Measurements"):
+        symkin.identify_many(mechanism, [3])
+    with pytest.raises(SymkinError, match="no robust loss"):
+        symkin.identify_many(mechanism, robots, "paper", loss="huber")
+
+
+def test_the_command_writes_a_row_a_file_and_says_what_failed(mechanism, robots, tmp_path, capsys):
+    files = []
+    for name in ("robot 1", "robot 2"):
+        files.append(tmp_path / f"{name}.csv")
+        symkin.write_measurements(robots[name], files[-1], mechanism)
+    assert main(["identify-batch", "3RRR", *map(str, files), "--out", str(tmp_path / "a")]) == 0
+    assert "2 of 2 robots fit" in capsys.readouterr().out
+    broken = tmp_path / "broken, by hand.csv"
+    broken.write_text("x_m,y_m\n1,2\n")
+    arguments = ["identify-batch", "3RRR", *map(str, [*files, broken])]
+    assert main([*arguments, "--out", str(tmp_path / "b")]) == 1
+    said = capsys.readouterr()
+    assert "1 of 3 robots" in said.err
+    assert "robots a second" in said.out
+    with (tmp_path / "b" / "fleet.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["robot"] for row in rows] == ["robot 1", "robot 2", "broken, by hand"]
+    assert [row["verdict"] for row in rows] == ["fits", "fits", "failed"]
+    assert "psi_1_rad" in rows[2]["failure"]
+    assert rows[2]["base_radius_1_m"] == ""
+    fleet = symkin.identify_many(mechanism, robots)
+    assert float(rows[1]["base_radius_1_m"]) == pytest.approx(
+        fleet.parameters[1, 0, list(mechanism.parameter_names).index("base_radius")], abs=1e-12
+    )
+    assert (tmp_path / "b" / "report.html").stat().st_size > 0
+
+
+def test_options_are_those_of_identify():
+    names = {each.name for each in dataclasses.fields(FitOptions)}
+    import inspect
+
+    assert names <= set(inspect.signature(symkin.identify_many).parameters)
+
+
+def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, robots, tmp_path):
+    from symkin.identification.fleet import fleet_of_files
+
+    paths = [tmp_path / folder / "m.csv" for folder in "ab"]
+    for path in paths:
+        path.parent.mkdir()
+        symkin.write_measurements(robots["robot 1"], path, mechanism)
+    assert list(fleet_of_files(mechanism, paths)) == [str(path) for path in paths]
+    assert list(fleet_of_files(mechanism, [Path(paths[0])])) == ["m"]

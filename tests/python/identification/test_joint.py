@@ -1,0 +1,421 @@
+# SPDX-License-Identifier: MIT
+"""Whatever is unknown, from whatever was observed: estimates, and verdicts that are honest."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.identification import Identification, JointIdentification
+from symkin.identification.suspicions import blunders_of
+from symkin.observed import Observed
+from symkin.settings import Frames, IdentificationSettings, NoiseSettings
+
+SEED = 11
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return symkin.load_mechanism("3RRR").plan(20, seed=3)
+
+
+@pytest.fixture(scope="module")
+def taken(paper, plan):
+    """A robot, and full poses of it that serve all legs."""
+    return simulated(paper, plan)
+
+
+@pytest.fixture(scope="session")
+def paper():
+    return symkin.load_mechanism("3RRR")
+
+
+def simulated(mechanism, plan, observe="pose", seed=SEED, actual=None):
+    made = symkin.simulate(mechanism, plan, seed=seed, observe=observe, actual=actual)
+    return dataclasses.replace(made, measurements=made.measurements.for_all_legs())
+
+
+def in_deviations(found, actual):
+    own = [each for each in found.unknowns if each.name.startswith("leg")]
+    values, deviations = (np.array([getattr(u, n) for u in own]) for n in ("value", "deviation"))
+    return (values - actual.parameters.ravel()) / deviations
+
+
+def status(found, name):
+    return next(each.status for each in found.unknowns if each.name == name)
+
+
+def value(found, name):
+    return next(each.value for each in found.unknowns if each.name == name)
+
+
+# What may be observed.
+
+
+@pytest.mark.parametrize(
+    ("observe", "frames", "options"),
+    [
+        (Observed("position"), None, {}),
+        (Observed("distance", anchors=((2.0, 1.0),)), Frames(anchors=((2.0, 1.0),)), {}),
+        (
+            Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17)),
+            None,
+            {"frames": ["base", "target"]},
+        ),
+        (
+            Observed("points", points=((0.3, 0.0), (0.0, 0.2))),
+            Frames(points=((0.3, 0.0), (0.0, 0.2))),
+            {},
+        ),
+    ],
+    ids=["position", "distance", "frames", "points"],
+)
+def test_robots_are_found_with_honest_deviations(paper, plan, observe, frames, options):
+    errors, chi_squares = [], []
+    for seed in range(8):
+        made = simulated(paper, plan, observe, seed)
+        found = symkin.identify(paper.replace(frames=frames), made.measurements, **options)
+        assert isinstance(found, JointIdentification)
+        assert found.converged
+        assert found.doubts == ()
+        errors.append(in_deviations(found, made.actual))
+        chi_squares.append(found.chi_square / found.degrees_of_freedom)
+    assert 0.9 < np.mean(np.abs(errors) < 1.96) < 0.995
+    assert np.mean(chi_squares) == pytest.approx(1, abs=0.1)
+
+
+def test_readings_alone_do_where_legs_are_redundant():
+    quiet = symkin.load_mechanism("4RRR").replace(noise=NoiseSettings(1e-4, 1e-4, 1e-4))
+    made = simulated(quiet, quiet.plan(20, seed=3), "readings")
+    found = symkin.identify(quiet, made.measurements)
+    assert found.trustworthy
+    assert found.data_rank == 25
+    assert len(found.unseen) == 7
+    assert np.mean(np.abs(in_deviations(found, made.actual)) < 1.96) > 0.85
+
+
+def test_the_plane_that_a_probe_touched_is_found(hexapod):
+    quiet = hexapod.replace(noise=NoiseSettings(1e-4, 1e-4, 1e-3))
+    plane = (0.2, 0.01, -0.02)
+    made = simulated(quiet, quiet.plan(15, seed=3), Observed("height", plane=plane))
+    found = symkin.identify(quiet, made.measurements, frames=["plane"])
+    assert found.converged
+    own = [each for each in found.unknowns if each.name.startswith("plane.")]
+    errors = [(each.value - true) / each.deviation for each, true in zip(own, plane, strict=True)]
+    assert np.abs(errors).max() < 4
+    assert found.frames.plane == tuple(each.value for each in own)
+
+
+# What may be unknown.
+
+
+def test_full_poses_without_options_are_identified_leg_by_leg_as_ever(paper, taken):
+    assert isinstance(symkin.identify(paper, taken.measurements), Identification)
+
+
+def test_what_is_shared_moves_by_the_same_amount_and_what_is_fixed_does_not(paper, taken):
+    found = symkin.identify(
+        paper, taken.measurements, shared=["*_length"], fixed=["leg2.base_radius"]
+    )
+    changes = found.mechanism.parameters - paper.parameters
+    for name in ("proximal_length", "distal_length"):
+        column = paper.parameter_names.index(name)
+        assert np.ptp(changes[:, column]) < 1e-15
+        assert changes[0, column] != 0
+    assert changes[1, paper.parameter_names.index("base_radius")] == 0
+    assert status(found, "leg2.base_radius") == "held"
+    assert np.isnan(found.mechanism.deviations[1, paper.parameter_names.index("base_radius")])
+    assert status(found, "leg3.distal_length") == "shared"
+
+
+def test_parameters_that_are_all_shared_keep_the_symmetry(paper, taken):
+    found = symkin.identify(paper, taken.measurements, free=[], shared=["*_length"])
+    assert found.mechanism.symmetry == paper.symmetry
+
+
+def test_a_tight_prior_holds_and_a_wide_one_does_not(paper, taken):
+    free = symkin.identify(paper, taken.measurements, gauge="nominal")
+    for width, follows in ((1e-9, False), (1.0, True)):
+        found = symkin.identify(paper, taken.measurements, prior={"leg1.base_radius": width})
+        same = value(found, "leg1.base_radius") == pytest.approx(
+            value(free, "leg1.base_radius"), abs=1e-7
+        )
+        assert same == follows
+    assert "not shown by the data" not in status(found, "leg1.base_radius")
+
+
+def test_re_homing_is_the_offsets_alone(paper, taken):
+    offset = paper.parameter_names.index("sensor_offset")
+    shifted = taken.actual.parameters.copy()
+    shifted[:, offset] += (0.02, -0.01, 0.015)
+    known = taken.actual.replace(workspace=paper.workspace)
+    found = symkin.identify(
+        known.with_parameters(shifted), taken.measurements, free=["sensor_offset"]
+    )
+    errors = found.mechanism.parameters[:, offset] - taken.actual.parameters[:, offset]
+    assert np.abs(errors / found.mechanism.deviations[:, offset]).max() < 4
+
+
+def test_frames_are_found_wherever_the_device_stands(paper, plan):
+    frames = Frames(base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
+    made = simulated(paper, plan, Observed("pose", base=frames.base, target=frames.target))
+    known = made.actual.replace(workspace=paper.workspace)
+    found = symkin.identify(known, made.measurements, free=["base", "target"])
+    for each, true in zip(found.unknowns[-6:], (*frames.base, *frames.target), strict=True):
+        assert each.status == "free"
+        assert abs(each.value - true) < 4 * each.deviation
+    assert found.after.position_rms < 3e-4
+
+
+def test_gauges_agree_on_everything_that_they_cannot_change(paper, plan):
+    observe = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
+    made = simulated(paper, plan, observe)
+    nominal, datum = (
+        symkin.identify(paper, made.measurements, frames=["base", "target"], gauge=gauge)
+        for gauge in ("nominal", "datum")
+    )
+    assert datum.chi_square == pytest.approx(nominal.chi_square, rel=1e-9)
+    assert datum.degrees_of_freedom == nominal.degrees_of_freedom
+    np.testing.assert_allclose(datum.rows.residual, nominal.rows.residual, atol=1e-9)
+    # Positions are those of the platform's origin, which a gauge of the target moves.
+    assert datum.after.orientation_rms == pytest.approx(nominal.after.orientation_rms, rel=1e-6)
+    assert "nearest to the drawing" in nominal.gauge
+    assert "held as drawn" in datum.gauge
+    assert sum(each.status == "held" for each in datum.unknowns) == 6
+
+
+def test_what_no_observation_shows_is_said_of_every_number(paper, plan):
+    found = symkin.identify(paper, simulated(paper, plan, "position").measurements)
+    assert found.data_rank == len(found.names) - 1
+    assert "platform_angle" in found.unseen[0]
+    assert status(found, "leg1.platform_angle") == "shown by the data and priors together"
+    assert status(found, "leg1.base_angle") == "free"
+    assert "priors" in found.gauge
+    assert found.gauge in found.text().lower()
+
+
+def test_what_a_prior_alone_says_is_not_called_found(paper, plan):
+    found = symkin.identify(
+        paper,
+        simulated(paper, plan, "position").measurements,
+        prior={"leg1.platform_angle": 1e-6, "leg2.platform_angle": 1e-6},
+    )
+    assert status(found, "leg1.platform_angle") == "held by its prior: not shown by the data"
+    assert any("leg1.platform_angle" in note for note in found.notes)
+
+
+def test_what_nothing_shows_and_no_prior_holds_is_refused_by_name(paper, plan):
+    observe = Observed("position", target=(0.05, 0.0, 0.0))
+    with pytest.raises(NotIdentifiableError, match=r"target\.phi"):
+        symkin.identify(
+            paper.replace(frames=Frames(target=(0.05, 0.0, 0.0))),
+            simulated(paper, plan, observe).measurements,
+            free=["target", "sensor_offset"],
+        )
+
+
+def test_a_mechanism_says_what_is_unknown_by_default(paper, taken):
+    settings = IdentificationSettings(shared=("sensor_gain",), prior={"base_radius": "0.1 mm"})
+    found = symkin.identify(paper.replace(identification=settings), taken.measurements)
+    assert status(found, "leg1.sensor_gain") == "shared"
+    assert found.options.prior == {"base_radius": "0.1 mm"}
+    other = symkin.identify(
+        paper.replace(identification=settings), taken.measurements, shared=["base_radius"]
+    )
+    assert status(other, "leg1.sensor_gain") == "free"
+
+
+# What cannot be done is refused.
+
+
+def test_estimators_that_look_at_one_leg_say_why_they_cannot(paper, taken, plan):
+    with pytest.raises(SymkinError, match=r'"implicit".*expected "joint" here, since shared was'):
+        symkin.identify(paper, taken.measurements, "implicit", shared=["sensor_gain"])
+    partial = simulated(paper, plan, "position").measurements
+    with pytest.raises(SymkinError, match="since row 2 has no measured phi"):
+        symkin.identify(paper, partial, "paper")
+
+
+def test_points_without_a_nominal_place_are_refused(paper, plan):
+    observe = Observed("points", points=((0.3, 0.0), (0.0, 0.2)))
+    with pytest.raises(SymkinError, match="2 points were observed, and 0 points are given"):
+        symkin.identify(paper, simulated(paper, plan, observe).measurements)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"gauge": "fixed"}, "gauge is 'fixed'; expected \"prior\""),
+        ({"loss_per": "row"}, "loss_per is 'row'; expected \"pose\""),
+        ({"noise": "guess"}, "noise is 'guess'; expected \"estimate\""),
+        ({"sensor": "cubic"}, "sensor is 'cubic'"),
+    ],
+)
+def test_options_that_mean_nothing_are_refused(paper, taken, options, message):
+    with pytest.raises(SymkinError, match=message):
+        symkin.identify(paper, taken.measurements, **options)
+
+
+# Verdicts.
+
+
+def test_a_sound_robot_is_trusted(paper, taken):
+    found = symkin.identify(paper, taken.measurements, gauge="nominal")
+    assert found.trustworthy
+    assert found.text().splitlines()[2].startswith("Converged; nothing")
+
+
+@pytest.mark.parametrize(("factor", "words"), [(0.3, "times larger"), (3.0, "times as large")])
+def test_a_wrong_noise_is_told(paper, taken, factor, words):
+    declared = paper.noise
+    wrong = NoiseSettings(factor * declared.position, factor * declared.orientation)
+    found = symkin.identify(paper, taken.measurements, gauge="nominal", noise=wrong)
+    assert not found.trustworthy
+    assert any(words in doubt for doubt in found.doubts)
+
+
+def test_a_frame_that_nobody_mentioned_is_told(paper, plan):
+    moved = Observed("pose", base=(0.02, -0.01, 0.03))
+    made = simulated(paper, plan, moved)
+    found = symkin.identify(paper, made.measurements, prior="tolerances")
+    assert not found.trustworthy
+    assert "the frame of the measurements is not the drawing's" in found.doubts[0]
+    assert "--frames base" in found.doubts[0]
+
+
+def test_a_curved_sensor_is_told_and_found(paper, taken):
+    bent = taken.actual.replace(curvature=[[2e-3, 0, 0]] * 3)
+    readings = bent.inverse_kinematics(taken.measurements.poses)
+    measurements = dataclasses.replace(taken.measurements, readings=readings)
+    straight = symkin.identify(paper, measurements, gauge="nominal")
+    assert any("--sensor quadratic" in doubt for doubt in straight.doubts)
+    assert any("at unseen poses from" in doubt for doubt in straight.doubts)
+    curved = symkin.identify(paper, measurements, sensor="quadratic")
+    found = [value(curved, f"leg{leg}.sensor_quadratic") for leg in (1, 2, 3)]
+    np.testing.assert_allclose(found, 2e-3, atol=5e-4)
+    assert "sensors that bend" in straight.text(whole=True)
+    assert curved.residual_rms < straight.residual_rms
+
+
+def test_a_blunder_is_named_with_its_reading_leg_and_size(paper, taken):
+    readings = np.array(taken.measurements.readings)
+    readings[7, 1] += 5e-3
+    spoiled = dataclasses.replace(taken.measurements, readings=readings)
+    found = symkin.identify(paper, spoiled, gauge="nominal")
+    row = taken.measurements.row_numbers[7]
+    assert f"row {row}, reading of leg 2: off by +0.00" in found.doubts[0]
+    assert blunders_of(found)[0].size == pytest.approx(5e-3, abs=1e-3)
+    without = symkin.identify(paper, spoiled, loss_per="reading")
+    assert (7, "reading of leg 2") in without.rejected
+    assert without.trustworthy
+
+
+def test_parameters_held_at_wrong_values_are_told(paper, taken):
+    offset = paper.parameter_names.index("sensor_offset")
+    wrong = paper.parameters.copy()
+    wrong[:, offset] += 0.02
+    found = symkin.identify(
+        paper.with_parameters(wrong), taken.measurements, fixed=["sensor_offset"]
+    )
+    assert any("held or shared are not as they are said to be" in each for each in found.doubts)
+
+
+def test_parameters_that_the_data_hardly_show_are_told(paper, taken):
+    random = np.random.default_rng(3)
+    poses = 0.02 * random.uniform(-1, 1, (40, 3))
+    readings = taken.actual.inverse_kinematics(poses)
+    noisy = poses + paper.noise.position * random.standard_normal(poses.shape)
+    found = symkin.identify(paper, symkin.Measurements.of(noisy, readings), gauge="nominal")
+    assert any("the observations say nothing of" in doubt for doubt in found.doubts)
+    held = symkin.identify(paper, symkin.Measurements.of(noisy, readings), prior="tolerances")
+    silent = [each for each in held.unknowns if each.status.startswith("held by its prior")]
+    assert silent
+    assert any(silent[0].name in note for note in held.notes)
+
+
+def test_as_many_unknowns_as_equations_are_not_trusted(paper, taken):
+    few = taken.measurements.subset(np.arange(8))
+    found = symkin.identify(paper, few, gauge="nominal")
+    assert found.degrees_of_freedom == 0
+    assert any("nothing can speak against" in each for each in found.doubts)
+
+
+def test_noise_is_estimated_with_the_unknowns(paper, plan):
+    noise = NoiseSettings(2e-4, 1e-4, 3e-4)
+    made = simulated(paper.replace(noise=noise), plan)
+    wrong = paper.replace(noise=NoiseSettings(1e-4, 3e-4, 1e-4))
+    found = symkin.identify(wrong, made.measurements, noise="estimate", gauge="nominal")
+    for each in ("position", "orientation", "reading"):
+        assert getattr(found.noise, each) == pytest.approx(getattr(noise, each), rel=0.6)
+    assert found.chi_square / found.degrees_of_freedom == pytest.approx(1, abs=0.01)
+    assert any("chi-square says nothing" in note for note in found.notes)
+
+
+# What comes out of it.
+
+
+def test_the_calibrated_file_reads_back_with_its_frames_and_sensors(paper, plan, tmp_path):
+    observe = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
+    made = simulated(paper, plan, observe)
+    found = symkin.identify(paper, made.measurements, frames=["base", "target"], sensor="quadratic")
+    report = found.write(tmp_path / "out")
+    assert report.exists()
+    assert {each.name for each in report.parent.iterdir()} == set(found.FILES)
+    read = symkin.load_mechanism(tmp_path / "out" / "calibrated.toml")
+    assert read == found.mechanism
+    assert read.workspace == paper.workspace
+    evaluated = symkin.evaluate(read, measurements=made.measurements)
+    assert evaluated.position_rms == pytest.approx(found.after.position_rms)
+    with pytest.raises(SymkinError, match="since the sensors are curved"):
+        symkin.identify(read.replace(frames=None), made.measurements, "implicit")
+    with pytest.raises(SymkinError, match=r"the sensors of .* are not straight lines"):
+        read.plan(20)
+
+
+def test_results_hold_what_the_page_says(paper, taken, tmp_path):
+    found = symkin.identify(paper, taken.measurements, shared=["sensor_gain"])
+    document = symkin.read_results(found.save(tmp_path / "results.json"))
+    told = document["identification"]
+    assert told["degrees_of_freedom"] == found.degrees_of_freedom
+    assert told["unknowns"][0]["name"] == "leg1.proximal_length"
+    assert document["settings"]["shared"] == ["sensor_gain"]
+    text = found.text(whole=True)
+    for each in found.unknowns:
+        assert each.name.partition(".")[2] in text
+
+
+def test_cross_validation_predicts_observations_in_their_own_units(paper, plan):
+    made = simulated(paper, plan, "position")
+    found = symkin.identify(paper, made.measurements).cross_validated(3)
+    validation = found.cross_validation
+    assert set(validation.observed_rms) == {"readings_rad", "pose_m"}
+    assert 1e-4 < validation.observed_rms["pose_m"] < 3e-4
+    assert "Readings from the others of the pose" in validation.text()
+    same = symkin.cross_validate(paper, made.measurements, 3)
+    assert same.observed_rms == validation.observed_rms
+
+
+def test_a_curved_sensor_goes_there_and_back(paper):
+    curved = paper.replace(curvature=[[1e-2, 2e-2, -1e-2]] * 3)
+    poses = np.random.default_rng(1).uniform(-0.2, 0.2, (20, 3))
+    readings = curved.inverse_kinematics(poses)
+    assert np.abs(readings - paper.inverse_kinematics(poses)).max() > 1e-3
+    back, converged = curved.forward_kinematics(readings)
+    assert converged.all()
+    np.testing.assert_allclose(back, poses, atol=1e-12)
+    assert np.abs(curved.closure(1, poses, readings[:, 1])).max() < 1e-12
+
+
+def test_the_hexapods_sensors_are_found_to_bend(hexapod, hexapod_table):
+    measured = symkin.read_measurements(hexapod_table, hexapod)
+    noise = NoiseSettings(3e-4, 1e-3, 1e-4 / abs(hexapod.sensor_gains[0]))
+    straight = symkin.identify(hexapod, measured, gauge="nominal", noise=noise)
+    (doubt,) = (each for each in straight.doubts if "--sensor" in each)
+    assert "F(6, 594) = 86" in doubt
+    assert "--sensor quadratic" in doubt
+    curved = symkin.identify(hexapod, measured, sensor="quadratic", gauge="nominal", noise=noise)
+    validation = curved.cross_validated(5).cross_validation
+    assert validation.evaluation.position_rms < 0.75e-3
+    assert validation.residual_rms < 0.4e-3

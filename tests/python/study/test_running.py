@@ -1,0 +1,166 @@
+"""The same table, however and wherever it is computed, and after whatever interrupts it."""
+
+import builtins
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import distributed
+import numpy as np
+import pytest
+
+import symkin
+from symkin.io.tables import read_table
+from symkin.study import StudyDefinition, StudyResult, run_study
+
+
+def _command(study: Path, out: Path, *options: str) -> list[str]:
+    return [sys.executable, "-m", "symkin", "study", str(study), "--out", str(out), *options]
+
+
+def _table(folder: Path) -> bytes:
+    return (folder / "table.csv").read_bytes()
+
+
+def test_two_processes_make_the_same_table(
+    small: Path, undisturbed: tuple[StudyResult, Path], tmp_path: Path
+) -> None:
+    subprocess.run(_command(small, tmp_path, "--workers", "2"), check=True, capture_output=True)
+    assert _table(tmp_path) == _table(undisturbed[1])
+
+
+def test_a_study_that_was_killed_continues_where_it_stopped(
+    small: Path, undisturbed: tuple[StudyResult, Path], tmp_path: Path
+) -> None:
+    with subprocess.Popen(_command(small, tmp_path), stdout=subprocess.DEVNULL) as running:
+        while running.poll() is None and not list(tmp_path.glob("parts/*.npz")):
+            time.sleep(0.01)
+        running.send_signal(signal.SIGKILL)
+    found = {path: path.stat().st_mtime_ns for path in tmp_path.glob("parts/*.npz")}
+    assert 0 < len(found) < 3
+    assert not (tmp_path / "table.csv").exists()
+    run_study(small, tmp_path)
+    assert _table(tmp_path) == _table(undisturbed[1])
+    assert all(path.stat().st_mtime_ns == written for path, written in found.items())
+
+
+def test_a_worker_that_is_killed_loses_nothing(
+    small: Path,
+    undisturbed: tuple[StudyResult, Path],
+    tmp_path: Path,
+    cluster: distributed.LocalCluster,
+) -> None:
+    killed = []
+
+    def kill_one(_doing: str, _share: float) -> None:
+        if not killed:
+            killed.append(next(iter(cluster.workers.values())).pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    run_study(small, tmp_path, scheduler=cluster.scheduler_address, progress=kill_one)
+    assert killed
+    assert _table(tmp_path) == _table(undisturbed[1])
+
+
+def test_robots_can_be_added(
+    small: Path, undisturbed: tuple[StudyResult, Path], tmp_path: Path
+) -> None:
+    few = run_study(small, tmp_path, robots=60)
+    assert isinstance(few, StudyResult)
+    assert few.robots == 60
+    run_study(small, tmp_path)
+    assert _table(tmp_path) == _table(undisturbed[1])
+
+
+def test_a_torn_part_is_computed_again(one_cell: StudyDefinition, tmp_path: Path) -> None:
+    run_study(one_cell, tmp_path)
+    whole = _table(tmp_path)
+    (part,) = tmp_path.glob("parts/*.npz")
+    part.write_bytes(part.read_bytes()[:100])
+    run_study(one_cell, tmp_path)
+    assert _table(tmp_path) == whole
+
+
+def test_parts_of_another_study_are_refused_and_kept(
+    one_cell: StudyDefinition, tmp_path: Path
+) -> None:
+    run_study(one_cell, tmp_path)
+    whole = _table(tmp_path)
+    with pytest.raises(symkin.SymkinError, match="parts of another study"):
+        run_study(one_cell.replace(seed=2), tmp_path)
+    assert _table(tmp_path) == whole
+    run_study(one_cell.replace(seed=2), tmp_path, overwrite=True)
+    assert _table(tmp_path) != whole
+
+
+def test_a_table_that_is_not_the_studys_is_not_replaced(
+    one_cell: StudyDefinition, tmp_path: Path
+) -> None:
+    (tmp_path / "table.csv").write_text("mine\n", encoding="utf-8")
+    with pytest.raises(symkin.SymkinError, match=r"table\.csv: exists"):
+        run_study(one_cell, tmp_path)
+    assert (tmp_path / "table.csv").read_text(encoding="utf-8") == "mine\n"
+    assert not (tmp_path / "parts").exists()
+
+
+def test_a_parquet_table_has_the_same_numbers(one_cell: StudyDefinition, tmp_path: Path) -> None:
+    result = run_study(one_cell, tmp_path, format="parquet")
+    assert isinstance(result, StudyResult)
+    table = read_table(tmp_path / "table.parquet")
+    assert table.numbers("position_rms_m").tolist() == result.table["position_rms_m"].tolist()
+    assert table.words("cell", list(result.cells)) == result.table["cell"].tolist()
+
+
+def test_without_dask_one_process_works_and_two_say_what_to_install(
+    one_cell: StudyDefinition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any) -> Any:
+        if name.partition(".")[0] in ("dask", "distributed"):
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    run_study(one_cell)
+    with pytest.raises(symkin.SymkinError, match=r"pip install 'symkin\[cluster\]'"):
+        run_study(one_cell, workers=2)
+
+
+def test_a_scheduler_that_does_not_answer_is_told(
+    one_cell: StudyDefinition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("symkin.study.execution._CONNECT", 0.5)
+    with pytest.raises(symkin.SymkinError, match="no Dask scheduler answers"):
+        run_study(one_cell, scheduler="tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"workers": 0}, "workers is 0; expected from 1"),
+        ({"workers": 2, "scheduler": "tcp://127.0.0.1:9"}, "expected one of the two"),
+        ({"format": "xls"}, 'expected "csv" or "parquet"'),
+    ],
+)
+def test_wrong_options_are_refused(
+    one_cell: StudyDefinition, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(symkin.SymkinError, match=words):
+        run_study(one_cell, **options)
+
+
+def test_progress_begins_where_the_run_before_stopped(
+    one_cell: StudyDefinition, tmp_path: Path
+) -> None:
+    shares: list[float] = []
+    run_study(one_cell, tmp_path, progress=lambda _doing, share: shares.append(share))
+    assert np.all(np.diff(shares) >= 0)
+    assert shares[-1] == 1
+    again: list[tuple[str, float]] = []
+    run_study(one_cell, tmp_path, progress=lambda *told: again.append(told))
+    assert [share for doing, share in again if doing == "simulating robots"] == [1]

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""Frames alone: where a device stands, and how its poses are meant."""
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.alignment import poses_of_columns
+from symkin.cli import main
+from symkin.errors import MeasurementError, SymkinError
+from symkin.frames import frame, poses_of, transforms
+from symkin.io.tables import read_table
+from symkin.observed import Observed
+
+BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)
+DEVICE = "tracker_x_m,tracker_y_m,tracker_z_m,tracker_qx,tracker_qy,tracker_qz,tracker_qw"
+ROBOT = "surge_m,sway_m,heave_m,phi_rad,theta_rad,psi_rad"
+
+
+@pytest.fixture(scope="module")
+def robot():
+    random = np.random.default_rng(1)
+    tangents = random.uniform(-0.4, 0.4, (40, 6))
+    return poses(tangents)
+
+
+@pytest.fixture
+def laboratory(hexapod_table):
+    path = hexapod_table.parents[1] / "motion_lab" / "at960_em8000.csv"
+    if not path.exists():
+        pytest.skip("the measured poses of the motion laboratory are not at hand")
+    return path
+
+
+def poses(tangents):
+    from symkin.poses import poses_from_bounds
+
+    return poses_from_bounds("spatial", tangents)
+
+
+def seen(robot, noise=1e-4):
+    random = np.random.default_rng(2)
+    both = (frame("spatial", values) for values in (BASE, TARGET))
+    base, target = both
+    true = base @ transforms("spatial", robot) @ target
+    errors = random.normal(0, noise, (len(robot), 6))
+    turned = transforms("spatial", poses(errors))
+    return poses_of(
+        "spatial",
+        type(true)(turned.rotation @ true.rotation, true.translation + errors[:, :3]),
+    )
+
+
+def test_frames_are_found_wherever_the_device_stands(robot):
+    found = symkin.align_frames(seen(robot), robot)
+    assert found.trustworthy
+    assert found.convention == "as measured"
+    for values, true, deviations in (
+        (found.frames.base, BASE, found.base_deviations),
+        (found.frames.target, TARGET, found.target_deviations),
+    ):
+        assert np.abs((np.array(values) - true) / deviations).max() < 5
+
+
+def test_a_convention_that_fits_is_named_and_doubted(robot):
+    measured = transforms("spatial", seen(robot))
+    turned = np.swapaxes(measured.rotation, 1, 2)
+    inverse = type(measured)(turned, -np.einsum("nij,nj->ni", turned, measured.translation))
+    found = symkin.align_frames(poses_of("spatial", inverse), robot)
+    assert found.convention == "inverse"
+    assert 'not taken as they are, but as "inverse"' in found.doubts[0]
+    told = symkin.align_frames(poses_of("spatial", inverse), robot, convention="inverse")
+    assert told.trustworthy
+
+
+def test_a_quaternion_with_the_scalar_first_is_recognised(robot):
+    measured = seen(robot)
+    measured[:, 3:] = np.roll(measured[:, 3:], 1, axis=1)
+    assert symkin.align_frames(measured, robot).convention == "scalar first"
+
+
+def test_poses_that_do_not_turn_do_not_tell_the_frames_apart(robot):
+    still = robot.copy()
+    still[:, 3:] = (0, 0, 0, 1)
+    found = symkin.align_frames(seen(still), still, convention="as measured")
+    assert any("do not tell the base frame from the target" in each for each in found.doubts)
+    assert not np.isfinite(found.base_deviations).all()
+
+
+def test_poses_of_unequal_shapes_are_refused(robot):
+    with pytest.raises(MeasurementError, match=r"are \(40, 7\), the robot's \(39, 7\)"):
+        symkin.align_frames(robot, robot[:-1])
+    with pytest.raises(SymkinError, match="convention is 'upside down'"):
+        symkin.align_frames(robot, robot, convention="upside down")
+
+
+@pytest.mark.parametrize(("angles", "columns"), [("XYY1", 6), ("Xyz", 6), ("XYZ", 7)])
+def test_angles_about_no_axes_are_refused(laboratory, angles, columns):
+    names = (ROBOT if columns == 6 else DEVICE).split(",")
+    with pytest.raises(MeasurementError, match="three letters"):
+        poses_of_columns(read_table(laboratory), names, angles)
+
+
+def test_the_motion_laboratory_is_aligned(laboratory, tmp_path, capsys):
+    arguments = ["align", str(laboratory), "--device", DEVICE, "--robot", ROBOT]
+    assert main([*arguments, "--angles", "XYZ", "--out", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert 'as "inverse"' in printed
+    found = symkin.read_results(tmp_path / "out" / "results.json")
+    assert found["convention"] == "inverse"
+    assert found["position_rms_m"] == pytest.approx(1.300e-3, abs=5e-7)
+    assert np.degrees(found["orientation_rms_rad"]) == pytest.approx(0.0230, abs=5e-5)
+    assert (tmp_path / "out" / "frames.toml").read_text().startswith("[frames]\nbase = [")
+
+
+def test_the_forward_kinematics_of_a_mechanism_is_aligned(tmp_path, capsys):
+    paper = symkin.load_mechanism("3RRR")
+    observe = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
+    plan = paper.plan(10, seed=3)
+    made = symkin.simulate(paper, plan, seed=1, actual=paper, observe=observe)
+    made.measurements.save(tmp_path / "tracked.csv")
+    arguments = [str(tmp_path / "tracked.csv"), "--mechanism", "3RRR", "--json"]
+    assert main(["align", *arguments]) == 0
+    import json
+
+    found = json.loads(capsys.readouterr().out)
+    assert found["trustworthy"]
+    np.testing.assert_allclose(found["frames"]["base"], observe.base, atol=5e-4)
+
+
+def test_align_wants_a_mechanism_or_columns(tmp_path, capsys):
+    assert main(["align", str(tmp_path / "x.csv")]) == 2
+    assert "expected --mechanism, or --device and --robot" in capsys.readouterr().err
