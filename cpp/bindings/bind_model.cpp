@@ -25,8 +25,13 @@ void bind_chains(py::module_& module) {
       .value("radius", ParameterKind::radius)
       .value("azimuth", ParameterKind::azimuth)
       .value("polar_angle", ParameterKind::polar_angle)
+      .value("height", ParameterKind::height)
       .value("direction_azimuth", ParameterKind::direction_azimuth)
       .value("direction_distance", ParameterKind::direction_distance)
+      .value("reference_azimuth", ParameterKind::reference_azimuth)
+      .value("guide_elevation", ParameterKind::guide_elevation)
+      .value("axis_elevation", ParameterKind::axis_elevation)
+      .value("swing", ParameterKind::swing)
       .value("gain", ParameterKind::gain)
       .value("offset", ParameterKind::offset);
 
@@ -36,7 +41,9 @@ void bind_chains(py::module_& module) {
       .value("elbow_angle", ActiveJoint::elbow_angle)
       .value("travel_on_base", ActiveJoint::travel_on_base)
       .value("travel_on_platform", ActiveJoint::travel_on_platform)
-      .value("distance", ActiveJoint::distance);
+      .value("distance", ActiveJoint::distance)
+      .value("travel_from_point", ActiveJoint::travel_from_point)
+      .value("angle_about_axis", ActiveJoint::angle_about_axis);
 
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })
@@ -99,6 +106,8 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("dof", &Mechanism::dof)
       .def_property_readonly("leg_count", &Mechanism::leg_count)
       .def_property_readonly("parameters", &Mechanism::parameters)
+      .def_property_readonly("estimated_parameters",
+                             [](const Mechanism& self) { return self.estimated_parameters(); })
       .def("with_parameters", &Mechanism::with_parameters, py::arg("parameters"))
       .def(
           "joint_centres",

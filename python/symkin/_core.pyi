@@ -38,12 +38,18 @@ class ActiveJoint:
       travel_on_platform
     
       distance
+    
+      travel_from_point
+    
+      angle_about_axis
     """
-    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>}
+    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>, 'travel_from_point': <ActiveJoint.travel_from_point: 6>, 'angle_about_axis': <ActiveJoint.angle_about_axis: 7>}
+    angle_about_axis: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_about_axis: 7>
     angle_in_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_base: 0>
     angle_in_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_platform: 1>
     distance: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.distance: 5>
     elbow_angle: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.elbow_angle: 2>
+    travel_from_point: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_from_point: 6>
     travel_on_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_base: 3>
     travel_on_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_platform: 4>
     @typing.overload
@@ -633,6 +639,9 @@ class Mechanism:
     def dof(self) -> int:
         ...
     @property
+    def estimated_parameters(self) -> list[list[int]]:
+        ...
+    @property
     def leg_count(self) -> int:
         ...
     @property
@@ -701,24 +710,39 @@ class ParameterKind:
     
       polar_angle
     
+      height
+    
       direction_azimuth
     
       direction_distance
+    
+      reference_azimuth
+    
+      guide_elevation
+    
+      axis_elevation
+    
+      swing
     
       gain
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'eccentricity': <ParameterKind.eccentricity: 1>, 'radius': <ParameterKind.radius: 2>, 'azimuth': <ParameterKind.azimuth: 3>, 'polar_angle': <ParameterKind.polar_angle: 4>, 'direction_azimuth': <ParameterKind.direction_azimuth: 5>, 'direction_distance': <ParameterKind.direction_distance: 6>, 'gain': <ParameterKind.gain: 7>, 'offset': <ParameterKind.offset: 8>}
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'eccentricity': <ParameterKind.eccentricity: 1>, 'radius': <ParameterKind.radius: 2>, 'azimuth': <ParameterKind.azimuth: 3>, 'polar_angle': <ParameterKind.polar_angle: 4>, 'height': <ParameterKind.height: 5>, 'direction_azimuth': <ParameterKind.direction_azimuth: 6>, 'direction_distance': <ParameterKind.direction_distance: 7>, 'reference_azimuth': <ParameterKind.reference_azimuth: 8>, 'guide_elevation': <ParameterKind.guide_elevation: 9>, 'axis_elevation': <ParameterKind.axis_elevation: 10>, 'swing': <ParameterKind.swing: 11>, 'gain': <ParameterKind.gain: 12>, 'offset': <ParameterKind.offset: 13>}
+    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 10>
     azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 3>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 5>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 6>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 6>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 7>
     eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 1>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 7>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 12>
+    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 9>
+    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 5>
     length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 8>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 13>
     polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 4>
     radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 2>
+    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 8>
+    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 11>
     @typing.overload
     def __eq__(self, other: ParameterKind) -> bool:
         ...

@@ -12,8 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, one_of
-from symkin.frames import COMPONENTS, align, moved, poses_of, transforms
-from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.frames import align, moved, poses_of, transforms
+from symkin.poses import (
+    POSE_SPACES,
+    Transform,
+    rotations_from_vectors,
+    space_named,
+    vectors_from_rotations,
+)
 from symkin.result import Result, Value, field, record
 from symkin.settings import Frames
 
@@ -35,7 +41,6 @@ __all__ = [
 Array = NDArray[np.float64]
 Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 
-_SPACES = {2: "point", 3: "planar", 7: "spatial"}
 _PLAINLY = 3.0  # times: a convention fits if the next one leaves so much more
 _STEP = 1e-6
 _UNSEEN = 1e-9  # of the largest eigenvalue
@@ -173,6 +178,7 @@ def align_frames(
     *,
     convention: Convention | None = None,
     length: float = 1.0,
+    pose_space: str = "",
 ) -> Alignment:
     """Find where a measuring device stands, and what it measures on the platform.
 
@@ -191,6 +197,8 @@ def align_frames(
         the result says.
     length : float
         At which a rotation counts as much as a translation, m.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses; by default the one with so many coordinates, planar if two have.
 
     Returns
     -------
@@ -202,12 +210,12 @@ def align_frames(
         For poses of unequal shapes, or too few of them.
     """
     device, own = (np.atleast_2d(np.asarray(each, dtype=float)) for each in (measured, robot))
-    if device.shape != own.shape or device.shape[1] not in _SPACES:
+    if device.shape != own.shape:
         raise MeasurementError(
             f"the measured poses are {device.shape}, the robot's {own.shape}; expected as many of "
-            "both, of 2, 3 or 7 coordinates"
+            "both"
         )
-    space = _SPACES[device.shape[1]]
+    space = space_named(pose_space, device.shape[1]).name
     kept = np.isfinite(device).all(axis=1) & np.isfinite(own).all(axis=1)
     device, poses = device[kept], transforms(space, own[kept])
     if convention is not None:
@@ -221,10 +229,10 @@ def align_frames(
     ]
     fits.sort(key=lambda fit: fit[0].cost)
     best, base, target, wanted = fits[0]
-    size = 3 if space == "spatial" else 2
-    differences = moved(base, poses, target, wanted)[:, COMPONENTS[space]]
+    kind = POSE_SPACES[space]
+    size, shown = kind.size, kind.frame_components
+    differences = moved(base, poses, target, wanted)[:, kind.components]
     deviations = _deviations(base, poses, target, wanted, space)
-    shown = COMPONENTS["spatial" if space == "spatial" else "planar"]
     position, orientation = (
         np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
     )
@@ -321,7 +329,8 @@ def poses_of_mechanism(
     if not len(read):
         raise MeasurementError("no row has readings of all legs, nor a reported pose")
     nowhere = np.full_like(taken.poses, np.nan)
-    alone = Measurements.of(nowhere, mechanism.straightened(taken.readings)).subset(read)
+    readings = mechanism.straightened(taken.readings)
+    alone = Measurements.of(nowhere, readings, pose_space=taken.pose_space).subset(read)
     own = np.array(nowhere)
     own[read] = _core.starting_poses(
         mechanism.straight,
@@ -340,7 +349,7 @@ def _taken(way: Convention, device: Array, space: str) -> Transform | None:
         if space != "spatial":
             return None
         return transforms(space, np.hstack([device[:, :3], np.roll(device[:, 3:], -1, axis=1)]))
-    if space == "point" and way != "mirrored":
+    if not POSE_SPACES[space].turns and way != "mirrored":
         return None
     poses = transforms(space, device)
     turned = np.swapaxes(poses.rotation, 1, 2)
@@ -348,7 +357,7 @@ def _taken(way: Convention, device: Array, space: str) -> Transform | None:
         return Transform(turned, -np.einsum("nij,nj->ni", turned, poses.translation))
     if way == "conjugate":
         return Transform(turned, poses.translation)
-    mirror = np.diag([1.0, 1.0, -1.0] if space == "spatial" else [1.0, -1.0, 1.0])
+    mirror = np.diag([1.0, 1.0, -1.0] if POSE_SPACES[space].in_space else [1.0, -1.0, 1.0])
     rotation = mirror @ poses.rotation @ mirror
     return Transform(rotation, poses.translation @ mirror)
 
@@ -364,7 +373,7 @@ def _aligned(
         raise SymkinError(f"{len(wanted.translation)} poses always fit two frames; measure more")
     left = moved(frames[0], poses, frames[1], wanted)
     position = _rms(left[:, :3])
-    orientation = 0.0 if space == "point" else _rms(left[:, 3:])
+    orientation = _rms(left[:, 3:]) if POSE_SPACES[space].turns else 0.0
     cost = math.hypot(position, length * orientation)
     return ConventionFit(way, position, orientation, cost), *frames, wanted
 
@@ -373,9 +382,8 @@ def _deviations(
     base: Transform, poses: Transform, target: Transform, wanted: Transform, space: str
 ) -> Array:
     """Standard deviations of the tangents of base and target, both outside, from what is left."""
-    shown = COMPONENTS[space]
-    free = COMPONENTS["spatial" if space == "spatial" else "planar"]
-    size = 3 if space == "spatial" else 2
+    kind = POSE_SPACES[space]
+    shown, free, size = kind.components, kind.frame_components, kind.size
     left = moved(base, poses, target, wanted)[:, shown]
     columns = []
     for number in range(2):

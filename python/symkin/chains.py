@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
 __all__ = [
+    "PLATFORMS",
     "ChainInfo",
     "FrozenMapping",
     "ParameterRole",
@@ -29,7 +30,7 @@ __all__ = [
 ]
 
 _Value = TypeVar("_Value")
-_PLATFORMS = ("rigid", "point")
+PLATFORMS = ("rigid", "point", "translating")
 
 
 class ParameterRole(NamedTuple):
@@ -40,12 +41,19 @@ class ParameterRole(NamedTuple):
     end : {"base", "platform", "none"}
         The end of the leg in whose frame it is given; none for links and sensor.
     kind : str
-        "length" or "eccentricity" of a link; "radius", "azimuth" or "polar_angle" of a point;
-        "direction_azimuth" or "direction_distance" of a guide; "gain" or "offset" of the sensor.
+        "length" or "eccentricity" of a link; "radius", "azimuth", "polar_angle" or "height" of a
+        point; "direction_azimuth" or "direction_distance" of a guide in the plane;
+        "guide_elevation" or "axis_elevation" and "swing" of a direction in space, and the
+        "reference_azimuth" that it is given from; "gain" or "offset" of the sensor.
     """
 
     end: str
     kind: str
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it belongs to the description, and is never estimated."""
+        return self.kind == "reference_azimuth"
 
     @property
     def of_sensor(self) -> bool:
@@ -94,7 +102,7 @@ class ChainInfo:
     ----------
     name : str
         Joints from base to platform, the actuated one in brackets.
-    pose_space : {"planar", "point", "spatial"}
+    pose_space : {"planar", "point", "spatial", "translating"}
         Kind of the poses, see `Mechanism`.
     parameter_names : tuple of str
         Of the leg's geometry, then of its sensor.
@@ -116,6 +124,18 @@ class ChainInfo:
     reading_unit: str
     description: str
 
+    @property
+    def signed_radius(self) -> bool:
+        """Whether a point's radius may be negative, being the base's less the platform's."""
+        return self.pose_space == "translating"
+
+    @property
+    def defaults(self) -> dict[str, str]:
+        """Parameters that may be left out, and the parameter whose value they then have."""
+        return {
+            name: "base_azimuth" for name, role in self.parameter_roles.items() if role.is_constant
+        }
+
     def units_of_sensor(self, reading_unit: str) -> dict[str, str]:
         """Units of the parameters for a sensor that reads "rad" or "m", whatever its joint does.
 
@@ -134,8 +154,9 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     ----------
     chain : str
         Such as ``"[R]RR"``.
-    platform : {"rigid", "point"}
-        A platform that turns, or a point that only moves (five-bar).
+    platform : {"rigid", "point", "translating"}
+        A platform that turns, a point that only moves in the plane (five-bar), or one that moves in
+        space and never turns (delta).
 
     Returns
     -------
@@ -146,7 +167,7 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     SymkinError
         For an unknown chain, with the nearest known one, or one that cannot carry the platform.
     """
-    one_of("platform", platform, _PLATFORMS)
+    one_of("platform", platform, PLATFORMS)
     info = _core.chain_info(chain, platform)
     joint_unit = "rad" if info.reads_angle else "m"
     roles = {each.name: ParameterRole(each.end.name, each.kind.name) for each in info.parameters}
@@ -164,13 +185,13 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
 
 
 def chains(platform: str = "rigid") -> list[str]:
-    """Return the names of the chains that can carry a platform ("rigid" or "point").
+    """Return the names of the chains that can carry a platform, one of `PLATFORMS`.
 
     Returns
     -------
     list of str
     """
-    one_of("platform", platform, _PLATFORMS)
+    one_of("platform", platform, PLATFORMS)
     return list(_core.chain_names(platform))
 
 

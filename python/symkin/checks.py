@@ -196,7 +196,7 @@ class CheckResult(Result):
     @property
     def least_poses(self) -> int:
         """Poses that a leg needs at least: one closure for each of its parameters."""
-        return len(self.mechanism.parameter_names)
+        return self.mechanism.estimated_count
 
     @property
     def design(self) -> Literal["legs", "orbits", "mechanism"]:
@@ -251,7 +251,7 @@ class CheckResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that was found as plain values; legs count from 1."""
-        mechanism, names = self.mechanism, self.mechanism.parameter_names
+        mechanism = self.mechanism
         document = {
             "mechanism": mechanism.name,
             "file": mechanism.source,
@@ -293,7 +293,7 @@ class CheckResult(Result):
                 {
                     "leg": number,
                     **shown.to_dict(),
-                    "r_diagonal": dict(zip(names, shown.r_diagonal, strict=True)),
+                    "held": mechanism.held[number - 1],
                 }
                 for number, shown in enumerate(self.observability, 1)
             ],

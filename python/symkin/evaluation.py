@@ -13,10 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.frames import COMPONENTS, align, moved, transforms, unframed
+from symkin.frames import align, moved, transforms, unframed
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
+    POSE_SPACES,
+    PoseSpace,
     Transform,
     rotations_from_vectors,
     vectors_from_rotations,
@@ -33,13 +35,6 @@ Array = NDArray[np.float64]
 
 # Twelve numbers need no more, and an alignment of 30 000 poses takes a second.
 _ALIGNED_POSES = 2000
-_SPACES = {2: "point", 3: "planar", 6: "spatial"}  # by degrees of freedom
-_ANGLES = ("rx_rad", "ry_rad", "rz_rad")
-_DIFFERENCES = {
-    "point": ("x_m", "y_m"),
-    "planar": ("x_m", "y_m", "phi_rad"),
-    "spatial": ("x_m", "y_m", "z_m", *_ANGLES),
-}
 
 
 @record
@@ -94,6 +89,8 @@ class Evaluation(Result):
         Where the poses stand in their source, or from 1.
     characteristic_length : float
         Length that makes rotations comparable with translations, m.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses.
     name : str
         Of the model.
     unread : int
@@ -115,6 +112,7 @@ class Evaluation(Result):
     poses: Array = field(private=True)
     row_numbers: NDArray[np.intp] = field(private=True)
     characteristic_length: float = field(private=True)
+    pose_space: str = field(private=True)
     name: str = field(private=True, default="")
     unread: int = field(private=True, default=0)
     partial: int = field(private=True, default=0)
@@ -125,38 +123,38 @@ class Evaluation(Result):
         cls,
         differences: Array,
         poses: Array,
-        characteristic_length: float,
+        mechanism: Mechanism,
         *,
-        name: str = "",
         row_numbers: NDArray[np.intp] | None = None,
     ) -> Evaluation:
         """Return the figures of single differences; poses count from 1 without `row_numbers`."""
         failed = len(differences) - int(np.count_nonzero(_complete(differences)))
         return cls(
-            *_figures(differences),
+            *_figures(differences, mechanism.space),
             evaluated=len(differences) - failed,
             failed=failed,
             differences=differences,
             poses=poses,
             row_numbers=np.arange(1, len(poses) + 1) if row_numbers is None else row_numbers,
-            characteristic_length=characteristic_length,
-            name=name,
+            characteristic_length=mechanism.characteristic_length,
+            pose_space=mechanism.pose_space,
+            name=mechanism.name,
         )
 
     @property
-    def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point" or "spatial"."""
-        return _SPACES[self.differences.shape[1]]
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
 
     @property
     def difference_names(self) -> tuple[str, ...]:
         """The coordinates of `differences` with their units: ``x_m``, ..."""
-        return _DIFFERENCES[self.pose_space]
+        return tuple(f"{name}_{unit}" for name, unit in self.space.units.items())
 
     @property
     def errors(self) -> tuple[Array, Array]:
         """Size of each pose's position error (m) and orientation error (rad), both (N,)."""
-        return _sizes(self.differences)
+        return _sizes(self.differences, self.space)
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
@@ -180,9 +178,9 @@ class Evaluation(Result):
         The frames are those of at most some 2000 poses, evenly taken, and the errors of all.
         """
         rows = np.flatnonzero(_complete(self.differences))
-        space = self.pose_space
-        components = COMPONENTS[space]
-        wanted = transforms(space, self.poses[rows])
+        space = self.space
+        components = space.components
+        wanted = transforms(space.name, self.poses[rows])
         steps = np.zeros((len(rows), 6))
         steps[:, components] = self.differences[rows]
         turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
@@ -192,15 +190,14 @@ class Evaluation(Result):
             Transform(taken.rotation[some], taken.translation[some]),
             Transform(wanted.rotation[some], wanted.translation[some]),
             self.characteristic_length,
-            space,
+            space.name,
         )
         if frames is None:
             return None
         differences = np.full_like(self.differences, np.nan)
         differences[rows] = moved(frames[0], taken, frames[1], wanted)[:, components]
-        shown = COMPONENTS["spatial" if space == "spatial" else "planar"]
-        base, tool = (_tangent(frame)[shown] for frame in frames)
-        return AlignedErrors(*_figures(differences), base, tool, differences)
+        base, tool = (_tangent(frame)[space.frame_components] for frame in frames)
+        return AlignedErrors(*_figures(differences, space), base, tool, differences)
 
     def page(self) -> Page:
         """Return what there is to say of it."""
@@ -229,11 +226,11 @@ class Evaluation(Result):
         }
 
 
-def _sizes(differences: Array) -> tuple[Array, Array]:
+def _sizes(differences: Array, space: PoseSpace) -> tuple[Array, Array]:
     """Distance (m) and angle (rad) of each difference."""
-    size = 3 if differences.shape[1] == 6 else 2
     position, angle = (
-        np.sqrt(np.sum(part**2, axis=1)) for part in (differences[:, :size], differences[:, size:])
+        np.sqrt(np.sum(part**2, axis=1))
+        for part in (differences[:, : space.size], differences[:, space.size :])
     )
     return position, angle
 
@@ -243,12 +240,11 @@ def _complete(rows: Array) -> NDArray[np.bool_]:
     return np.isfinite(rows @ np.ones(rows.shape[1]))
 
 
-def _figures(differences: Array) -> tuple[float, float, float, float]:
+def _figures(differences: Array, space: PoseSpace) -> tuple[float, float, float, float]:
     """Root mean square and maximum of the distance (m), and of the angle (rad)."""
     good = differences[_complete(differences)]
-    size = 3 if differences.shape[1] == 6 else 2
     figures: list[float] = []
-    for part in (good[:, :size], good[:, size:]):
+    for part in (good[:, : space.size], good[:, space.size :]):
         squares = np.einsum("ij,ij->i", part, part)
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
     return figures[0], figures[1], figures[2], figures[3]
@@ -317,9 +313,7 @@ def evaluate(
         raise SymkinError(
             f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    result = Evaluation.of(
-        differences, rows, model.characteristic_length, name=model.name, row_numbers=numbers
-    )
+    result = Evaluation.of(differences, rows, model, row_numbers=numbers)
     if measurements is None:
         return result
     partial = int((~whole).sum())

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
 from symkin.poses import (
+    POSE_SPACES,
     Transform,
     cross_matrices,
     poses_from_bounds,
@@ -22,7 +23,6 @@ from symkin.poses import (
 )
 
 __all__ = [
-    "COMPONENTS",
     "align",
     "anchor",
     "frame",
@@ -34,9 +34,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-# Components of a tangent in space (translation, then rotation vector) that poses have.
-COMPONENTS = {"planar": [0, 1, 5], "point": [0, 1], "spatial": [0, 1, 2, 3, 4, 5]}
 
 _STAYS = Transform(np.eye(3), np.zeros(3))
 
@@ -53,14 +50,14 @@ def transforms(pose_space: str, poses: Array) -> Transform:
     if poses.shape[1] == 7:
         return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
     tangents = np.zeros((len(poses), 6))
-    tangents[:, COMPONENTS[pose_space]] = poses
+    tangents[:, POSE_SPACES[pose_space].components] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 
 def poses_of(pose_space: str, motions: Transform) -> Array:
     """Motions from platform to base frame as poses, shape (N, coordinates)."""
     vectors = vectors_from_rotations(motions.rotation)
-    values = np.hstack([motions.translation, vectors])[:, COMPONENTS[pose_space]]
+    values = np.hstack([motions.translation, vectors])[:, POSE_SPACES[pose_space].components]
     return poses_from_bounds(pose_space, values)
 
 
@@ -69,7 +66,7 @@ def frame(pose_space: str, values: Sequence[float]) -> Transform:
     if not len(values):
         return _STAYS
     rows = np.zeros((1, 6))
-    rows[0, COMPONENTS["spatial" if pose_space == "spatial" else "planar"]] = values
+    rows[0, POSE_SPACES[pose_space].frame_components] = values
     return Transform(rotations_from_vectors(rows[:, 3:])[0], rows[0, :3])
 
 
@@ -101,8 +98,8 @@ def align(
         One motion from platform to base frame for each of N poses.
     length : float
         m.
-    pose_space : {"planar", "point", "spatial"}
-        A planar pose is moved in its plane. A point has no tool frame: it does not turn, so that
+    pose_space : {"planar", "point", "spatial", "translating"}
+        A planar pose is moved in its plane. A platform that never turns has no tool frame, since
         the base frame does the same.
 
     Returns
@@ -111,9 +108,9 @@ def align(
         Base and tool; None for so few poses that they would always fit. Where the poses do not tell
         base and tool apart, either does.
     """
-    base_free, tool_free = _FREE[pose_space]
-    coordinates = 2 if pose_space == "point" else len(base_free)
-    if coordinates * len(wanted.translation) <= len(base_free) + len(tool_free):
+    space = POSE_SPACES[pose_space]
+    base_free, tool_free = space.frame_components, space.frame_components if space.turns else []
+    if space.dof * len(wanted.translation) <= len(base_free) + len(tool_free):
         return None
     problem = _Problem(poses, wanted, length, base_free, tool_free)
     few = problem.some(_FEW)
@@ -126,14 +123,6 @@ def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform)
     found = base @ poses @ tool
     turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
     return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
-
-
-# Components of the tangents (translation, then rotation vector) of base and tool that are free.
-_FREE = {
-    "planar": ([0, 1, 5], [0, 1, 5]),
-    "point": ([0, 1, 5], []),
-    "spatial": ([0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5]),
-}
 
 
 class _Problem(NamedTuple):
@@ -298,8 +287,8 @@ def _moved(
         vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
     elif near is not None and mechanism.pose_space == "spatial":
         vectors = _on_the_branch_of(near[3:], vectors)
-    components = COMPONENTS[mechanism.pose_space]
-    return np.asarray(np.hstack([found.translation, vectors])[:, components])
+    found_tangents = np.hstack([found.translation, vectors])
+    return np.asarray(found_tangents[:, mechanism.space.components])
 
 
 def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
@@ -312,7 +301,7 @@ def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
         return _STAYS
     before, after = (_anchor_points(each, end) for each in (nominal, made))
     if kind == "point":
-        motion = _best_motion(before, after, in_plane=nominal.pose_space != "spatial")
+        motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
     else:
         motion = _motion_of_lines(nominal, made, end)
     displaced = before @ motion.rotation.T + motion.translation - before
@@ -326,16 +315,35 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
 
     Shape (legs, 3).
     """
-    values = dict(zip(mechanism.parameter_names, mechanism.parameters.T, strict=True))
-    if mechanism.pose_space == "spatial":
-        polar, azimuth = values[f"{end}_polar_angle"], values[f"{end}_azimuth"]
-        level = np.sin(polar)
-        unit = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.cos(polar)], axis=1)
-    else:
-        angle = values[f"{end}_angle"]
-        unit = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    radius = values.get(f"{end}_radius", np.full(len(unit), mechanism.characteristic_length))
-    return np.asarray(radius[:, None] * unit)
+    columns = zip(mechanism.parameter_roles, mechanism.parameters.T, strict=True)
+    values = {role.kind: column for role, column in columns if role.end == end}
+    azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]
+    polar = values.get("polar_angle", np.full(len(azimuth), np.pi / 2))
+    length = np.full(len(azimuth), mechanism.characteristic_length)
+    radius = values.get("radius", values.get("direction_distance", length))
+    level = radius * np.sin(polar)
+    height = values.get("height", radius * np.cos(polar))
+    points = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=1)
+    if "guide_elevation" in values:
+        # Where the slider reads zero: the point itself is held along the guide.
+        offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
+        points += offset[:, None] * _guides(values)
+    return points
+
+
+def _guides(values: Mapping[str, Array]) -> Array:
+    """Directions of guides in space, shape (legs, 3)."""
+    azimuth, swing = values["reference_azimuth"], values["swing"]
+    outward = np.cos(swing) * np.cos(values["guide_elevation"])
+    cosine, sine = np.cos(azimuth), np.sin(azimuth)
+    return np.stack(
+        [
+            outward * cosine - np.sin(swing) * sine,
+            outward * sine + np.sin(swing) * cosine,
+            np.cos(swing) * np.sin(values["guide_elevation"]),
+        ],
+        axis=1,
+    )
 
 
 def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:

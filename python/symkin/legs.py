@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from symkin.chains import FrozenMapping
+from symkin.chains import ChainInfo, FrozenMapping
 from symkin.errors import MechanismError, did_you_mean
 
 __all__ = ["Leg", "common_chain", "parameter_values"]
@@ -50,18 +50,25 @@ def common_chain(legs: Sequence[Leg]) -> str:
     return legs[0].chain
 
 
-def parameter_values(leg: Leg, names: Sequence[str], number: int) -> list[float]:
-    """Return the parameters of a leg (from 1, for messages) in the chain's order."""
+def parameter_values(leg: Leg, info: ChainInfo, number: int) -> dict[str, float]:
+    """Return the parameters of a leg (from 1, for messages) in the chain's order.
+
+    A constant that was not given, such as the azimuth that a guide is described from, is that of
+    the base point.
+    """
+    names = info.parameter_names
     for name in leg.parameters:
         if name not in names:
             raise MechanismError(
                 f'leg {number}: "{name}" is no parameter of chain {leg.chain}'
                 f"{did_you_mean(name, names)}"
             )
-    missing = [name for name in names if name not in leg.parameters]
+    missing = [name for name in names if name not in {*leg.parameters, *info.defaults}]
     if missing:
         raise MechanismError(f"leg {number}: {', '.join(missing)} missing")
-    return [leg.parameters[name] for name in names]
+    defaults = {name: leg.parameters[other] for name, other in info.defaults.items()}
+    given = defaults | dict(leg.parameters)
+    return {name: given[name] for name in names}
 
 
 def _number(name: str, value: object) -> float:

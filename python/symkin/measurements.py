@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
-from symkin.poses import wrong_quaternion
+from symkin.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
@@ -26,12 +26,6 @@ if TYPE_CHECKING:
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
-_POSE_SPACES = {2: "point", 3: "planar", 7: "spatial"}  # by the coordinates of a pose
-_COORDINATES = {
-    "point": ("x", "y"),
-    "planar": ("x", "y", "phi"),
-    "spatial": ("x", "y", "z", *["orientation"] * 4),
-}
 # What may have been observed besides poses and readings, and the dimensions of its array.
 _FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
 _DEVIATIONS = {  # in the order of the core's observations
@@ -60,8 +54,9 @@ class Measurements(Result):
     Attributes
     ----------
     poses : ndarray, shape (N, coordinates)
-        ``x, y, phi`` (planar), ``x, y`` (point) or ``x, y, z, qx, qy, qz, qw`` (spatial); m, rad.
-        NaN for a coordinate that was not measured, a quaternion only as a whole.
+        ``x, y, phi`` (planar), ``x, y`` (point), ``x, y, z, qx, qy, qz, qw`` (spatial) or
+        ``x, y, z`` (translating); m, rad. NaN for a coordinate that was not measured, a quaternion
+        only as a whole.
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
@@ -72,6 +67,8 @@ class Measurements(Result):
         or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.
     pose_deviations : ndarray, shape (N, dof), or None
@@ -101,6 +98,7 @@ class Measurements(Result):
     leg_sets: NDArray[np.intp] = field(number=True)
     row_numbers: NDArray[np.intp]
     source: Path | None = None
+    pose_space: str = ""
     reading_unit: str = ""
     pose_deviations: NDArray[np.float64] | None = None
     reading_deviations: NDArray[np.float64] | None = None
@@ -122,6 +120,8 @@ class Measurements(Result):
             leg_sets=(1, "int"),
             row_numbers=(1, "int"),
         )
+        space = space_named(self.pose_space, self.poses.shape[1])
+        object.__setattr__(self, "pose_space", space.name)
         further = {name: size for name, size in _FURTHER.items() if getattr(self, name) is not None}
         make_arrays(self, **{name: (size, "float") for name, size in further.items()})
         rows = len(self.poses)
@@ -153,6 +153,7 @@ class Measurements(Result):
         readings: ArrayLike,
         leg_sets: ArrayLike | None = None,
         reading_unit: str = "",
+        pose_space: str = "",
         **observed: Any,
     ) -> Measurements:
         """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs.
@@ -162,17 +163,17 @@ class Measurements(Result):
         rows = np.asarray(poses, dtype=np.float64)
         sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
         numbers = np.arange(1, len(rows) + 1)
-        return cls(rows, np.asarray(readings), sets, numbers, reading_unit=reading_unit, **observed)
+        observed |= {"pose_space": pose_space, "reading_unit": reading_unit}
+        return cls(rows, np.asarray(readings), sets, numbers, **observed)
 
     def _check_values(self, name: str) -> None:
         """Refuse another shape than the poses want, infinite values, and half quaternions."""
-        values, space = getattr(self, name), _POSE_SPACES.get(self.poses.shape[1])
-        size = 3 if space == "spatial" else 2
+        values, space = getattr(self, name), self.space
         if name == "reported" and values.shape != self.poses.shape:
             raise MeasurementError(f"reported are {values.shape}; expected {self.poses.shape}")
-        if name == "points" and values.shape[2] != size:
-            raise MeasurementError(f"points are {values.shape}; expected (N, n, {size})")
-        if name == "heights" and space != "spatial":
+        if name == "points" and values.shape[2] != space.size:
+            raise MeasurementError(f"points are {values.shape}; expected (N, n, {space.size})")
+        if name == "heights" and not space.in_space:
             raise MeasurementError(
                 "there are heights above a plane; expected none, since the robot is planar"
             )
@@ -182,7 +183,7 @@ class Measurements(Result):
                 f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
                 "expected numbers, or NaN for what was not measured"
             )
-        if name in ("poses", "reported") and space == "spatial":
+        if name in ("poses", "reported") and len(space.orientation) > 1:
             missing = np.isnan(values[:, 3:])
             half = missing.any(axis=1) & ~missing.all(axis=1)
             if half.any():
@@ -199,7 +200,7 @@ class Measurements(Result):
             raise MeasurementError(f"there are {deviations} without {name}")
         make_arrays(self, **{deviations: (values.ndim, "float")})
         found = getattr(self, deviations)
-        shape = (len(values), self._dof) if name in ("poses", "reported") else values.shape
+        shape = (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
         if found.shape != shape:
             raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
         wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
@@ -210,8 +211,9 @@ class Measurements(Result):
             )
 
     @property
-    def _dof(self) -> int:
-        return int(min(self.poses.shape[1], 6))  # a quaternion has three degrees of freedom
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
 
     @property
     def complete(self) -> bool:
@@ -230,7 +232,8 @@ class Measurements(Result):
             row, coordinate = missing[0].tolist()
             if np.isnan(self.poses).all():
                 return "no pose was measured"
-            name = _COORDINATES[self.pose_space][coordinate]
+            name = (*self.space.position, *self.space.orientation)[coordinate]
+            name = "orientation" if name.startswith("q") else name
             return f"row {self.row_numbers[row]} has no measured {name}"
         for name in _FURTHER:
             row = _first_row(getattr(self, name))
@@ -270,10 +273,10 @@ class Measurements(Result):
         dict
             Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
         """
-        position = 3 if self._dof == 6 else 2
+        space = self.space
         typical: dict[str, Any] = {
             "poses": np.repeat(
-                [noise.position, noise.orientation], [position, self._dof - position]
+                [noise.position, noise.orientation], [space.size, len(space.rotation)]
             ),
             "readings": noise.reading,
             "reported": 0.0,
@@ -282,7 +285,9 @@ class Measurements(Result):
         for name, deviations in _DEVIATIONS.items():
             values, own = getattr(self, name), getattr(self, deviations)
             if values is not None:
-                shape = (len(values), self._dof) if name in ("poses", "reported") else values.shape
+                shape = (
+                    (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+                )
                 usual = np.broadcast_to(typical.get(name, noise.position), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
@@ -304,14 +309,6 @@ class Measurements(Result):
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
         return _core.Observations(*map(observed, _DEVIATIONS))
-
-    @property
-    def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point" or "spatial"."""
-        try:
-            return _POSE_SPACES[self.poses.shape[1]]
-        except KeyError as error:
-            raise MeasurementError(f"poses of {error} coordinates; expected 2, 3 or 7") from None
 
     @property
     def source_name(self) -> str:

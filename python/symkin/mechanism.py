@@ -7,6 +7,7 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,7 +19,7 @@ from symkin.chains import ChainInfo, ParameterRole, chain_info
 from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.legs import Leg, common_chain, parameter_values
-from symkin.poses import poses_from_bounds
+from symkin.poses import POSE_SPACES, PoseSpace, poses_from_bounds
 from symkin.settings import (
     DeclaredSymmetry,
     Frames,
@@ -50,8 +51,9 @@ Array = NDArray[np.float64]
 class Mechanism(Kinematics):
     """A parallel mechanism: legs of one chain between a base and a platform, and its settings.
 
-    Arrays of poses have one pose a row: ``x, y, phi`` (planar), ``x, y`` (point platform) or
-    ``x, y, z, qx, qy, qz, qw`` (spatial, unit quaternion from platform to base frame); m and rad.
+    Arrays of poses have one pose a row: ``x, y, phi`` (planar), ``x, y`` (point platform), ``x, y,
+    z, qx, qy, qz, qw`` (spatial, unit quaternion from platform to base frame) or ``x, y, z``
+    (translating platform); m and rad.
     Pose derivatives and errors have the position first, then the angle or the rotation vector in
     the base frame.
 
@@ -61,8 +63,9 @@ class Mechanism(Kinematics):
         For messages and reports.
     legs : sequence of Leg
         All of one chain; at least as many as the platform has degrees of freedom.
-    platform : {"rigid", "point"}
-        A platform that turns, or a point that only moves (five-bar).
+    platform : {"rigid", "point", "translating"}
+        A platform that turns, a point that only moves in the plane (five-bar), or one that moves in
+        space and never turns (delta).
     reading_unit : {"rad", "m"}, optional
         Unit of the sensors, by default the active joint's. A motor that winds a cable reads "rad"
         while its joint is a length; the gain is then m/rad.
@@ -141,9 +144,11 @@ class Mechanism(Kinematics):
         if reading_step is not None and not 0 < reading_step < np.inf:
             raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
         info = chain_info(common_chain(legs), platform)
-        values = np.array(
-            [parameter_values(leg, info.parameter_names, i) for i, leg in enumerate(legs, 1)]
+        legs = tuple(
+            dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
+            for number, leg in enumerate(legs, 1)
         )
+        values = np.array([list(leg.parameters.values()) for leg in legs])
         fields: dict[str, Any] = {
             "name": name,
             "legs": legs,
@@ -252,8 +257,13 @@ class Mechanism(Kinematics):
 
     @property
     def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point" or "spatial"."""
+        """Kind of the poses: "planar", "point", "spatial" or "translating"."""
         return self.straight.pose_space
+
+    @property
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -277,6 +287,40 @@ class Mechanism(Kinematics):
     def parameter_roles(self) -> tuple[ParameterRole, ...]:
         """What each parameter is: the end of the leg that it belongs to, and its kind."""
         return tuple(chain_info(self.chain, self.platform).parameter_roles.values())
+
+    @cached_property
+    def estimated(self) -> NDArray[np.intp]:
+        """Columns of the parameters that are identified, shape (legs, k), ascending.
+
+        The others are held at their values: constants of the description, and of a guide in space
+        that coordinate of its point along which it runs, since the sensor's offset does the same.
+        """
+        columns = np.array(self.core.estimated_parameters, dtype=np.intp)
+        columns.flags.writeable = False
+        return columns
+
+    @property
+    def is_estimated(self) -> NDArray[np.bool_]:
+        """Whether each parameter is identified, shape (legs, p)."""
+        identified = np.zeros(self.parameters.shape, dtype=np.bool_)
+        np.put_along_axis(identified, self.estimated, values=True, axis=1)
+        return identified
+
+    @property
+    def estimated_count(self) -> int:
+        """How many parameters of each leg are identified."""
+        return len(self.estimated[0])
+
+    def estimated_names(self, leg: int) -> tuple[str, ...]:
+        """Names of a leg's (from 0) parameters that are identified."""
+        return tuple(self.parameter_names[column] for column in self.estimated[leg])
+
+    @property
+    def held(self) -> tuple[tuple[str, ...], ...]:
+        """Names of each leg's parameters that are held since others do the same."""
+        constant = [role.is_constant for role in self.parameter_roles]
+        held = ~self.is_estimated & ~np.array(constant)
+        return tuple(tuple(np.array(self.parameter_names)[row].tolist()) for row in held)
 
     @property
     def sensor_gains(self) -> Array:

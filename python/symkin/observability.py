@@ -47,7 +47,7 @@ class Observability(Result):
     leg : int
         From 0.
     parameter_names : tuple of str
-        The p parameters.
+        The p parameters that are identified, see `Mechanism.estimated`.
     r_diagonal : ndarray, shape (p,)
         abs(R_ii) of the QR decomposition in the parameters' order (Eq. 9). Depends on units.
     indices : dict of str to float
@@ -113,7 +113,7 @@ class ExpectedAccuracy(Value):
 def observability_rows(
     mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> NDArray[np.float64]:
-    """Rows of the identification matrix of a leg (from 0), shape (N, p).
+    """Rows of the identification matrix of a leg (from 0), shape (N, p), p those identified.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def observability_rows(
 def mechanism_rows(
     mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> NDArray[np.float64]:
-    """Rows of all legs at once, shape (N, legs, legs p): the traditional identification.
+    """Rows of all legs at once, shape (N, legs, legs p), p those of a leg that are identified.
 
     Parameters
     ----------
@@ -184,20 +184,18 @@ def analyse_observability(
         For fewer poses than parameters, or a pose out of reach.
     """
     rows = observability_rows(mechanism, leg, poses, kind)
-    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
+    scale = parameter_tolerances(mechanism)[leg][mechanism.estimated[leg]]
+    names = mechanism.estimated_names(leg)
     result = _core.analyse_observability(rows, scale)
     return Observability(
         leg=leg,
-        parameter_names=mechanism.parameter_names,
+        parameter_names=names,
         r_diagonal=result.r_diagonal,
         indices={f"O{i}": value for i, value in enumerate(result.indices, 1)},
         singular_values=result.singular_values,
         condition=result.condition,
         rank=result.rank,
-        unseen=tuple(
-            name_combination(direction, mechanism.parameter_names)
-            for direction in result.null_directions.T
-        ),
+        unseen=tuple(name_combination(direction, names) for direction in result.null_directions.T),
     )
 
 
@@ -262,7 +260,7 @@ def with_combinations(
     if names is None or not directions.size:
         return error
     if scale.size:
-        directions = directions / scale[:, None]
+        directions = directions / np.where(scale > 0, scale, 1)[:, None]
         directions = directions / np.linalg.norm(directions, axis=0)
     unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
     error.args = (f"{error} (not shown: {unseen})",)
@@ -280,7 +278,7 @@ def tolerances_of(tolerances: Tolerances) -> _core.Tolerances:
 
 
 def parameter_tolerances(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Tolerance of every parameter, shape (legs, p)."""
+    """Tolerance of every parameter, shape (legs, p); zero of those that are held."""
     tolerances = tolerances_of(mechanism.tolerances)
     legs = range(len(mechanism.legs))
     return np.array([tolerances.deviations(mechanism.core, leg) for leg in legs])

@@ -13,6 +13,7 @@ from symkin.errors import SymkinError, one_of
 from symkin.frames import transforms
 from symkin.measurements import Measurements
 from symkin.poses import (
+    POSE_SPACES,
     Transform,
     quaternions_from_rotation_vectors,
     rotations_from_vectors,
@@ -124,12 +125,12 @@ class Observed:
         """
         random = np.random.default_rng([seed, _STREAM])
         space = taken.pose_space
-        size = 3 if space == "spatial" else 2
+        size, dof = POSE_SPACES[space].size, POSE_SPACES[space].dof
         base, target = self._frame("base", space), self._frame("target", space)
         platform = transforms(space, taken.poses)
         in_base = platform @ target
         seen = base @ in_base
-        rows, dof = len(taken.poses), min(taken.poses.shape[1], 6)
+        rows = len(taken.poses)
         deviations: dict[str, Any] = {}
 
         def noisy(name: str, values: Array, deviation: Any) -> Array:
@@ -167,7 +168,7 @@ class Observed:
             distances = np.linalg.norm(away, axis=2)
             found["distances"] = noisy("distance_deviations", distances, noise.position)
         if "height" in self.kinds:
-            if space != "spatial":
+            if size != 3:
                 raise SymkinError(
                     "a height above a plane is observed in space; this robot is planar"
                 )
@@ -187,7 +188,7 @@ class Observed:
         return self.measure(taken, NO_NOISE, 0)
 
     def _frame(self, name: str, space: str) -> Transform:
-        given, count = getattr(self, name), 6 if space == "spatial" else 3
+        given, count = getattr(self, name), len(POSE_SPACES[space].frame_components)
         values = np.zeros(count) if given is None else np.array(given, dtype=float)
         if values.shape != (count,) or not np.isfinite(values).all():
             names = "x, y, z, rx, ry, rz" if count == 6 else "x, y, phi"
@@ -213,9 +214,9 @@ class Observed:
 
 def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
     """Coordinates of poses after small motions, in the frame that they are given in."""
-    size = 3 if space == "spatial" else 2
+    size = POSE_SPACES[space].size
     position = np.asarray(poses.translation[:, :size] + errors[:, :size])
-    if space == "point":
+    if not POSE_SPACES[space].turns:
         return position
     if space == "planar":
         angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, 2]

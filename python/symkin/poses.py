@@ -8,18 +8,97 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin.errors import MeasurementError, one_of
+
 __all__ = [
+    "POSE_SPACES",
+    "PoseSpace",
     "Transform",
     "cross_matrices",
     "poses_from_bounds",
     "quaternions_from_rotation_vectors",
     "rotations_from_quaternions",
     "rotations_from_vectors",
+    "space_named",
     "vectors_from_rotations",
     "wrong_quaternion",
 ]
 
 Array = NDArray[np.float64]
+
+
+class PoseSpace(NamedTuple):
+    """What the poses of a kind of platform are made of.
+
+    Attributes
+    ----------
+    name : {"planar", "point", "spatial", "translating"}
+        As `Mechanism.pose_space` says it.
+    position : tuple of str
+        Coordinates of the position, m.
+    rotation : tuple of str
+        Coordinates of the orientation in bounds, errors and derivatives, rad.
+    orientation : tuple of str
+        Columns of the orientation in a pose array.
+    """
+
+    name: str
+    position: tuple[str, ...]
+    rotation: tuple[str, ...] = ()
+    orientation: tuple[str, ...] = ()
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The coordinates of bounds, position then orientation, with their units."""
+        return dict.fromkeys(self.position, "m") | dict.fromkeys(self.rotation, "rad")
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom."""
+        return len(self.position) + len(self.rotation)
+
+    @property
+    def coordinates(self) -> int:
+        """Columns of a pose array."""
+        return len(self.position) + len(self.orientation)
+
+    @property
+    def size(self) -> int:
+        """How many of the columns are the position: 2 in the plane, 3 in space."""
+        return len(self.position)
+
+    @property
+    def turns(self) -> bool:
+        """Whether the platform does."""
+        return bool(self.rotation)
+
+    @property
+    def in_space(self) -> bool:
+        """Whether it leaves the plane."""
+        return self.size == 3
+
+    @property
+    def components(self) -> list[int]:
+        """Which components of a tangent in space (translation, rotation vector) poses have."""
+        rotation = {1: [5], 3: [3, 4, 5]}.get(len(self.rotation), [])
+        return [*range(self.size), *rotation]
+
+    @property
+    def frame_components(self) -> list[int]:
+        """Which of them the motion of a frame has: it turns where the platform does not."""
+        return list(range(6)) if self.in_space else [0, 1, 5]
+
+
+_PLANE, _SPACE = ("x", "y"), ("x", "y", "z")
+POSE_SPACES = {
+    each.name: each
+    for each in (
+        PoseSpace("planar", _PLANE, ("phi",), ("phi",)),
+        PoseSpace("point", _PLANE),
+        PoseSpace("spatial", _SPACE, ("rx", "ry", "rz"), ("qx", "qy", "qz", "qw")),
+        PoseSpace("translating", _SPACE),
+    )
+}
 
 
 class Transform(NamedTuple):
@@ -50,6 +129,27 @@ class Transform(NamedTuple):
     def turn(self) -> float:
         """The angle of a single motion in the plane, rad."""
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+
+
+def space_named(name: str, coordinates: int) -> PoseSpace:
+    """Return the kind of poses with so many coordinates; without a name the first that has them.
+
+    Raises
+    ------
+    MeasurementError
+        If there is none.
+    """
+    if name:
+        space: PoseSpace = one_of("pose_space", name, POSE_SPACES)
+        if coordinates != space.coordinates:
+            raise MeasurementError(
+                f"poses of {coordinates} coordinates; a {name} pose has {space.coordinates}"
+            )
+        return space
+    for space in POSE_SPACES.values():
+        if space.coordinates == coordinates:
+            return space
+    raise MeasurementError(f"poses of {coordinates} coordinates; expected 2, 3 or 7")
 
 
 def cross_matrices(vectors: Array) -> Array:
@@ -124,7 +224,7 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
 
     Parameters
     ----------
-    pose_space : {"planar", "point", "spatial"}
+    pose_space : {"planar", "point", "spatial", "translating"}
         Kind of the poses.
     values : array_like, shape (..., dof)
         Position (m), then angle or rotation vector (rad).

@@ -165,6 +165,7 @@ def simulate(
         np.array(taken.leg_sets, dtype=np.intp),
         np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
         reading_unit=mechanism.reading_unit,
+        pose_space=mechanism.pose_space,
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)

@@ -103,9 +103,9 @@ def test_few_poses_are_not_aligned(paper):
     assert errors.aligned is None
 
 
-def test_half_a_turn_is_read_from_a_quaternion_of_either_sign():
+def test_half_a_turn_is_read_from_a_quaternion_of_either_sign(hexapod):
     half = poses_from_bounds("spatial", np.array([[0.1, 0, 0, np.pi, 0, 0], [0, 0.1, 0, 0, 3, 0]]))
     poses = np.vstack([half, -half * [-1, -1, -1, 1, 1, 1, 1]])
-    errors = Evaluation.of(np.zeros((4, 6)), poses, 1.0)
+    errors = Evaluation.of(np.zeros((4, 6)), poses, hexapod)
     assert errors.aligned.position_max < 1e-12
     assert errors.aligned.orientation_max < 1e-7

@@ -37,9 +37,14 @@ const chains::Models& all_models() {
   return models;
 }
 
-// A spatial platform is rigid.
+Platform platform_of(PoseSpace space) {
+  return space == PoseSpace::point         ? Platform::point
+         : space == PoseSpace::translating ? Platform::translating
+                                           : Platform::rigid;
+}
+
 bool carries(const LegModel& model, Platform platform) {
-  return (model.info().pose_space == PoseSpace::point) == (platform == Platform::point);
+  return platform_of(model.info().pose_space) == platform;
 }
 
 // Both passive joints prismatic: the leg fixes the platform's orientation and nothing else.
@@ -68,8 +73,20 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
                        " has two passive prismatic joints: it fixes the platform's orientation "
                        "only, so its leg cannot be identified from a position");
   }
-  const auto rigid = chain_names(Platform::rigid);
-  if (platform == Platform::point && std::find(rigid.begin(), rigid.end(), chain) != rigid.end()) {
+  const auto carried = [&](Platform other) {
+    const auto names = chain_names(other);
+    return std::find(names.begin(), names.end(), chain) != names.end();
+  };
+  if (platform == Platform::translating && (carried(Platform::rigid) || carried(Platform::point))) {
+    throw InvalidInput("chain " + quoted +
+                       " cannot carry a translating platform: it moves in a plane");
+  }
+  if (platform == Platform::point && carried(Platform::translating)) {
+    throw InvalidInput("chain " + quoted +
+                       " cannot carry a point platform, which moves in a plane; expected "
+                       "\"rigid\" or \"translating\"");
+  }
+  if (platform == Platform::point && carried(Platform::rigid)) {
     throw InvalidInput("chain " + quoted +
                        " cannot carry a point platform: it knows the platform by more than a "
                        "point, by a guide on it, a joint that is read against it or its "
@@ -102,8 +119,11 @@ Platform platform_named(std::string_view name) {
   if (name == "point") {
     return Platform::point;
   }
+  if (name == "translating") {
+    return Platform::translating;
+  }
   throw InvalidInput("unknown platform \"" + std::string(name) +
-                     "\"; expected \"rigid\" or \"point\"");
+                     "\"; expected \"rigid\", \"point\" or \"translating\"");
 }
 
 std::vector<std::string> chain_names(Platform platform) {

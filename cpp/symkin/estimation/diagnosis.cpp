@@ -18,7 +18,7 @@ namespace {
 
 // Residuals this far below the declared noise, in variance, are those of arithmetic.
 constexpr double kRounding = 1e-10;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUntested = std::numeric_limits<double>::quiet_NaN();
 
 using Columns = std::vector<Vector>;  // of a leg's closure at all measured poses, metres
 
@@ -131,7 +131,7 @@ class Diagnostician {
   // (Hausman's) would reject too many sound robots.
   void test_estimators() {
     constexpr double kDirections = 0.01;  // of the largest, in variance
-    const Index p = mechanism_.parameter_count();
+    const Index p = mechanism_.estimated_count();
     const Eigen::MatrixXd jacobian = projection_.kept(system_.jacobian);
     const RowMatrix covariance = inverse_information(jacobian);
     if (!covariance.allFinite()) {
@@ -148,11 +148,12 @@ class Diagnostician {
           used.emplace_back(k, row - system_.poses[k].first);
         }
       }
+      const std::vector<Index> estimated = mechanism_.estimated_parameters(leg);
       RowMatrix by_parameters(static_cast<Index>(used.size()), p);
       Vector factors(static_cast<Index>(used.size()));
       for (std::size_t i = 0; i < used.size(); ++i) {
         const WhitenedPose& pose = system_.poses[used[i].first];
-        by_parameters.row(static_cast<Index>(i)) = rows.by_parameters.row(pose.row);
+        by_parameters.row(static_cast<Index>(i)) = rows.by_parameters.row(pose.row)(estimated);
         factors[static_cast<Index>(i)] = 1 / pose.factor.row(used[i].second).norm();
       }
       const RowMatrix influence = least_squares_influence(by_parameters, factors);
@@ -347,8 +348,9 @@ std::vector<WhitenedClosures> systems_of(const Mechanism& mechanism,
                                          const MeasurementSet& measurements,
                                          const MeasurementNoise& noise) {
   const auto whitened = [&](const std::vector<Index>& legs) {
-    return whiten_closures(mechanism.model(), mechanism.parameters(), measurements, legs,
-                           PoseUse::all, noise);
+    return whiten_closures(mechanism.model(), mechanism.parameters(),
+                           mechanism.estimated_parameters(), measurements, legs, PoseUse::all,
+                           noise);
   };
   try {
     return {whitened(all_legs(mechanism.leg_count()))};
@@ -371,8 +373,8 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
   check_readings(estimate, measurements.poses.rows(), measurements.readings);
   Diagnosis diagnosis;
   const Index count = measurements.poses.rows();
-  diagnosis.student.setConstant(count, estimate.leg_count(), kNaN);
-  diagnosis.student_p.setConstant(count, estimate.leg_count(), kNaN);
+  diagnosis.student.setConstant(count, estimate.leg_count(), kUntested);
+  diagnosis.student_p.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.pose_p.setOnes(count);
   for (const WhitenedClosures& system : systems_of(estimate, measurements, noise)) {
     std::vector<bool> left_out;

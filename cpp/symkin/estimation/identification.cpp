@@ -33,14 +33,15 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
                     PoseUse use) {
   std::vector<Index> rows = rows_of_leg(measurements, leg, use);
   const auto count = static_cast<Index>(rows.size());
-  if (count < mechanism.parameter_count()) {
+  if (count < mechanism.estimated_count()) {
     throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
                        std::to_string(count) + " poses; its " +
-                       std::to_string(mechanism.parameter_count()) +
+                       std::to_string(mechanism.estimated_count()) +
                        " parameters need at least as many");
   }
-  LegData data{mechanism.model(), mechanism.leg(leg).working_mode, std::move(rows),
-               RowMatrix(count, measurements.poses.cols()), Vector(count)};
+  LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
+               std::move(rows),   RowMatrix(count, measurements.poses.cols()),
+               Vector(count),     mechanism.estimated_parameters(leg)};
   for (Index i = 0; i < count; ++i) {
     const Index row = data.rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
@@ -60,15 +61,17 @@ void require_variances(const LegData& data, const WhitenedLeg& leg, const Measur
   }
 }
 
-void require_identifiable(const WhitenedLeg& whitened, Index leg) {
+void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Index leg) {
   const Information information(whitened.rows.by_parameters, whitened.factors);
   if (information.clear()) {
     return;
   }
-  const RowMatrix unseen = information.sight().unseen;
-  if (unseen.cols() > 0) {
+  const RowMatrix combinations = information.sight().unseen;
+  if (combinations.cols() > 0) {
+    RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), combinations.cols());
+    unseen(data.estimated, Eigen::all) = combinations;
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
-                              " do not show all of its " + std::to_string(unseen.rows()) +
+                              " do not show all of its " + std::to_string(data.estimated.size()) +
                               " parameters",
                           unseen);
   }
@@ -79,7 +82,7 @@ LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start,
   WhitenedLeg whitened;
   whiten(data, start, options.noise, whitened);
   require_variances(data, whitened, options.noise);
-  require_identifiable(whitened, leg);
+  require_identifiable(data, whitened, leg);
   switch (options.estimator) {
     case Estimator::paper:
       return estimate_paper(data, start, options);
@@ -138,13 +141,14 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   const Vector factors = in_readings ? Vector(rows.by_reading.cwiseInverse()) : whitened.factors;
   LegInfluence leg;
   leg.rows = data.rows;
-  leg.influence = least_squares_influence(rows.by_parameters,
-                                          factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
+  const RowMatrix influence = least_squares_influence(
+      rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
+  leg.influence = RowMatrix::Zero(estimate.parameters.size(), influence.cols());
+  leg.influence(data.estimated, Eigen::all) = influence;
   leg.by_pose = rows.by_pose;
   leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
-  const Vector leverages =
-      rows.by_parameters.cwiseProduct(leg.influence.transpose()).rowwise().sum();
+  const Vector leverages = rows.by_parameters.cwiseProduct(influence.transpose()).rowwise().sum();
   leg.deleted = rows.closure.array() / (1 - leverages.array()).max(kLeast);
   return leg;
 }
@@ -178,7 +182,9 @@ RowMatrix covariance_of(const std::vector<LegData>& data, const std::vector<LegE
     const auto count = static_cast<Index>(data.size());
     RowMatrix covariance = RowMatrix::Zero(count * p, count * p);
     for (Index leg = 0; leg < count; ++leg) {
-      covariance.block(leg * p, leg * p, p, p) = seen[static_cast<std::size_t>(leg)].inverse();
+      const auto i = static_cast<std::size_t>(leg);
+      covariance.block(leg * p, leg * p, p, p)(data[i].estimated, data[i].estimated) =
+          seen[i].inverse();
     }
     return covariance;
   }
@@ -209,13 +215,22 @@ JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements
   how.max_iterations = options.max_iterations;
   how.start = measurements.poses;
   how.rows = false;
-  return fit_jointly(mechanism, setup, observations, Layout::of_all_parameters(setup), how);
+  return fit_jointly(mechanism, setup, observations, Layout::of_all_parameters(mechanism, setup),
+                     how);
 }
 
 // Takes the statistics of the joint estimate in place of those of its start.
-void describe_joint(const JointFit& joint, Identification& result) {
+void describe_joint(const JointFit& joint, const std::vector<LegData>& data,
+                    Identification& result) {
   result.goodness = {joint.goodness};
-  result.covariance = joint.covariance;
+  std::vector<Index> columns;
+  for (std::size_t leg = 0; leg < data.size(); ++leg) {
+    for (const Index i : data[leg].estimated) {
+      columns.push_back(static_cast<Index>(leg) * result.parameters.cols() + i);
+    }
+  }
+  result.covariance = RowMatrix::Zero(result.parameters.size(), result.parameters.size());
+  result.covariance(columns, columns) = joint.covariance;
   for (std::size_t i = 0; i < result.legs.size(); ++i) {
     LegIdentification& leg = result.legs[i];
     leg.converged = joint.converged;
@@ -293,7 +308,7 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
                                           static_cast<Index>(i), mechanism.leg_count()));
   }
   if (options.estimator == Estimator::joint) {
-    describe_joint(joint, result);
+    describe_joint(joint, data, result);
   } else {
     const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
                                         [](const GoodnessOfFit& fit) { return fit.unexplained(); });

@@ -36,7 +36,7 @@ class LegRows final : public design::RowSource {
 
   Index size() const override { return poses_.rows(); }
   Index rows_per_pose() const override { return static_cast<Index>(orbit_.elements.size()); }
-  Index parameters() const override { return mechanism_.parameter_count(); }
+  Index parameters() const override { return mechanism_.estimated_count(); }
 
   // Rows of NaN where the leg cannot reach.
   void fill(Index first, Index count, double* rows) const override;

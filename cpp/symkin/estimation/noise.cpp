@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "symkin/model/estimated_parameters.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
 
@@ -92,8 +93,8 @@ Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) co
     throw InvalidInput("the leg has " + std::to_string(parameters.size()) +
                        " parameters; expected " + std::to_string(chain.parameters.size()));
   }
-  Vector deviations(parameters.size());
-  for (Index i = 0; i < parameters.size(); ++i) {
+  Vector deviations = Vector::Zero(parameters.size());
+  for (const Index i : estimated_parameters(chain, parameters)) {
     const ParameterInfo& parameter = chain.parameters[static_cast<std::size_t>(i)];
     deviations[i] = parameter.role.kind == ParameterKind::gain ? gain * std::abs(parameters[i])
                     : chain.is_angular(parameter)              ? angle

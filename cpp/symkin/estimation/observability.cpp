@@ -27,21 +27,32 @@ std::array<double, 5> indices_of(const Vector& s) {
           smallest * smallest / largest, 1 / s.array().inverse().sum()};
 }
 
+// The columns of what is estimated of a leg.
+RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_parameters) {
+  const std::vector<Index> columns = mechanism.estimated_parameters(leg);
+  if (static_cast<Index>(columns.size()) == by_parameters.cols()) {
+    return by_parameters;
+  }
+  return by_parameters(Eigen::all, columns);
+}
+
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
   check_one_closure(mechanism.model().info(), "an observability row");
   const Leg& which = mechanism.leg(leg);
   Vector readings(poses.rows());
   mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
-  return linearise(mechanism, leg, poses, readings);
+  ClosureRows rows = linearise(mechanism, leg, poses, readings);
+  rows.by_parameters = estimated(mechanism, leg, std::move(rows.by_parameters));
+  return rows;
 }
 
 // Each leg's rows in its own columns.
 RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
   const Index legs = mechanism.leg_count();
-  const Index p = mechanism.parameter_count();
+  const Index p = mechanism.estimated_count();
   RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * p);
   for (Index leg = 0; leg < legs; ++leg) {
-    const RowMatrix own = parameter_jacobian(mechanism, leg, poses);
+    const RowMatrix own = estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
     for (Index i = 0; i < poses.rows(); ++i) {
       rows.block(i * legs + leg, leg * p, 1, p) = own.row(i);
     }
@@ -72,7 +83,7 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise) {
   if (kind == RowKind::paper) {
-    return parameter_jacobian(mechanism, leg, poses);
+    return estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
   }
   noise.check();
   check_poses(mechanism, poses);
@@ -94,7 +105,7 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
   for (Index leg = 0; leg < legs; ++leg) {
     linearised.push_back(linearise_nominal(mechanism, leg, poses));
   }
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.parameter_count());
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.estimated_count());
   for (Index i = 0; i < poses.rows(); ++i) {
     check_interrupt();
     whiten_pose(linearised, i, mechanism.pose_space(), noise, rows.middleRows(i * legs, legs));

@@ -13,7 +13,8 @@ enum class RowKind {
   noise_aware,  // (dh/dparam) / sqrt(v): whitened closures, 1 per parameter unit
 };
 
-// Rows of the identification matrix C of one leg, N x p; NaN where the leg cannot reach.
+// Rows of the identification matrix C of one leg, N x p, p its estimated parameters; NaN where the
+// leg cannot reach.
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise = {});
 

@@ -73,18 +73,17 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   return names;
 }
 
-Layout Layout::of_all_parameters(const Setup& setup) {
+Layout Layout::of_all_parameters(const Mechanism& mechanism, const Setup& setup) {
   const UnknownList list(setup);
-  const Index legs = setup.parameters.rows();
-  const Index p = setup.parameters.cols();
   Layout layout;
   layout.column.assign(static_cast<std::size_t>(list.size()), -1);
-  for (Index leg = 0; leg < legs; ++leg) {
-    for (Index i = 0; i < p; ++i) {
-      layout.column[static_cast<std::size_t>(list.leg(leg) + i)] = leg * p + i;
+  Index columns = 0;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (const Index i : mechanism.estimated_parameters(leg)) {
+      layout.column[static_cast<std::size_t>(list.leg(leg) + i)] = columns++;
     }
   }
-  layout.prior = Vector::Constant(legs * p, std::numeric_limits<double>::infinity());
+  layout.prior = Vector::Constant(columns, std::numeric_limits<double>::infinity());
   return layout;
 }
 

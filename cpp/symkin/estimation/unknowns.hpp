@@ -62,8 +62,8 @@ struct Layout {
   Vector prior;               // a column: standard deviation about the start, infinite: none
   Index columns() const { return prior.size(); }
 
-  // Every parameter of every leg, leg by leg, without priors; all else is held.
-  static Layout of_all_parameters(const Setup& setup);
+  // Every estimated parameter of every leg, leg by leg, without priors; all else is held.
+  static Layout of_all_parameters(const Mechanism& mechanism, const Setup& setup);
 
   void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
 };

@@ -31,12 +31,24 @@ Frame moved(const Frame& frame, const Eigen::Matrix<double, 6, 1>& step) {
 const std::vector<Index>& pose_slots(PoseSpace space) {
   static const std::vector<Index> planar{0, 1, 5};
   static const std::vector<Index> point{0, 1};
+  static const std::vector<Index> translating{0, 1, 2};
   static const std::vector<Index> spatial{0, 1, 2, 3, 4, 5};
-  return space == PoseSpace::planar ? planar : space == PoseSpace::point ? point : spatial;
+  switch (space) {
+    case PoseSpace::planar:
+      return planar;
+    case PoseSpace::point:
+      return point;
+    case PoseSpace::translating:
+      return translating;
+    case PoseSpace::spatial:
+      break;
+  }
+  return spatial;
 }
 
 const std::vector<Index>& frame_slots(PoseSpace space) {
-  return pose_slots(space == PoseSpace::point ? PoseSpace::planar : space);
+  // A frame turns where the platform does not.
+  return pose_slots(position_size(space) == 2 ? PoseSpace::planar : PoseSpace::spatial);
 }
 
 Frame frame_of_pose(PoseSpace space, const double* pose) {

@@ -66,6 +66,22 @@ std::vector<LegValues> Mechanism::leg_values() const {
   return values;
 }
 
+std::vector<Index> Mechanism::estimated_parameters(Index leg) const {
+  return symkin::estimated_parameters(model_->info(), this->leg(leg).parameters);
+}
+
+std::vector<std::vector<Index>> Mechanism::estimated_parameters() const {
+  std::vector<std::vector<Index>> all;
+  for (Index leg = 0; leg < leg_count(); ++leg) {
+    all.push_back(estimated_parameters(leg));
+  }
+  return all;
+}
+
+Index Mechanism::estimated_count() const {
+  return static_cast<Index>(estimated_parameters(0).size());
+}
+
 Mechanism Mechanism::with_parameters(ConstRows parameters) const {
   if (parameters.rows() != leg_count() || parameters.cols() != parameter_count()) {
     throw InvalidInput("parameters are " + std::to_string(parameters.rows()) + " x " +

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "symkin/model/estimated_parameters.hpp"
 #include "symkin/model/leg_model.hpp"
 #include "symkin/model/pose_space.hpp"
 
@@ -35,6 +36,11 @@ class Mechanism {
   Index dof() const { return degrees_of_freedom(pose_space()); }
   Index leg_count() const { return static_cast<Index>(legs_.size()); }
   Index parameter_count() const { return model_->parameter_count(); }
+
+  // See estimated_parameters(); how many they are is the same for all legs.
+  std::vector<Index> estimated_parameters(Index leg) const;
+  std::vector<std::vector<Index>> estimated_parameters() const;
+  Index estimated_count() const;
 
   // The same mechanism with other parameter values, legs x p.
   Mechanism with_parameters(ConstRows parameters) const;

@@ -18,6 +18,17 @@ inline constexpr ParameterInfo kBaseAngle{"base_angle", {End::base, ParameterKin
 inline constexpr ParameterInfo kBasePolarAngle{"base_polar_angle",
                                                {End::base, ParameterKind::polar_angle}};
 inline constexpr ParameterInfo kBaseAzimuth{"base_azimuth", {End::base, ParameterKind::azimuth}};
+inline constexpr ParameterInfo kBaseHeight{"base_height", {End::base, ParameterKind::height}};
+inline constexpr ParameterInfo kGuideAzimuth{"guide_azimuth",
+                                             {End::base, ParameterKind::reference_azimuth}};
+inline constexpr ParameterInfo kGuideElevation{"guide_elevation",
+                                               {End::base, ParameterKind::guide_elevation}};
+inline constexpr ParameterInfo kGuideSwing{"guide_swing", {End::base, ParameterKind::swing}};
+inline constexpr ParameterInfo kAxisAzimuth{"axis_azimuth",
+                                            {End::base, ParameterKind::reference_azimuth}};
+inline constexpr ParameterInfo kAxisElevation{"axis_elevation",
+                                              {End::base, ParameterKind::axis_elevation}};
+inline constexpr ParameterInfo kAxisSwing{"axis_swing", {End::base, ParameterKind::swing}};
 inline constexpr ParameterInfo kBaseGuideDistance{"base_radius",
                                                   {End::base, ParameterKind::direction_distance}};
 inline constexpr ParameterInfo kBaseGuideAngle{"base_angle",
@@ -31,6 +42,8 @@ inline constexpr ParameterInfo kPlatformPolarAngle{"platform_polar_angle",
                                                    {End::platform, ParameterKind::polar_angle}};
 inline constexpr ParameterInfo kPlatformAzimuth{"platform_azimuth",
                                                 {End::platform, ParameterKind::azimuth}};
+inline constexpr ParameterInfo kPlatformHeight{"platform_height",
+                                               {End::platform, ParameterKind::height}};
 inline constexpr ParameterInfo kPlatformGuideDistance{
     "platform_radius", {End::platform, ParameterKind::direction_distance}};
 inline constexpr ParameterInfo kPlatformGuideAngle{

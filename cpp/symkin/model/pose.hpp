@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string_view>
 
 #include "symkin/model/azimuth.hpp"
 #include "symkin/model/dual.hpp"
@@ -17,6 +18,8 @@ namespace symkin {
 template <typename T>
 struct PlanarPose {
   static constexpr PoseSpace kSpace = PoseSpace::planar;
+  static constexpr std::string_view kName = "planar";
+  static constexpr int kPosition = 2;
   static constexpr int kCoordinates = 3;
   static constexpr int kDof = 3;
   static PlanarPose constant(const T* row) { return {row[0], row[1], Azimuth<T>(row[2])}; }
@@ -34,10 +37,12 @@ struct PlanarPose {
   Azimuth<T> phi;
 };
 
-// Position alone: the platform is a point, or does not turn.
+// Position alone, in the plane: the platform is a point, or does not turn.
 template <typename T>
 struct PointPose {
   static constexpr PoseSpace kSpace = PoseSpace::point;
+  static constexpr std::string_view kName = "point";
+  static constexpr int kPosition = 2;
   static constexpr int kCoordinates = 2;
   static constexpr int kDof = 2;
   static PointPose constant(const T* row) { return {row[0], row[1]}; }
@@ -53,9 +58,33 @@ struct PointPose {
   T x, y;
 };
 
+// Position alone, in space: the platform never turns (delta).
+template <typename T>
+struct TranslatingPose {
+  static constexpr PoseSpace kSpace = PoseSpace::translating;
+  static constexpr std::string_view kName = "translating";
+  static constexpr int kPosition = 3;
+  static constexpr int kCoordinates = 3;
+  static constexpr int kDof = 3;
+  static TranslatingPose constant(const T* row) { return {{row[0], row[1], row[2]}}; }
+  template <typename S>
+  static TranslatingPose variable(const S* row, int first) {
+    return {{T(row[0], first), T(row[1], first + 1), T(row[2], first + 2)}};
+  }
+  static void move(const T* step, T* row) {
+    for (int i = 0; i < kDof; ++i) {
+      row[i] = row[i] + step[i];
+    }
+  }
+
+  std::array<T, 3> position;
+};
+
 template <typename T>
 struct SpatialPose {
   static constexpr PoseSpace kSpace = PoseSpace::spatial;
+  static constexpr std::string_view kName = "spatial";
+  static constexpr int kPosition = 3;
   static constexpr int kCoordinates = 7;
   static constexpr int kDof = 6;
   static SpatialPose constant(const T* row) { return {{row[0], row[1], row[2]}, turned_by(row)}; }

@@ -19,29 +19,39 @@ Eigen::Vector3d to_rotation_vector(Eigen::Quaterniond q) {
   return scale * q.vec();
 }
 
-}  // namespace
-
-std::string_view to_string(PoseSpace space) {
+// What `visit` says of the type of poses: the one place that lists them.
+template <typename Visitor>
+auto of_type(PoseSpace space, const Visitor& visit) {
   switch (space) {
     case PoseSpace::planar:
-      return "planar";
+      return visit(PlanarPose<double>());
     case PoseSpace::point:
-      return "point";
+      return visit(PointPose<double>());
+    case PoseSpace::translating:
+      return visit(TranslatingPose<double>());
     case PoseSpace::spatial:
       break;
   }
-  return "spatial";
+  return visit(SpatialPose<double>());
+}
+
+}  // namespace
+
+std::string_view to_string(PoseSpace space) {
+  return of_type(space, [](auto pose) { return decltype(pose)::kName; });
 }
 
 Index coordinate_count(PoseSpace space) {
-  return space == PoseSpace::planar ? 3 : space == PoseSpace::point ? 2 : 7;
+  return of_type(space, [](auto pose) { return Index{decltype(pose)::kCoordinates}; });
 }
 
 Index degrees_of_freedom(PoseSpace space) {
-  return space == PoseSpace::planar ? 3 : space == PoseSpace::point ? 2 : 6;
+  return of_type(space, [](auto pose) { return Index{decltype(pose)::kDof}; });
 }
 
-Index position_size(PoseSpace space) { return space == PoseSpace::spatial ? 3 : 2; }
+Index position_size(PoseSpace space) {
+  return of_type(space, [](auto pose) { return Index{decltype(pose)::kPosition}; });
+}
 
 Vector identity_pose(PoseSpace space) {
   Vector pose = Vector::Zero(coordinate_count(space));
@@ -52,14 +62,7 @@ Vector identity_pose(PoseSpace space) {
 }
 
 void move_pose(PoseSpace space, const double* step, double* pose) {
-  switch (space) {
-    case PoseSpace::planar:
-      return PlanarPose<double>::move(step, pose);
-    case PoseSpace::point:
-      return PointPose<double>::move(step, pose);
-    case PoseSpace::spatial:
-      return SpatialPose<double>::move(step, pose);
-  }
+  of_type(space, [&](auto type) { decltype(type)::move(step, pose); });
 }
 
 void pose_difference(PoseSpace space, const double* to, const double* from, double* difference) {

@@ -14,6 +14,10 @@ std::string_view to_string(PoseSpace space);
 Index coordinate_count(PoseSpace space);
 Index degrees_of_freedom(PoseSpace space);
 Index position_size(PoseSpace space);
+// Whether the platform turns, so that its orientation is among the coordinates.
+inline bool has_orientation(PoseSpace space) {
+  return degrees_of_freedom(space) > position_size(space);
+}
 
 // The pose at the origin without rotation.
 Vector identity_pose(PoseSpace space);

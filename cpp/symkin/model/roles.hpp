@@ -7,13 +7,15 @@ namespace symkin {
 
 // What a row of a pose array means. Errors, noise and derivatives live in the tangent: position
 // first, then the orientation (an angle, or a rotation vector in the base frame).
-//   planar   x, y, phi                  3 coordinates, 3 degrees of freedom
-//   point    x, y                       2 coordinates, 2 degrees of freedom
-//   spatial  x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
-enum class PoseSpace { planar, point, spatial };
+//   planar       x, y, phi                  3 coordinates, 3 degrees of freedom
+//   point        x, y                       2 coordinates, 2 degrees of freedom
+//   spatial      x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
+//   translating  x, y, z                    3 coordinates, 3 degrees of freedom
+enum class PoseSpace { planar, point, spatial, translating };
 
-// The platform that the legs carry: one that turns, or a point that only moves (five-bar).
-enum class Platform { rigid, point };
+// The platform that the legs carry: one that turns, a point that only moves in the plane
+// (five-bar), or one in space that never turns (delta).
+enum class Platform { rigid, point, translating };
 
 // The end of a leg that a parameter belongs to, whose frame it is given in and with which it turns.
 enum class End {
@@ -24,15 +26,21 @@ enum class End {
 
 // What a parameter is. An end may have a point, a direction, or both: a guide is a line by its
 // direction and its distance from the origin, or by its direction and a point of it; by its
-// direction alone its distance is part of the sensor's offset.
+// direction alone its distance is part of the sensor's offset. A direction in space, of a guide or
+// of the axis that a crank turns about, is given by two small angles from an azimuth of its own.
 enum class ParameterKind {
   length,              // m, of a link: positive
   eccentricity,        // m, of a guide from the joint that it turns about; of either sign
   radius,              // m, of a point from the origin
   azimuth,             // rad, of a point about Z
   polar_angle,         // rad, of a point from Z
+  height,              // m, of a point along Z
   direction_azimuth,   // rad, about Z, of the normal of a guide in the plane
   direction_distance,  // m, of a guide from the origin along its normal; of either sign
+  reference_azimuth,   // rad, about Z, that a direction in space is given from; never estimated
+  guide_elevation,     // rad, of a guide from the reference azimuth towards Z
+  axis_elevation,      // rad, of an axis from the tangent at the reference azimuth towards Z
+  swing,               // rad, of a guide or an axis out of the plane of its elevation
   gain,                // active joint variable per sensor reading
   offset,              // active joint variable at zero reading; see ActiveJoint
   curvature,           // of a sensor, beside its gain and offset
@@ -49,12 +57,23 @@ struct ParameterRole {
 
 // A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.
 constexpr bool turns(ParameterKind kind) {
-  return kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth;
+  return kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth ||
+         kind == ParameterKind::reference_azimuth;
 }
+
+// A reflection changes its sign, a rotation leaves it. An axis has a sense of turning, which a
+// reflection reverses: it is an axial vector, a guide a polar one.
+constexpr bool is_mirrored(ParameterKind kind) {
+  return kind == ParameterKind::axis_elevation || kind == ParameterKind::swing;
+}
+
+// Part of the description, not of what is known with an error.
+constexpr bool is_constant(ParameterKind kind) { return kind == ParameterKind::reference_azimuth; }
 
 // An angle of the geometry. Whether an offset is one, the active joint says.
 constexpr bool is_angle(ParameterKind kind) {
-  return turns(kind) || kind == ParameterKind::polar_angle;
+  return turns(kind) || is_mirrored(kind) || kind == ParameterKind::polar_angle ||
+         kind == ParameterKind::guide_elevation;
 }
 
 constexpr bool is_sensor(ParameterKind kind) {
@@ -75,14 +94,22 @@ enum class ActiveJoint {
   travel_on_base,      // m, signed, along a guide on the base, from its foot
   travel_on_platform,  // m, signed, along a guide on the platform, from its foot
   distance,            // m, to a point or a line
+  travel_from_point,   // m, signed, along a guide in space, from a point of it
+  angle_about_axis,    // rad, of a crank about an axis in space, from a direction that it brings
 };
 
 constexpr bool is_angle(ActiveJoint joint) {
   return joint == ActiveJoint::angle_in_base || joint == ActiveJoint::angle_in_platform ||
-         joint == ActiveJoint::elbow_angle;
+         joint == ActiveJoint::elbow_angle || joint == ActiveJoint::angle_about_axis;
 }
 
-// The end whose guide q is the travel on.
+// A reflection changes the sign of the reading.
+constexpr bool is_mirrored(ActiveJoint joint) {
+  return joint != ActiveJoint::distance && joint != ActiveJoint::travel_from_point &&
+         joint != ActiveJoint::angle_about_axis;
+}
+
+// The end whose guide in the plane q is the travel on.
 constexpr End travelled_end(ActiveJoint joint) {
   return joint == ActiveJoint::travel_on_base       ? End::base
          : joint == ActiveJoint::travel_on_platform ? End::platform

@@ -69,6 +69,7 @@ void transform_spatial(const Isometries& image, double* pose) {
   Eigen::Map<Eigen::Vector4d>(pose + 3) = Eigen::Quaterniond(rotation).coeffs();
 }
 
+// In the plane, or at whatever height the platform is.
 void transform_planar(const Isometries& image, bool turns, double* pose) {
   double phi = turns ? pose[2] : 0;
   const double axes = image.base_angle - image.platform_angle;
@@ -119,7 +120,7 @@ double transform_offset(const Isometries& image, ActiveJoint joint, double offse
   if (turned_end(joint) != End::none) {
     return image.turned(offset, turned_end(joint));
   }
-  return image.reflection && joint != ActiveJoint::distance ? -offset : offset;
+  return image.reflection && is_mirrored(joint) ? -offset : offset;
 }
 
 }  // namespace
@@ -137,7 +138,7 @@ RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, P
     if (space == PoseSpace::spatial) {
       transform_spatial(image, result.row(i).data());
     } else {
-      transform_planar(image, space == PoseSpace::planar, result.row(i).data());
+      transform_planar(image, has_orientation(space), result.row(i).data());
     }
   }
   return result;
@@ -157,6 +158,8 @@ Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const Cha
     const auto [end, kind] = chain.parameters[i].role;
     if (turns(kind)) {
       parameters[i] = image.turned(parameters[i], end);
+    } else if (image.reflection && is_mirrored(kind)) {
+      parameters[i] = -parameters[i];
     }
   }
   double& offset = *find_parameter(chain, {End::none, ParameterKind::offset}, parameters);
@@ -172,7 +175,7 @@ Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const Cha
 }
 
 double reading_sign(SymmetryElement element, ActiveJoint joint) {
-  return element.reflection && joint != ActiveJoint::distance ? -1 : 1;
+  return element.reflection && is_mirrored(joint) ? -1 : 1;
 }
 
 }  // namespace symkin

@@ -148,7 +148,7 @@ SymmetryFrame mirror_frame(const Mechanism& mechanism, const SymmetryFrame& cent
   const auto at_centre = [&](End end, Index leg, const Eigen::Vector2d& from) {
     return end_from(mechanism, leg, end, from).norm() <= tolerance.length;
   };
-  if (mechanism.pose_space() == PoseSpace::point ||
+  if (!has_orientation(mechanism.pose_space()) ||
       at_centre(End::platform, legs[1], frame.platform_centre)) {
     frame.platform_axis = frame.base_axis;
   } else if (at_centre(End::base, legs[0], frame.base_centre)) {
@@ -202,10 +202,11 @@ SymmetryGroup mode_subgroup(const SymmetryGroup& group, const std::vector<Elemen
 }
 
 // Whether a reflection changes the sign of a parameter's error.
-bool is_mirrored(const ParameterInfo& parameter, SymmetryElement element, ActiveJoint joint) {
+bool changes_sign(const ParameterInfo& parameter, SymmetryElement element, ActiveJoint joint) {
   const ParameterKind kind = parameter.role.kind;
-  return turns(kind) ? element.reflection
-                     : kind == ParameterKind::offset && reading_sign(element, joint) < 0;
+  return turns(kind) || is_mirrored(kind)
+             ? element.reflection
+             : kind == ParameterKind::offset && reading_sign(element, joint) < 0;
 }
 
 double median(std::vector<double> values) {
@@ -277,7 +278,8 @@ RowMatrix symmetry_deviations(const Mechanism& mechanism, const SymmetryGroup& g
       }
       deviations(leg, i) -= median(orbit);
       const SymmetryElement element = carriers[static_cast<std::size_t>(leg)].element;
-      if (is_mirrored(chain.parameters[static_cast<std::size_t>(i)], element, chain.active_joint)) {
+      if (changes_sign(chain.parameters[static_cast<std::size_t>(i)], element,
+                       chain.active_joint)) {
         deviations(leg, i) = -deviations(leg, i);
       }
     }

@@ -87,13 +87,15 @@ def align(
         stage("reading the poses")
         if mechanism is not None:
             mapping = load_columns(columns) if columns else None
-            measured, own = poses_of_mechanism(load_mechanism(mechanism), table, mapping)
+            model = load_mechanism(mechanism)
+            measured, own = poses_of_mechanism(model, table, mapping)
         else:
             read = read_table(table)
             measured = poses_of_columns(read, (device or "").split(","))
             own = poses_of_columns(read, (robot or "").split(","), angles)
         stage("aligning the frames")
-        found = align_frames(measured, own, convention=convention, length=length)
+        space = model.pose_space if mechanism is not None else ""
+        found = align_frames(measured, own, convention=convention, length=length, pose_space=space)
         if folder:
             (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
             found.save(folder / names[1])

@@ -41,8 +41,11 @@ def new(
         typer.Option(metavar="N", min=1, help="By default as few as the platform needs."),
     ] = None,
     platform: Annotated[
-        Literal["rigid", "point"],
-        typer.Option(help="A platform that turns, or a point that only moves (five-bar)."),
+        Literal["rigid", "point", "translating"],
+        typer.Option(
+            help="A platform that turns, a point that only moves in the plane (five-bar), or one "
+            "that moves in space and never turns (delta)."
+        ),
     ] = "rigid",
 ) -> None:
     """Print a mechanism file to begin with: symmetrical legs, every key explained.

@@ -119,7 +119,7 @@ def observed(
     """Read what is observed; points and anchors that are not given are the mechanism's."""
     own = mechanism.frames or Frames()
     wanted = kinds or ["pose"]
-    size = 3 if mechanism.pose_space == "spatial" else 2
+    size = mechanism.space.size
     frame = ("m", "m", "m", "rad", "rad", "rad") if size == 3 else ("m", "m", "rad")
     return Observed(
         tuple(wanted),  # type: ignore[arg-type]  # which it checks

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import chain_info
 from symkin.errors import FailedFitError, MechanismError, SymkinError
 from symkin.frames import anchor, with_moved_workspace
 from symkin.mechanism import Mechanism
@@ -68,6 +69,8 @@ def calibrated_mechanism(
 def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechanism:
     """Return the mechanism with parameters (legs, p) that were found, without its symmetry.
 
+    What is held has no standard deviation.
+
     Raises
     ------
     FailedFitError
@@ -80,6 +83,7 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
+    deviations = np.where(nominal.is_estimated, deviations, np.nan)
     try:
         return nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
@@ -92,7 +96,7 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     """Write points with radii that are not negative, and angles within half a turn of another's.
 
     The closures stay the same. A guide's distance from the centre keeps its sign, on which the
-    direction of travel depends.
+    direction of travel depends, and so does a base's radius less a platform's.
 
     Parameters
     ----------
@@ -112,26 +116,27 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
     near = np.tile(mechanism.parameters, (len(values) // len(mechanism.legs), 1))
+    signed = chain_info(mechanism.chain, mechanism.platform).signed_radius
     for end in ("base", "platform"):
-        if anchor(mechanism, end) != "point":
+        if anchor(mechanism, end) != "point" or signed:
             continue
         radius = roles.index((end, "radius"))
         azimuth = roles.index((end, "azimuth"))
         for leg in np.flatnonzero(values[:, radius] < 0):
             values[leg, [radius, azimuth]] = -values[leg, radius], values[leg, azimuth] + np.pi
             signs[leg, radius] = -1
-            if mechanism.pose_space == "spatial":
-                polar = names.index(f"{end}_polar_angle")
+            if (end, "polar_angle") in roles:
+                polar = roles.index((end, "polar_angle"))
                 values[leg, polar] = np.pi - values[leg, polar]
                 signs[leg, polar] = -1
     angles = [
         index
         for index, role in enumerate(roles)
-        if role.kind in ("azimuth", "polar_angle", "direction_azimuth")
+        if role.kind in ("polar_angle", "swing") or role.kind.endswith(("azimuth", "_elevation"))
     ]
     values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
-    if mechanism.pose_space == "spatial":
-        for end in ("base", "platform"):
+    for end in ("base", "platform"):
+        if (end, "polar_angle") in roles:
             _take_nearer_polar_angle(values, signs, near, names, end)
     return values, signs.ravel()
 
@@ -209,8 +214,7 @@ def _with_home_at(mechanism: Mechanism, poses: Array) -> Iterator[Mechanism]:
     assert settings is not None
     coordinates = workspace_coordinates(mechanism, poses)
     apart = coordinates - workspace_coordinates(mechanism, mechanism.home)
-    positions = 3 if mechanism.pose_space == "spatial" else 2
-    apart[:, positions:] *= mechanism.characteristic_length
+    apart[:, mechanism.space.size :] *= mechanism.characteristic_length
     for row in np.linalg.norm(apart, axis=1).argsort(kind="stable"):
         home = tuple(coordinates[row].tolist())
         yield mechanism.replace(workspace=dataclasses.replace(settings, home=home))

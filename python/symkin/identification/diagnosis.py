@@ -226,7 +226,7 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:
     """Too few poses, or poses too much alike."""
-    parameters = len(found.nominal.parameter_names)
+    parameters = found.nominal.estimated_count
     for number, leg in enumerate(found.legs, 1):
         if not np.isfinite(leg.condition) or leg.condition > _CONDITION_LIMIT:
             yield (

@@ -555,8 +555,7 @@ def cross_validate(
         evaluation=Evaluation.of(
             differences[complete],
             measurements.poses[complete],
-            mechanism.characteristic_length,
-            name=mechanism.name,
+            mechanism,
             row_numbers=measurements.row_numbers[complete],
         )
         if np.isfinite(differences).any()
@@ -620,8 +619,7 @@ def joint_cross_validation(
         evaluation=Evaluation.of(
             differences[kept],
             own[kept],
-            mechanism.characteristic_length,
-            name=mechanism.name,
+            mechanism,
             row_numbers=measurements.row_numbers[kept],
         )
         if np.isfinite(differences).any()

@@ -248,15 +248,16 @@ class Fit(Value):
 
     @property
     def deviations(self) -> Array:
-        """Standard deviations of the parameters, shape (legs, p); NaN where there is none."""
+        """Standard deviations of the parameters, shape (legs, p); NaN of those that are held."""
         found = self.mechanism.deviations
         return np.full(self.nominal.parameters.shape, np.nan) if found is None else found
 
     @property
     def correlation(self) -> Array:
-        """Correlations of all parameters, shape (legs p, legs p)."""
+        """Correlations of all parameters, shape (legs p, legs p); NaN of those that are held."""
         deviations = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(deviations, deviations))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.covariance / np.outer(deviations, deviations))
 
 
 def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
@@ -275,11 +276,12 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
         raise NotIdentifiableError(
             f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
         )
-    used.require(len(mechanism.parameter_names))
+    used.require(mechanism.estimated_count)
 
 
 def _require_deviations(calibrated: Mechanism) -> None:
-    unknown = np.argwhere(~np.isfinite(np.asarray(calibrated.deviations)))
+    found = np.isfinite(np.asarray(calibrated.deviations))
+    unknown = np.argwhere(calibrated.is_estimated & ~found)
     if len(unknown):
         leg, parameter = unknown[0]
         raise NotIdentifiableError(

@@ -58,7 +58,7 @@ class Fleet(Result):
     doubts : tuple of str
         What speaks against an estimate; empty where nothing does. See `verdicts`.
     parameters, deviations : ndarray, shape (robots, legs, p)
-        The estimates and their standard deviations.
+        The estimates and their standard deviations; NaN of those that are held.
     chi_square, degrees_of_freedom : ndarray, shape (robots, fits)
         Of each leg, or of all legs together with the estimator `joint`.
     residual_rms : ndarray, shape (robots,)
@@ -200,7 +200,7 @@ class Fleet(Result):
             failures=tuple(failures),
             doubts=tuple(doubts),
             parameters=parameters,
-            deviations=deviations,
+            deviations=np.where(nominal.is_estimated, deviations, np.nan),
             chi_square=found["chi_square"],
             degrees_of_freedom=found["degrees_of_freedom"],
             residual_rms=found["residual_rms"],
@@ -310,6 +310,7 @@ class _Job:
             np.concatenate([each.readings for each in robots]),
             np.concatenate([each.leg_sets for each in robots]),
             np.concatenate([each.row_numbers for each in robots]),
+            pose_space=self.nominal.pose_space,
         )
         found = _core.identify_many(
             self.nominal.core,
@@ -452,8 +453,10 @@ def _doubts(
 ) -> list[str]:
     """What speaks against each robot's estimate: a sentence, or nothing."""
     chi_square, freedom = found["chi_square"], found["degrees_of_freedom"]
-    tolerances = parameter_tolerances(nominal)
-    distances = np.abs(parameters - nominal.parameters) / np.hypot(tolerances, deviations)
+    identified = nominal.is_estimated
+    tolerances, deviations = parameter_tolerances(nominal)[identified], deviations[:, identified]
+    changes = (parameters - nominal.parameters)[:, identified]
+    distances = np.abs(changes) / np.hypot(tolerances, deviations)
     farthest = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / tolerances.size)
     with np.errstate(invalid="ignore"):
         times = np.sqrt(chi_square / freedom)

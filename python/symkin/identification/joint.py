@@ -32,7 +32,14 @@ from symkin.identification.suspicions import (
     notes_of,
     without_blunders,
 )
-from symkin.identification.unknowns import Layout, core_setup, frames_of, scalar_values
+from symkin.identification.unknowns import (
+    CONSTANT,
+    REDUNDANT,
+    Layout,
+    core_setup,
+    frames_of,
+    scalar_values,
+)
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
@@ -50,6 +57,8 @@ Status = Literal[
     "free",
     "shared",
     "held",
+    "held, a constant of the description",
+    "held, since the sensor's offset does the same",
     "held by its prior: not shown by the data",
     "shown by the data and priors together",
     "shown by the data up to the gauge",
@@ -78,7 +87,8 @@ class Unknown(Value):
     tolerance, prior : float
         Standard deviations of manufacturing and of the prior; NaN without.
     status : str
-        "free", "shared" or "held"; or what the data do not show by themselves.
+        "free", "shared" or "held", with the reason if it always is; or what the data do not show
+        by themselves.
     """
 
     name: str
@@ -316,7 +326,7 @@ class JointIdentification(Result):
     def _not_shown(self) -> list[tuple[str, int, str]]:
         """What the data do not show by themselves: the words, how many, and which."""
         found = []
-        for status in get_args(Status)[3:]:
+        for status in get_args(Status)[5:]:
             names = [each.name for each in self.unknowns if each.status == status]
             if names:
                 found.append((status.replace("its", "their"), len(names), ", ".join(names)))
@@ -558,15 +568,20 @@ def _unknowns(
                 deviation=float(deviations[i]),
                 tolerance=float(tolerance) if tolerance > 0 else float("nan"),
                 prior=float(prior) if np.isfinite(prior) else float("nan"),
-                status=_status(layout, column, deviations[i], unseen),
+                status=_status(layout, i, deviations[i], unseen),
             )
         )
     return tuple(found)
 
 
-def _status(layout: Layout, column: int, deviation: float, unseen: Array) -> Status:
+def _status(layout: Layout, scalar: int, deviation: float, unseen: Array) -> Status:
+    column = layout.column[scalar]
     if column < 0:
-        return "held"
+        reasons: dict[str, Status] = {
+            CONSTANT: "held, a constant of the description",
+            REDUNDANT: "held, since the sensor's offset does the same",
+        }
+        return reasons.get(layout.always_held[scalar], "held")
     prior = layout.prior[column]
     if np.isfinite(prior) and deviation > _SILENT * prior:
         return "held by its prior: not shown by the data"

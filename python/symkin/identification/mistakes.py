@@ -192,7 +192,7 @@ def _largest_gap(values: Array) -> float:
 def _copies(found: Fit) -> Iterator[str]:
     """Poses that agree better than the noise of measuring them allows."""
     measurements, noise = found.measurements, found.noise
-    position = {"planar": 2, "point": 2, "spatial": 3}[found.nominal.pose_space]
+    position = found.nominal.space.size
     scale = np.full(measurements.poses.shape[1], noise.position)
     scale[position:] = noise.orientation
     noisy = scale > 0
@@ -254,7 +254,7 @@ def _better_readings(
     measurements fit much better than those of `found`, or there is no estimate from them at all.
     """
     complete = np.isfinite(measurements.readings).all(axis=1)
-    if complete.sum() < len(nominal.parameter_names):
+    if complete.sum() < nominal.estimated_count:
         return []
     readings = measurements.readings[complete]
     trials: list[tuple[str, Array, list[_Match]]] = []
@@ -312,8 +312,10 @@ def _evidence(
 
 def _disagreement(found: Fit) -> float:
     """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
-    tolerances = parameter_tolerances(found.nominal)
-    distances = found.changes / np.hypot(tolerances, np.nan_to_num(found.deviations))
+    own = found.nominal.is_estimated
+    tolerances = parameter_tolerances(found.nominal)[own]
+    deviations = np.nan_to_num(found.deviations[own])
+    distances = found.changes[own] / np.hypot(tolerances, deviations)
     spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
     squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
     return squares / (spare + distances.size)
@@ -390,7 +392,7 @@ def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
 def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
     """Ways in which poses may have been written down."""
     yield "", poses
-    position = 3 if nominal.pose_space == "spatial" else 2
+    position = nominal.space.size
     for factor, words in (
         (1e-3, "positions are millimetres, not metres"),
         (1e3, "positions are a thousandth of what they should be"),
@@ -401,6 +403,11 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]
     conventions: dict[str, dict[str, tuple[int, ...]]] = {
         "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
         "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
+        "translating": {
+            "x is mirrored": (-1, 1, 1),
+            "y is mirrored": (1, -1, 1),
+            "z is mirrored": (1, 1, -1),
+        },
         # A mirrored rotation keeps the component of its axis along the mirror's normal.
         "spatial": {
             "x is mirrored": (-1, 1, 1, 1, -1, -1, 1),

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
-from symkin.frames import COMPONENTS, transforms
+from symkin.frames import transforms
 from symkin.identification.fit import Fit
 from symkin.observability import parameter_tolerances
-from symkin.poses import cross_matrices
+from symkin.poses import POSE_SPACES, cross_matrices
 
 __all__ = [
     "FALSE_ALARMS",
@@ -42,12 +42,13 @@ _MOVEMENTS = {
 def implausible_parameters(found: Fit) -> Iterator[str]:
     """Name parameters, and movements of all of them, that the tolerances make implausible."""
     nominal, moved, deviations = found.nominal, found.changes, found.deviations
-    if not np.isfinite(deviations).all():
+    identified = nominal.is_estimated
+    if not np.isfinite(deviations[identified]).all():
         return
     tolerances = parameter_tolerances(nominal)
     yield from _common_movements(found, moved, tolerances)
     distances = np.abs(moved) / np.hypot(tolerances, deviations)
-    far = np.argwhere(distances > NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / moved.size))
+    far = np.argwhere(distances > NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / identified.sum()))
     if len(far):
         order = np.argsort(-distances[tuple(far.T)])
         named = ", ".join(
@@ -91,9 +92,10 @@ def _named(found: Fit, places: NDArray[np.intp]) -> str:
 
 def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[str]:
     """Movements of all parameters as one, which show far below the tolerance of any of them."""
+    own = np.flatnonzero(found.nominal.is_estimated)
     total = found.covariance + np.diag(tolerances.ravel() ** 2)
-    inverse = np.linalg.inv(total)
-    z = moved.ravel()
+    inverse = np.linalg.inv(total[np.ix_(own, own)])
+    z = moved.ravel()[own]
     distance = float(z @ inverse @ z)
     if distance == 0:
         return
@@ -124,7 +126,7 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
 
 
 def _directions(found: Fit, kind: str) -> Array:
-    """Changes of all parameters, one a column, that stand for moving a frame or for a scale.
+    """Changes of what is identified, one a column, that stand for moving a frame or for a scale.
 
     They are those with which the closures at the measured poses stay as they are, leg by leg.
     """
@@ -139,9 +141,10 @@ def _directions(found: Fit, kind: str) -> Array:
         )
         movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
         wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)
-        scale = np.linalg.norm(rows.by_parameters, axis=0)
+        by_parameters = rows.by_parameters[:, found.nominal.estimated[leg]]
+        scale = np.linalg.norm(by_parameters, axis=0)
         scale[scale == 0] = 1
-        solved = np.linalg.lstsq(rows.by_parameters / scale, wanted, rcond=1e-12)[0]
+        solved = np.linalg.lstsq(by_parameters / scale, wanted, rcond=1e-12)[0]
         columns.append(solved / scale[:, None])
     return np.vstack(columns)
 
@@ -155,11 +158,12 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
         "platform": np.block([[rotation, none], [none, rotation]]),
         "scale": np.concatenate([translation, np.zeros_like(translation)], axis=1)[:, :, None],
     }[kind]
-    shown = COMPONENTS[pose_space]
+    space = POSE_SPACES[pose_space]
+    shown = space.components
     if kind == "scale":
         return movements[:, shown]
-    free = COMPONENTS["spatial" if pose_space == "spatial" else "planar"]
-    if pose_space == "point" and kind == "platform":
+    free = space.frame_components
+    if kind == "platform" and not space.turns:
         free = []  # its target's offset cannot be told from the base frame's
     return movements[:, shown][:, :, free]
 

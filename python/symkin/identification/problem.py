@@ -23,6 +23,7 @@ from symkin.identification.unknowns import (
 from symkin.measurements import ALL_LEGS, Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import with_combinations
+from symkin.poses import POSE_SPACES
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
@@ -115,10 +116,8 @@ class Rows(Value):
         str
         """
         index, kind = int(self.index[row]), KINDS[self.kind[row]]
-        axes = "xyz" if pose_space == "spatial" else "xy"
-        components = {"planar": ("x", "y", "phi"), "point": ("x", "y")}.get(
-            pose_space, ("x", "y", "z", "rx", "ry", "rz")
-        )
+        space = POSE_SPACES[pose_space]
+        axes, components = space.position, (*space.position, *space.rotation)
         if kind == "readings":
             return f"reading of leg {index + 1}"
         if kind in ("pose", "reported pose"):
@@ -138,7 +137,7 @@ class Rows(Value):
         kind, index = KINDS[self.kind[row]], self.index[row]
         if kind == "readings":
             return reading_unit
-        positions = 3 if pose_space == "spatial" else 2
+        positions = POSE_SPACES[pose_space].size
         return "rad" if kind in ("pose", "reported pose") and index >= positions else "m"
 
 

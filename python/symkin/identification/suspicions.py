@@ -446,7 +446,7 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
 def _improved(problem: Problem, fit: _core.JointFit) -> tuple[NoiseSettings, float]:
     """The next noise, and the largest change of a logarithm in its own standard deviations."""
     rows, taken = Rows.of(fit), problem.measurements
-    positions = 3 if taken.pose_space == "spatial" else 2
+    positions = taken.space.size
     kinds = np.array(KINDS)[rows.kind]
     angular = (kinds == "pose") & (rows.index >= positions)
     groups = {

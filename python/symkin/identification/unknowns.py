@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
-from symkin.frames import COMPONENTS
 from symkin.io.quantities import evaluate_quantity
 from symkin.observability import parameter_tolerances
-from symkin.poses import rotations_from_vectors, vectors_from_rotations
+from symkin.poses import POSE_SPACES, rotations_from_vectors, vectors_from_rotations
 from symkin.result import Value, record
 from symkin.settings import Frames
 
@@ -23,7 +22,9 @@ if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
 __all__ = [
+    "CONSTANT",
     "FRAMES",
+    "REDUNDANT",
     "Gauge",
     "Layout",
     "LossPer",
@@ -46,6 +47,8 @@ _CURVATURE = {
     "quadratic": ("sensor_quadratic",),
     "eccentric": ("sensor_cosine", "sensor_sine"),
 }
+CONSTANT = "a constant of the description"
+REDUNDANT = "since the sensor's offset does the same"
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
@@ -62,6 +65,8 @@ class Layout(Value):
         Of each scalar.
     tolerances : ndarray
         Of each scalar; zero where there is none, as of a frame.
+    always_held : tuple of str
+        Of each scalar: why it is never free; empty if it may be.
     column : ndarray of int
         Of each scalar: its column, or -1 if it is held.
     names : tuple of str
@@ -73,6 +78,7 @@ class Layout(Value):
     scalars: tuple[str, ...]
     units: tuple[str, ...]
     tolerances: Array
+    always_held: tuple[str, ...]
     column: NDArray[np.intp]
     names: tuple[str, ...]
     prior: Array
@@ -104,7 +110,8 @@ class Layout(Value):
         scalars = tuple(_core.unknown_names(mechanism.core, setup))
         units = tuple(_unit(mechanism, name) for name in scalars)
         one_of("sensor", sensor, Sensor)
-        names = _Names(scalars, _CURVATURE[sensor])
+        always_held = _always_held(mechanism, scalars)
+        names = _Names(scalars, _CURVATURE[sensor], always_held)
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
         ties = [names.matching("shared", [pattern]) for pattern in shared]
@@ -119,6 +126,7 @@ class Layout(Value):
             scalars=scalars,
             units=units,
             tolerances=_tolerances(mechanism, scalars, largest_reading),
+            always_held=always_held,
             column=column,
             names=tuple(_name(names, members) for members in groups),
             prior=np.full(len(groups), np.inf),
@@ -157,7 +165,7 @@ class Layout(Value):
             tolerances = self.column_tolerances
             values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
             return self._replaced(prior=values)
-        names = _Names(self.scalars, _TERMS)
+        names = _Names(self.scalars, _TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
                 number = self.column[scalar]
@@ -193,17 +201,23 @@ class Layout(Value):
 class _Names:
     """Names of scalars, and what patterns match of them.
 
-    Terms of curvature that the sensors are not said to have are matched by their full names alone.
+    Terms of curvature that the sensors are not said to have are matched by their full names alone;
+    what is never free is not matched at all.
     """
 
-    def __init__(self, scalars: Sequence[str], terms: Sequence[str]) -> None:
+    def __init__(
+        self, scalars: Sequence[str], terms: Sequence[str], always_held: Sequence[str]
+    ) -> None:
         self.scalars = scalars
+        self.always_held = always_held
         self.silent = set(_TERMS) - set(terms)
         self.index = {name: i for i, name in enumerate(scalars) if name}
         self.of_legs = {
             i
             for name, i in self.index.items()
-            if name.startswith("leg") and name.partition(".")[2] not in _TERMS
+            if name.startswith("leg")
+            and name.partition(".")[2] not in _TERMS
+            and not always_held[i]
         }
 
     def matching(self, option: str, patterns: Sequence[str]) -> set[int]:
@@ -231,7 +245,11 @@ class _Names:
                     f'{option} "{pattern}" matches no unknown of this mechanism'
                     f"{did_you_mean(pattern, parts)}"
                 )
-            found |= matched
+            may_be_free = {i for i in matched if not self.always_held[i]}
+            if not may_be_free and option != "fixed":
+                name, reason = (each[min(matched)] for each in (self.scalars, self.always_held))
+                raise SymkinError(f'{option} "{pattern}": {name} is held, {reason}')
+            found |= may_be_free
         return found
 
 
@@ -310,6 +328,21 @@ def _unit(mechanism: Mechanism, name: str) -> str:
     return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
 
 
+def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+    names, reasons = list(mechanism.parameter_names), []
+    for name in scalars:
+        block, _, own = name.partition(".")
+        reason = ""
+        if block.startswith("leg") and own in names:
+            leg, parameter = int(block[3:]) - 1, names.index(own)
+            if mechanism.parameter_roles[parameter].is_constant:
+                reason = CONSTANT
+            elif not mechanism.is_estimated[leg, parameter]:
+                reason = REDUNDANT
+        reasons.append(reason)
+    return tuple(reasons)
+
+
 def _tolerances(mechanism: Mechanism, scalars: Sequence[str], largest_reading: float) -> Array:
     """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
     by_leg = parameter_tolerances(mechanism)
@@ -367,7 +400,7 @@ def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Se
 
 def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
     """What stands around the robot, as settings."""
-    size = 3 if mechanism.pose_space == "spatial" else 2
+    size = mechanism.space.size
     return Frames(
         base=_tangent(mechanism.pose_space, setup.base),
         target=_tangent(mechanism.pose_space, setup.target),
@@ -403,7 +436,7 @@ def _tangent(space: str, frame: _core.Frame) -> tuple[float, ...]:
 
 
 def _components(space: str) -> list[int]:
-    return COMPONENTS["spatial" if space == "spatial" else "planar"]
+    return POSE_SPACES[space].frame_components
 
 
 def _in_space(points: Sequence[Sequence[float]]) -> Array:

@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.io.quantities import COUNTS, counts_steps, unit_factor, unit_names
 from symkin.io.tables import Table
-from symkin.poses import quaternions_from_rotation_vectors
+from symkin.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
 
 __all__ = [
-    "POSITION",
-    "ROTATION_VECTOR",
     "PoseValues",
     "StatedUnit",
     "check_columns",
@@ -38,9 +36,6 @@ __all__ = [
     "uses_own_names",
 ]
 
-POSITION = {"planar": ("x", "y"), "point": ("x", "y"), "spatial": ("x", "y", "z")}
-_QUATERNION = ("qx", "qy", "qz", "qw")
-ROTATION_VECTOR = ("rx", "ry", "rz")
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
@@ -51,6 +46,7 @@ _ORIENTATION: dict[str, dict[str, int]] = {
     "planar": {"angle": 1},
     "point": {},
     "spatial": {"quaternion": 4, "rotation_vector": 3},
+    "translating": {},
 }
 # Nothing that was measured is larger, and squares of it can still be added.
 _MOST = 1e12
@@ -72,7 +68,7 @@ def check_columns(
         it names twice; a unit that is unknown or of another dimension.
     """
     if columns.position:
-        _expect("position", len(columns.position), 3 if pose_space == "spatial" else 2)
+        _expect("position", len(columns.position), POSE_SPACES[pose_space].size)
     _expect("readings", len(columns.readings), leg_count)
     given = {
         "angle": int(columns.angle is not None),
@@ -96,8 +92,10 @@ def check_columns(
 
 def pose_column_names(pose_space: str) -> list[str]:
     """Return the columns that symkin writes for poses, in the order of a pose array."""
-    position = [f"{name}_m" for name in POSITION[pose_space]]
-    return position + {"planar": ["phi_rad"], "point": [], "spatial": [*_QUATERNION]}[pose_space]
+    space = POSE_SPACES[pose_space]
+    # An angle has a unit, the numbers of a quaternion have none.
+    orientation = [f"{name}_rad" if name in space.rotation else name for name in space.orientation]
+    return [f"{name}_m" for name in space.position] + orientation
 
 
 def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
@@ -115,7 +113,7 @@ def own_columns(
     ----------
     table : Table
         The table.
-    pose_space : {"planar", "point", "spatial"}
+    pose_space : {"planar", "point", "spatial", "translating"}
         Kind of the poses.
     leg_count : int
         Number of legs.
@@ -142,11 +140,14 @@ def own_pose_columns(
     def named(*names: str) -> tuple[str, ...]:
         return tuple(f"{prefix}{name}" for name in names)
 
-    vector, quaternion = named(*ROTATION_VECTOR), named(*_QUATERNION)
-    angle = named("phi") if pose_space == "planar" else ()
-    position = named(*POSITION[pose_space])
-    has_vector = any(_with_units(table, name) for name in vector)
+    space = POSE_SPACES[pose_space]
     spatial = pose_space == "spatial"
+    angle = named("phi") if pose_space == "planar" else ()
+    vector, quaternion = (
+        (named(*space.rotation), named(*space.orientation)) if spatial else ((), ())
+    )
+    position = named(*space.position)
+    has_vector = any(_with_units(table, name) for name in vector)
     if partial:
         position = tuple(name if _is_meant(table, name, "m") else "" for name in position)
         angle = tuple(name for name in angle if _is_meant(table, name, "rad"))
@@ -261,7 +262,7 @@ def read_pose_values(
         The table.
     columns : MeasurementColumns
         Which of its columns hold the pose.
-    partial_space : {"planar", "point", "spatial", ""}
+    partial_space : {"planar", "point", "spatial", "translating", ""}
         The kind of poses that may have been measured in part: a coordinate without a column, and an
         empty cell, are NaN. If empty, poses are whole.
 
@@ -278,7 +279,7 @@ def read_pose_values(
     """
     partial = bool(partial_space)
     none = np.empty((table.row_count, 0))
-    names = columns.position or ("",) * len(POSITION.get(partial_space, ()))
+    names = columns.position or ("",) * (POSE_SPACES[partial_space].size if partial else 0)
     positions = [
         scaled_column(table, name, columns.position_unit, "m", "position", empty_allowed=partial)
         if name or not partial

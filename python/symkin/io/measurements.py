@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.io.columns import (
-    POSITION,
     PoseValues,
     StatedUnit,
     check_columns,
@@ -149,6 +148,7 @@ def _measurements_of(
         row_numbers=table.row_numbers,
         source=table.path,
         reading_unit=mechanism.reading_unit,
+        pose_space=mechanism.pose_space,
         **read_observed(table, columns, space, legs, mechanism.reading_unit),
     )
     _check_unread_rows(table, measurements)
@@ -364,7 +364,7 @@ def _median_spacing(measurements: Measurements, mechanism: Mechanism) -> float:
 
     Infinite if it can take the readings of less than half of the rows that have all of them.
     """
-    axes = len(POSITION[measurements.pose_space])
+    axes = mechanism.space.size
     positions, readings = measurements.poses[:, :axes], measurements.readings
     rows = np.isfinite(positions).all(axis=1) & np.isfinite(readings).all(axis=1)
     if not rows.any():

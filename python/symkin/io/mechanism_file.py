@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,6 @@ from symkin.errors import MechanismFileError, did_you_mean, named_legs, printabl
 from symkin.io.columns import check_columns
 from symkin.io.kinds import read_table, table
 from symkin.io.mechanism_schema import (
-    COORDINATES,
     HEADER,
     MEASUREMENTS,
     ReadingUnit,
@@ -24,6 +24,7 @@ from symkin.io.mechanism_schema import (
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
+from symkin.poses import POSE_SPACES
 from symkin.settings import (
     DeclaredSymmetry,
     Frames,
@@ -191,10 +192,15 @@ def _legs(
     if listed is not None:
         names = chain_info(chain, file.get("platform", "rigid")).parameter_names
         legs = [
-            Leg(chain, {name: leg[name][0] for name in names}, leg.get("working_mode", -1))
+            Leg(
+                chain,
+                {name: leg[name][0] for name in names if name in leg},
+                leg.get("working_mode", -1),
+            )
             for leg in listed
         ]
-        deviations = np.array([[leg[name][1] for name in names] for leg in listed])
+        unknown = math.nan, math.nan
+        deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in listed])
         terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
         curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in listed])
         return legs, symmetry, None if np.isnan(deviations).all() else deviations, curvature
@@ -239,7 +245,7 @@ def _workspace(file: _Values, pose_space: str) -> WorkspaceSettings | None:
     if "workspace" not in file:
         return None
     others = dict(file["workspace"])
-    bounds = [others.pop(coordinate) for coordinate in COORDINATES[pose_space]]
+    bounds = [others.pop(coordinate) for coordinate in POSE_SPACES[pose_space].units]
     lower, upper = zip(*bounds, strict=True)
     return WorkspaceSettings(lower, upper, **others)
 

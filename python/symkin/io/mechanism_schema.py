@@ -16,7 +16,7 @@ import re
 import sys
 from typing import Any, NamedTuple
 
-from symkin.chains import chain_info, chains
+from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.errors import QuantityError, did_you_mean, printable
 from symkin.io.kinds import (
     Kind,
@@ -32,6 +32,7 @@ from symkin.io.kinds import (
     whole,
 )
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
+from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
     MeasurementColumns,
@@ -42,7 +43,6 @@ from symkin.settings import (
 )
 
 __all__ = [
-    "COORDINATES",
     "HEADER",
     "MEASUREMENTS",
     "ReadingUnit",
@@ -50,12 +50,6 @@ __all__ = [
     "mechanism_table",
 ]
 
-# Coordinates of bounds and home, position then orientation, and their units.
-COORDINATES: dict[str, dict[str, str]] = {
-    "planar": {"x": "m", "y": "m", "phi": "rad"},
-    "point": {"x": "m", "y": "m"},
-    "spatial": {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"},
-}
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
 
@@ -242,7 +236,7 @@ _HEADER_KINDS: dict[str, Kind] = {
     "schema": choice(1),
     "name": text(200, _check_name),
     "chain": text(),
-    "platform": choice("rigid", "point"),
+    "platform": choice(*PLATFORMS),
     "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
 }
 HEADER = table(
@@ -262,7 +256,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     info = chain_info(chain, platform)
     unit = reading_unit or info.reading_unit
     units = info.units_of_sensor(unit)
-    parameters = {name: _parameter(chain, name, units[name]) for name in units}
+    parameters = {name: _parameter(info, name, units[name]) for name in units}
     estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
     mode: dict[str, Kind] = {"working_mode": choice(-1, 1)}
     joint = units["sensor_offset"]
@@ -272,7 +266,9 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         ("cosine", joint),
         ("sine", joint),
     )}  # fmt: skip
-    coordinates = COORDINATES[info.pose_space]
+    space = POSE_SPACES[info.pose_space]
+    coordinates = space.units
+    needed = tuple(name for name in parameters if name not in info.defaults)
     limit = quantity(unit, note="in the sensor's unit")
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}
@@ -297,8 +293,8 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "chain": choice(chain),
         "platform": choice(platform),
         "symmetry": _SYMMETRY,
-        "reference_leg": table(mode | parameters, tuple(parameters)),
-        "legs": list_of(table(mode | estimates | terms, tuple(parameters)), 1, _MOST_LEGS),
+        "reference_leg": table(mode | parameters, needed),
+        "legs": list_of(table(mode | estimates | terms, needed), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -306,7 +302,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "protocol": _PROTOCOL,
         "measurements": MEASUREMENTS,
     }
-    place = ("m",) * (3 if info.pose_space == "spatial" else 2)
+    place = ("m",) * space.size
     frame = _coordinates(*place, *("rad",) * (2 * len(place) - 3))
     frames = {
         "base": frame,
@@ -314,24 +310,25 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "points": list_of(_coordinates(*place)),
         "anchors": list_of(_coordinates(*place)),
     }
-    if info.pose_space == "spatial":
+    if space.in_space:
         frames["plane"] = _coordinates("m", "1", "1")
     sections |= {"frames": table(frames), "identification": IDENTIFICATION}
-    required = ("schema", "chain") + (("platform",) if platform == "point" else ())
+    required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
     return table(_HEADER_KINDS | sections, required)
 
 
-def _parameter(chain: str, name: str, unit: str) -> Kind:
+def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
     sign: Sign = "any"
-    joints = chain.replace("[", "").replace("]", "")
-    end = {"base_radius": joints[0], "platform_radius": joints[-1]}.get(name, "")
-    if name.endswith("_length"):
+    kind = info.parameter_roles[name].kind
+    if kind == "length":
         sign = "positive"
-    elif name == "sensor_gain":
+    elif kind == "gain":
         sign = "not zero"
-    elif name.endswith("_radius") and end != "P":
-        sign = "not negative"  # a guide's distance from the centre is signed, a point's is not
-    note = "active joint per sensor reading" if name == "sensor_gain" else ""
+    elif kind == "radius" and not info.signed_radius:  # a guide's distance is signed
+        sign = "not negative"
+    note = "active joint per sensor reading" if kind == "gain" else ""
+    if name in info.defaults:
+        note = f"held; by default {info.defaults[name]}"
     return quantity(unit, sign, note, direction=unit == "rad")
 
 
@@ -344,7 +341,7 @@ def mechanism_schema() -> Schema:
     """
     files = [
         mechanism_table(chain, platform, None).schema
-        for platform in ("rigid", "point")
+        for platform in PLATFORMS
         for chain in chains(platform)
     ]
     return {

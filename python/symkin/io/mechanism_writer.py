@@ -15,7 +15,6 @@ from symkin.chains import chain_info
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
 from symkin.io.mechanism_file import load_mechanism
-from symkin.io.mechanism_schema import COORDINATES
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
@@ -176,7 +175,7 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
 def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str]]]:
     """The other sections with notes; one that the mechanism does not have is empty."""
     workspace: _Values = {}
-    coordinates = COORDINATES[mechanism.pose_space]
+    coordinates = mechanism.space.units
     settings = mechanism.workspace
     if settings is not None:
         workspace = dict(

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, did_you_mean
 from symkin.io.columns import (
-    POSITION,
-    ROTATION_VECTOR,
     has_pose,
     is_present,
     own_pose_columns,
@@ -23,6 +21,7 @@ from symkin.io.columns import (
 )
 from symkin.io.quantities import unit_names
 from symkin.io.tables import Table
+from symkin.poses import POSE_SPACES
 from symkin.settings import MeasurementColumns
 
 if TYPE_CHECKING:
@@ -93,7 +92,7 @@ def read_observed(
                 table, stem, None, unit, _PURPOSES[name], empty_allowed=True,
                 negative_allowed=not stem.endswith("_sd"),
             )  # fmt: skip
-    shapes = {"points": (-1, points, len(POSITION[pose_space])), "heights": (-1,)}
+    shapes = {"points": (-1, points, POSE_SPACES[pose_space].size), "heights": (-1,)}
     shapes |= {"point_deviations": shapes["points"], "height_deviations": (-1,)}
     return {name: values.reshape(shapes.get(name, values.shape)) for name, values in found.items()}
 
@@ -102,7 +101,7 @@ def has_observed_columns(table: Table, pose_space: str) -> bool:
     """Whether a table has columns of what is observed besides poses and readings."""
     points, distances = _counts(table, pose_space)
     reported = own_pose_columns(table, pose_space, _REPORTED, partial=True)
-    heights = pose_space == "spatial" and is_present(table, "height", None)
+    heights = POSE_SPACES[pose_space].in_space and is_present(table, "height", None)
     return bool(points or distances or heights or has_pose(reported))
 
 
@@ -134,12 +133,11 @@ def _stems(
     pose_space: str, leg_count: int, points: int, distances: int, reading_unit: str
 ) -> dict[str, list[tuple[str, str]]]:
     """The columns' names without their unit, and the SI unit; reported poses are read as poses."""
-    axes = POSITION[pose_space]
-    turns = {"planar": ("phi",), "point": (), "spatial": ROTATION_VECTOR}[pose_space]
-    pose = [*((axis, "m") for axis in axes), *((turn, "rad") for turn in turns)]
+    space = POSE_SPACES[pose_space]
+    axes, pose = space.position, [*space.units.items()]
     targets = [(f"p{point + 1}_{axis}", "m") for point in range(points) for axis in axes]
     ranges = [(f"distance_{number + 1}", "m") for number in range(distances)]
-    height = [("height", "m")] if pose_space == "spatial" else []
+    height = [("height", "m")] if space.in_space else []
 
     def deviations(stems: list[tuple[str, str]], prefix: str = "") -> list[tuple[str, str]]:
         return [(f"{prefix}{stem}_sd", unit) for stem, unit in stems]
@@ -160,7 +158,7 @@ def _stems(
 def _counts(table: Table, pose_space: str) -> tuple[int, int]:
     """How many points and distances there are columns of, all those from 1."""
     units = "|".join(unit_names())
-    axes = "".join(POSITION[pose_space])
+    axes = "".join(POSE_SPACES[pose_space].position)
     counts = []
     for start, end in (("p", f"_[{axes}]"), ("distance_", "")):
         pattern = re.compile(rf"{start}(0|[1-9][0-9]*){end}(?:_sd)?_(?:{units})", re.ASCII)
@@ -179,7 +177,7 @@ def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[st
     """Refuse what a mapping calls a column if symkin has no such name."""
     known = [f"{stem}_{unit}" for stems in stems_of.values() for stem, unit in stems]
     known += [f"{_REPORTED}{each}" for each in pose_column_names(pose_space)]
-    known += [f"{_REPORTED}{each}_rad" for each in ROTATION_VECTOR if pose_space == "spatial"]
+    known += [f"{_REPORTED}{each}_rad" for each in POSE_SPACES[pose_space].rotation]
     stems = {each.rpartition("_")[0] for each in known}
     stem, _, unit = name.rpartition("_")
     if name not in known and not (stem in stems and unit in unit_names()):
@@ -202,7 +200,7 @@ def _require_value(
     name = value.removeprefix(_REPORTED)
     if name in ("x", "y", "z"):
         there = "xyz".index(name) < len(pose.position) and bool(pose.position["xyz".index(name)])
-    elif name in ("phi", *ROTATION_VECTOR):
+    elif name in ("phi", "rx", "ry", "rz"):
         there = pose.angle is not None or bool(pose.quaternion or pose.rotation_vector)
     elif name.startswith("psi_"):
         reading = columns.readings[int(name.removeprefix("psi_")) - 1]

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from symkin.chains import chain_info
 from symkin.errors import MechanismError
-from symkin.io.mechanism_writer import SCHEMA_LINE
+from symkin.io.mechanism_writer import SCHEMA_LINE, toml_value
+from symkin.poses import POSE_SPACES
 
 __all__ = ["mechanism_template"]
 
@@ -20,8 +21,14 @@ _PARAMETERS = {
     "platform_angle": ('"270 deg"', "azimuth of the platform point, in the platform's frame"),
     "base_polar_angle": ('"90 deg"', "from Z: the base points lie in the plane of the base"),
     "base_azimuth": ('"200 deg"', "of the base point"),
+    "base_height": ('"0 m"', "of the base point"),
+    "guide_elevation": ('"90 deg"', "of the guide: 0 radial, 90 deg vertical"),
+    "guide_swing": ('"0 deg"', "of the guide, to the side"),
+    "axis_elevation": ('"0 deg"', "of the crank's axis: 0 tangential, 90 deg vertical"),
+    "axis_swing": ('"0 deg"', "of the crank's axis, outwards"),
     "platform_polar_angle": ('"90 deg"', "from the platform's Z"),
     "platform_azimuth": ('"154 deg"', "of the platform point, in the platform's frame"),
+    "platform_height": ('"0 m"', "of the platform point, in the platform's frame"),
     "sensor_gain": ("1", "active joint per sensor reading; -1 for a sensor that counts down"),
     "sensor_offset": ("0", "active joint at the sensor's zero"),
 }
@@ -33,14 +40,51 @@ _PLATFORM_GUIDE = {
     "platform_radius": ('"0 m"', "distance of the platform's guide from the platform's origin"),
     "platform_angle": ('"275 deg"', "azimuth of the guide's normal, in the platform's frame"),
 }
-_SPATIAL = {"base_radius": ('"0.4 m"', ""), "platform_radius": ('"0.2 m"', "")}
+_SPATIAL = {"base_radius": '"0.4 m"', "platform_radius": '"0.2 m"'}
+# What suits single chains in space.
+_OF_CHAIN: dict[tuple[str, str], dict[str, str]] = {
+    ("[P]US", "translating"): {"base_radius": '"0.25 m"'},
+    ("[P]US", "spatial"): {
+        "distal_length": '"1 m"',
+        "base_radius": '"0.5 m"',
+        "base_azimuth": '"202 deg"',
+        "platform_radius": '"0.1 m"',
+        "platform_azimuth": '"167 deg"',
+    },
+    ("[R]US", "translating"): {
+        "proximal_length": '"0.2 m"',
+        "distal_length": '"0.5 m"',
+        "base_radius": '"0.1 m"',
+    },
+    ("[R]US", "spatial"): {
+        "proximal_length": '"0.1 m"',
+        "distal_length": '"0.62 m"',
+        "base_radius": '"0.32 m"',
+        "base_azimuth": '"234.5 deg"',
+        "axis_swing": '"-65.5 deg"',
+        "platform_radius": '"0.2 m"',
+        "platform_azimuth": '"255 deg"',
+        "sensor_offset": '"180 deg"',
+    },
+}
 _PLANE = {"x": '["-0.1 m", "0.1 m"]', "y": '["-0.1 m", "0.1 m"]'}
 _TILT = '["-10 deg", "10 deg"]'
 _BOXES = {
     "planar": _PLANE | {"phi": '["-20 deg", "20 deg"]'},
     "point": _PLANE,
     "spatial": _PLANE | {"z": '["0.4 m", "0.6 m"]', "rx": _TILT, "ry": _TILT, "rz": _TILT},
+    "translating": _PLANE | {"z": '["0.4 m", "0.6 m"]'},
 }
+_HEIGHT = "0.5 m"  # of home in space
+# A slider stands above its rod; the cranks hang the platform below them, or carry it.
+_MODES = {"[P]US": -1}
+_HANGING = {"z": '["-0.5 m", "-0.4 m"]'}, "-0.45 m"
+_LITTLE = '["-0.03 m", "0.03 m"]', '["-5 deg", "5 deg"]'
+_CARRIED = (
+    {"x": _LITTLE[0], "y": _LITTLE[0], "z": '["0.56 m", "0.62 m"]'}
+    | dict.fromkeys(("rx", "ry", "rz"), _LITTLE[1]),
+    "0.59 m",
+)
 
 
 def mechanism_template(chain: str, legs: int | None = None, platform: str = "rigid") -> str:
@@ -55,8 +99,9 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         Such as ``"[R]RR"``; `chains` lists them.
     legs : int, optional
         By default as few as the platform needs.
-    platform : {"rigid", "point"}
-        A platform that turns, or a point that only moves.
+    platform : {"rigid", "point", "translating"}
+        A platform that turns, a point that only moves in the plane, or one that moves in space and
+        never turns.
 
     Raises
     ------
@@ -65,8 +110,10 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     """
     info = chain_info(chain, platform)
     pose_space = info.pose_space
-    least = {"planar": 3, "point": 2, "spatial": 6}[pose_space]
-    most = 6 if pose_space == "spatial" else 64
+    space = POSE_SPACES[pose_space]
+    least = space.dof
+    paired = space.in_space and space.turns
+    most = least if paired else 64
     legs = least if legs is None else legs
     if not least <= legs <= most:
         expected = str(least) if least == most else f"{least} to {most}"
@@ -79,25 +126,31 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         )
     known = _PARAMETERS | (_BASE_GUIDE if joints[0] == "P" else {})
     known |= _PLATFORM_GUIDE if joints[-1] == "P" else {}
-    if pose_space == "spatial":
-        known |= {name: (value, known[name][1]) for name, (value, _) in _SPATIAL.items()}
+    special = (_SPATIAL if space.in_space else {}) | _OF_CHAIN.get((chain, pose_space), {})
+    known |= {name: (value, known[name][1]) for name, value in special.items()}
     group, axis, carried = f"C{legs}", "", f"by turns of 360/{legs} degrees"
-    if pose_space == "spatial":
+    if paired:
         group, axis = "D3", 'axis = "210 deg"  # of the mirror between legs 1 and 2\n'
         carried = "by turns and reflections, in mirrored pairs"
     elif legs == 2:
         group, axis = "D1", 'axis = "90 deg"  # of the mirror\n'
         carried = "by a reflection"
     parameters = "".join(
-        f"{name} = {known[name][0]}  # {known[name][1]}\n" for name in info.parameter_names
+        f"{name} = {known[name][0]}  # {known[name][1]}\n"
+        for name in info.parameter_names
+        if name not in info.defaults
     )
-    bounds = "".join(f"{name} = {box}\n" for name, box in _BOXES[pose_space].items())
-    home = (
-        'home = ["0 m", "0 m", "0.5 m", "0 deg", "0 deg", "0 deg"]  # well inside\n'
-        if pose_space == "spatial"
-        else ""
-    )
-    count = 3 * len(info.parameter_names)
+    box, height = _BOXES[pose_space], _HEIGHT
+    if chain == "[R]US":
+        other, height = _CARRIED if space.turns else _HANGING
+        box = box | other
+    bounds = "".join(f"{name} = {limits}\n" for name, limits in box.items())
+    home = ""
+    if space.in_space:
+        values = ["0 m", "0 m", height, *["0 deg"] * len(space.rotation)]
+        home = f"home = {toml_value(values)}  # well inside\n"
+    # What is redundant, or constant, is held.
+    identified = len(info.parameter_names) - len(info.defaults) - (chain == "[P]US")
     return f"""{SCHEMA_LINE}
 #
 # A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.
@@ -106,7 +159,7 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
 
 schema = 1
 chain = "{chain}"  # joints from base to platform, the actuated one in brackets
-platform = "{platform}"  # "rigid" if it turns, "point" if it only moves
+platform = "{platform}"  # "rigid" if it turns, "point" or "translating" if it only moves
 reading_unit = "{info.reading_unit}"  # what the sensors read: "rad" or "m"
 
 # Leg 1 is carried to the others {carried}.
@@ -116,7 +169,7 @@ group = "{group}"
 legs = {legs}
 {axis}
 [reference_leg]
-working_mode = 1  # -1 or 1: {info.description}
+working_mode = {_MODES.get(chain, 1)}  # -1 or 1: {info.description}
 {parameters}
 # The box of poses in which to measure; home, by default the origin, says which assembly is meant.
 [workspace]
@@ -135,7 +188,7 @@ angle = "1 mrad"
 gain = 1e-3
 
 [protocol]
-pose_count = {count}  # for each leg: three times its {len(info.parameter_names)} parameters
+pose_count = {3 * identified}  # for each leg: three times its {identified} parameters
 candidates = 20000
 seed = 1
 """

@@ -116,22 +116,29 @@ class Task:
 
     def parameter_names(self, mechanism: Mechanism) -> tuple[str, ...]:
         """Names of the columns of its rows."""
-        names = mechanism.parameter_names
         if self.leg is not None:
-            return names
+            return mechanism.estimated_names(self.leg)
         return tuple(
-            f"leg {leg} {name}" for leg in range(1, len(mechanism.legs) + 1) for name in names
+            f"leg {leg + 1} {name}"
+            for leg in range(len(mechanism.legs))
+            for name in mechanism.estimated_names(leg)
         )
 
     def scale(self, mechanism: Mechanism) -> NDArray[np.float64]:
         """A typical size of an error in each column: its tolerance."""
-        return parameter_tolerances(mechanism)[self._legs(mechanism)].ravel()
+        return parameter_tolerances(mechanism)[self._identified(mechanism)]
 
     def error_weight(self, mechanism: Mechanism, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """B of the expected squared error, see `symkin.observability.error_weight`."""
-        legs, p = self._legs(mechanism), len(mechanism.parameter_names)
-        own = slice(legs[0] * p, (legs[-1] + 1) * p)
-        return error_weight(mechanism, poses)[own, own]
+        own = np.flatnonzero(self._identified(mechanism))
+        return error_weight(mechanism, poses)[np.ix_(own, own)]
+
+    def _identified(self, mechanism: Mechanism) -> NDArray[np.bool_]:
+        """Which parameters its rows have columns for, shape (legs, p)."""
+        identified = np.array(mechanism.is_estimated)
+        if self.leg is not None:
+            identified[np.arange(len(identified)) != self.leg] = False
+        return identified
 
     def prior(
         self, mechanism: Mechanism, measured: Measurements | None, kind: RowKind

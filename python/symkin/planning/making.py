@@ -381,8 +381,10 @@ def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selec
 def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
     if not demands.minimum_distance:
         return {}
-    size = 3 if demands.mechanism.pose_space == "spatial" else 2
-    return {"coordinates": poses[:, :size], "minimum_distance": demands.minimum_distance}
+    return {
+        "coordinates": poses[:, : demands.mechanism.space.size],
+        "minimum_distance": demands.minimum_distance,
+    }
 
 
 def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:

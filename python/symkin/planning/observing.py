@@ -396,6 +396,6 @@ def _placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechani
         target=observed.target or (),
         points=observed.points or frames.points,
         anchors=observed.anchors or frames.anchors,
-        plane=observed.plane if mechanism.pose_space == "spatial" else (),
+        plane=observed.plane if mechanism.space.size == 3 else (),
     )
     return observed, mechanism.replace(frames=placed)

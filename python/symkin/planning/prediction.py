@@ -95,7 +95,7 @@ def predict_accuracy(
         readings[~np.isfinite(measured.readings)] = np.nan
         parts.append((measured.poses, readings, measured.leg_sets))
     poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
-    exact = Measurements.of(poses_taken, read, sets)
+    exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
     how = estimator or "implicit"
     covariance = identify_legs(mechanism, exact, how, poses=poses).covariance
     if not np.isfinite(covariance).all():
@@ -497,8 +497,10 @@ def check_wanted(mechanism: Mechanism, position: float | None, orientation: floa
     wanted = {"position": position, "orientation": orientation}
     if position is None and orientation is None:
         raise SymkinError("no accuracy is wanted; expected one of the position or the orientation")
-    if orientation is not None and mechanism.pose_space == "point":
-        raise SymkinError(f"{mechanism.name} has a point platform, which has no orientation")
+    if orientation is not None and not mechanism.space.turns:
+        raise SymkinError(
+            f"the platform of {mechanism.name} never turns: it has no orientation to be in error"
+        )
     for name, value in wanted.items():
         if value is not None and not 0 < value < np.inf:
             raise SymkinError(f"the {name} error wanted is {value:g}; expected a positive one")
@@ -522,7 +524,7 @@ def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[s
     """As many poses as bring an equation for each parameter of a leg, or for each unknown."""
     survey = _survey_of(mechanism, cloud, settings)
     if survey is None:
-        return len(mechanism.parameter_names)
+        return mechanism.estimated_count
     _, conditions, columns = survey.rows(cloud[:1]).shape
     return -(-int(columns) // int(conditions))
 

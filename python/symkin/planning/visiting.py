@@ -150,7 +150,7 @@ def _length(ways: Array, path: Path) -> float:
 
 def _distances(mechanism: Mechanism, one: Array, other: Array) -> Array:
     """Way between poses, in the shape that the poses broadcast to, m."""
-    size = 3 if mechanism.pose_space == "spatial" else 2
+    size = mechanism.space.size
     ways = np.linalg.norm(one[..., :size] - other[..., :size], axis=-1)
     if mechanism.pose_space == "spatial":
         # From the chord: the arc cosine of a product has 1e-8 rad of rounding near zero.

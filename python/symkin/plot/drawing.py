@@ -129,7 +129,7 @@ def mechanism(
         handles += _draw(dressed(ax, x="x, m", y="y, m"), skeleton, symmetry)
         legend_beside(ax, handles)
         return ax
-    spatial = mechanism.pose_space == "spatial"
+    spatial = mechanism.space.in_space
     figure = new_figure(8.4 if spatial else 4.6, 4.6)
     places = figure.add_gridspec(1, 1 + spatial, width_ratios=(1.25, 1) if spatial else None)
     if spatial:

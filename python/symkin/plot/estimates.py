@@ -45,7 +45,8 @@ from symkin.plot.style import (
     new_figure,
     sign,
 )
-from symkin.plot.workspaces import VIEWS, View, space_of
+from symkin.plot.workspaces import View, views_of
+from symkin.poses import PoseSpace
 from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
 
 __all__ = [
@@ -378,7 +379,7 @@ def error_map(
     Figure or SubFigure
     """
     rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
-    panels = _map_panels(rows)
+    panels = _map_panels(rows, after.space)
     figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
     if len(panels) == 1:
         places = figure.add_gridspec(1, 2)
@@ -534,8 +535,7 @@ class Panel(NamedTuple):
 
 def _error_sizes(evaluation: Evaluation) -> list[Array]:
     """Distance (m) and angle (rad) of each pose's error; a point platform has no angle."""
-    differences = evaluation.differences
-    positions = {2: 2, 3: 2, 6: 3}[differences.shape[1]]
+    differences, positions = evaluation.differences, evaluation.space.size
     parts = (differences[:, :positions], differences[:, positions:])
     return [np.linalg.norm(part, axis=1) for part in parts if part.shape[1]]
 
@@ -596,9 +596,9 @@ def _draw_row(
     return first
 
 
-def _map_panels(poses: Array) -> list[Panel]:
-    every, views = np.arange(len(poses)), VIEWS[space_of(poses)]
-    if space_of(poses) != "planar":
+def _map_panels(poses: Array, space: PoseSpace) -> list[Panel]:
+    every, views = np.arange(len(poses)), views_of(space)
+    if space.name != "planar":
         return [Panel("", every, view) for view in views]
     edges = np.quantile(poses[:, 2], (0, 1 / 3, 2 / 3, 1))
     bands = np.clip(np.searchsorted(edges, poses[:, 2], side="right") - 1, 0, 2)
@@ -613,7 +613,7 @@ def _map_panels(poses: Array) -> list[Panel]:
 def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
     good = np.isfinite(sizes)
     x, y, sizes = poses[good, view.x], poses[good, view.y], sizes[good]
-    if view == VIEWS["planar"][0]:
+    if (view.x, view.y) == (0, 1):
         axes.set_aspect("equal", adjustable="box")
     if len(poses) <= _FEW:
         style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 18, "linewidths": 0}

@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from symkin import _core
+from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.plot.style import (
     ACCENT,
@@ -35,13 +36,19 @@ from symkin.plot.style import (
     spatial_axes,
     thinned,
 )
+from symkin.poses import POSE_SPACES, PoseSpace, space_named
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices
 from symkin.workspace.study import WorkspaceStudy
 
 __all__ = ["active_joints", "poses", "workspace"]
 
-_SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4), "spatial": (8.8, 3.7)}  # inches
+_SIZES = {
+    "planar": (8.6, 4.2),
+    "point": (4.6, 4.4),
+    "spatial": (8.8, 3.7),
+    "translating": (8.8, 3.7),
+}  # inches
 _PLAIN = "#9DB8CC"  # of poses without orientation
 _FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
 _HOME_SIDE, _USABLE, _OTHER_SIDE = "#CFE5F2", "#7DB8DC", "#F9DFA8"
@@ -60,23 +67,20 @@ class View(NamedTuple):
 
 _TOP = View(0, 1, "x, m", "y, m")
 
-VIEWS = {
-    "planar": (_TOP,),
-    "point": (_TOP,),
-    "spatial": (_TOP, View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")),
-}
+_SIDES = View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")
 
 
-def space_of(poses: Array) -> str:
-    """Kind of poses, by how many coordinates they have."""
-    return {2: "point", 3: "planar", 7: "spatial"}[poses.shape[1]]
+def views_of(space: PoseSpace) -> tuple[View, ...]:
+    """From above, and in space from the sides too."""
+    return (_TOP, *_SIDES) if space.in_space else (_TOP,)
 
 
 def poses(
-    poses: ArrayLike | WorkspaceSample,
+    poses: ArrayLike | WorkspaceSample | Measurements,
     sets: Sequence[ArrayLike] = (),
     labels: Sequence[str] = (),
     *,
+    pose_space: str | None = None,
     figure: FigureBase | None = None,
 ) -> FigureBase:
     """Draw a cloud of poses, coloured by orientation, and the poses of every leg's set on it.
@@ -85,12 +89,14 @@ def poses(
 
     Parameters
     ----------
-    poses : array_like, shape (n, coordinates), or WorkspaceSample
+    poses : array_like, shape (n, coordinates), WorkspaceSample or Measurements
         Candidates, or measured poses; of many only a part is drawn.
     sets : sequence of array_like, shape (N, coordinates)
         Poses of each leg's set.
     labels : sequence of str
         Of the sets, by default "leg 1", "leg 2", ...
+    pose_space : {"planar", "point", "spatial", "translating"}, optional
+        Kind of the poses; by default what they say, or by how many coordinates they have.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
 
@@ -98,10 +104,10 @@ def poses(
     -------
     Figure or SubFigure
     """
-    cloud = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
+    cloud = np.asarray(getattr(poses, "poses", poses), dtype=float)
     chosen = [np.asarray(each, dtype=float) for each in sets]
-    space = space_of(cloud)
-    views = VIEWS[space]
+    space = space_named(pose_space or getattr(poses, "pose_space", "") or "", cloud.shape[1]).name
+    views = views_of(POSE_SPACES[space])
     figure = new_figure(*_SIZES[space], figure)
     columns = 2 if space == "planar" else len(views)
     places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
@@ -111,10 +117,10 @@ def poses(
         axes.append(flat_axes(figure, places[column], x=view.x_label, y=view.y_label))
         panels.append(_draw_view(axes[-1], space, drawn, chosen, view))
         if view == _TOP:
-            axes[-1].set_aspect("equal", adjustable="box" if space != "spatial" else "datalim")
+            axes[-1].set_aspect("equal", adjustable="box" if len(views) == 1 else "datalim")
     if space == "planar":
         _draw_with_angle(figure, places[1], cloud, chosen)
-    if space != "point":
+    if POSE_SPACES[space].turns:
         where = {"location": "left"} if space == "planar" else {}
         colour_bar(figure, panels[0], axes, _orientation_label(space), shrink=0.8, **where)
     if chosen:

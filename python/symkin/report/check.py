@@ -7,7 +7,7 @@ import dataclasses
 
 from symkin.checks import CheckResult
 from symkin.report.content import Group, Headline, Page, Section, Table
-from symkin.report.mechanism import mechanism_section
+from symkin.report.mechanism import held_parameters, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (
     conditions_section,
@@ -63,7 +63,7 @@ def check_summary(result: CheckResult) -> Page:
 
 def _headlines(result: CheckResult) -> list[Headline]:
     mechanism, home = result.mechanism, result.home
-    settings, total = mechanism.workspace, len(mechanism.parameter_names)
+    settings, total = mechanism.workspace, mechanism.estimated_count
     limit = "" if settings is None else f"at most {settings.conditioning_limit:g}; "
     condition = ("Condition number at home", significant(home.condition), f"{limit}1 is best")
     if result.sample is None:
@@ -101,6 +101,7 @@ def _doubts(result: CheckResult) -> list[str]:
 
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
+    notes += held_parameters(result.mechanism)
     conditions = () if result.conditions is None else result.conditions.conditions
     failing = [each for each in conditions if not each.holds]
     if failing:

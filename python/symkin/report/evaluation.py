@@ -206,11 +206,9 @@ def error_figures(
     before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
 ) -> list[Image]:
     """How large the errors are, and where."""
-    columns = {
-        "planar": " Columns are bands of the platform angle.",
-        "point": "",
-        "spatial": " Columns are projections.",
-    }[after.pose_space]
+    columns = " Columns are projections." if after.space.in_space else ""
+    if after.pose_space == "planar":
+        columns = " Columns are bands of the platform angle."
     return [
         Image(
             "error_histogram",
@@ -230,7 +228,7 @@ def error_figures(
 
 def _kinds(evaluation: Evaluation) -> list[tuple[str, str]]:
     kinds = [("position", "m"), ("orientation", "rad")]
-    return kinds[:1] if evaluation.pose_space == "point" else kinds
+    return kinds if evaluation.space.turns else kinds[:1]
 
 
 def _closure_table(evaluation: Evaluation) -> Table | None:

@@ -330,7 +330,8 @@ def _parameter_rows(found: Identification, actual: Mechanism | None, leg: int) -
         deviation = float(found.deviations[leg, i])
         decimals = decimals_of(deviation)
         row = [name, unit, fixed(drawn, decimals), fixed(value, decimals)]
-        row += [significant(deviation, 2), _change(value - drawn, drawn, unit, deviation)]
+        change = _change(value - drawn, drawn, unit, deviation)
+        row += [significant(deviation, 2), change if nominal.is_estimated[leg, i] else "held"]
         if actual is not None and errors is not None:
             row += [fixed(actual.parameters[leg, i], decimals), fixed(errors[leg, i], 2)]
         rows.append(row)

@@ -67,7 +67,7 @@ def _known(found: JointIdentification) -> NDArray[np.bool_]:
 
 def _done(found: JointIdentification) -> list[str]:
     shared = sum(each.status == "shared" for each in found.unknowns)
-    held = sum(each.status == "held" for each in found.unknowns)
+    held = sum(each.status.partition(",")[0] == "held" for each in found.unknowns)
     parts = [
         f"{plural(len(found.names), 'unknown')} of the robot as it was measured "
         f"{'was' if len(found.names) == 1 else 'were'} estimated together by maximum likelihood, "

@@ -29,7 +29,7 @@ def measurements_page(taken: Measurements) -> Page:
         "poses",
         "Scatter plots of the measured poses.",
         "The measured poses." if len(whole) == len(read) else "The poses measured in full.",
-        plotted("poses", whole),
+        plotted("poses", whole, pose_space=taken.pose_space),
     )
     headlines = [
         ("Poses", count(len(taken.poses)), f"sets: {', '.join(map(set_name, sets))}"),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import chain_info
+from symkin.errors import named_legs
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table
 from symkin.report.movable import movable
@@ -27,6 +28,7 @@ _PLATFORMS = {
     "planar": "moves in the plane and turns",
     "point": "a point that moves in the plane",
     "spatial": "moves and turns in space",
+    "translating": "moves in space and never turns",
 }
 
 
@@ -56,11 +58,28 @@ def mechanism_section(
         wordy=True,
     )
     drawing = _drawing(mechanism, poses, symmetry, keeps_modes, nearly)
-    paragraph = (
-        f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
-        f"{mechanism.chain}, and {len(mechanism.parameter_names)} parameters to identify on each."
+    paragraph = " ".join(
+        [
+            f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
+            f"{mechanism.chain}, and {mechanism.estimated_count} parameters to identify on each.",
+            *held_parameters(mechanism),
+        ]
     )
     return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
+
+
+def held_parameters(mechanism: Mechanism) -> list[str]:
+    """Say which parameters are held since others do the same; nothing if none is."""
+    legs: dict[tuple[str, ...], list[int]] = {}
+    for leg, names in enumerate(mechanism.held):
+        legs.setdefault(names, []).append(leg)
+    return [
+        f"Held as it was drawn is {' and '.join(names)}"
+        + ("" if len(legs) == 1 else f" of {named_legs(which)}")
+        + ": it moves a point along its guide, as the sensor's offset does."
+        for names, which in legs.items()
+        if names
+    ]
 
 
 def _drawing(
@@ -120,7 +139,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
     settings = mechanism.workspace
     if settings is None:
         return []
-    names = pose_coordinates(mechanism.pose_space)
+    names = pose_coordinates(mechanism.space)
     rows: list[Sequence[str]] = [
         (name, f"{setting(low)} to {setting(high, unit)}")
         for (name, unit), low, high in zip(names, settings.lower, settings.upper, strict=True)
@@ -137,7 +156,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
         ("margin to the limits of reach, at least", quantity(least_reach_margin(mechanism), "m")),
         ("condition number, at most", setting(settings.conditioning_limit)),
     ]
-    if mechanism.pose_space != "point":
+    if mechanism.space.turns:
         length = setting(mechanism.characteristic_length, "m")
         rows.append(("length that weighs rotations in it", length))
     return rows
@@ -146,7 +165,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
 def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     noise = mechanism.noise
     rows: list[Sequence[str]] = [("position", setting(1e3 * noise.position, "mm"))]
-    if mechanism.pose_space != "point":
+    if mechanism.space.turns:
         rows.append(("orientation", setting(1e3 * noise.orientation, "mrad")))
     reading = setting(noise.reading, mechanism.reading_unit) if noise.reading else "none"
     return [*rows, ("sensor reading", reading)]

@@ -70,7 +70,7 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     dict
         With axes, the corners of base and platform and their joints, and the nodes as text: for
         each a character for its state, two for the logarithm of its condition number and, for each
-        leg and inner joint, two for x and two for y.
+        leg and inner joint, two for each of its coordinates.
     """
     from symkin.plot.drawing import joints_of, outline
 
@@ -83,14 +83,14 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     inner = len(ends[0]) - 2
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
-    axes = _axes(mechanism, 3 + 4 * inner * len(mechanism.legs))
+    axes = _axes(mechanism, 3 + 2 * mechanism.space.size * inner * len(mechanism.legs))
     poses = _nodes(mechanism, axes)
     codes, offset, step = _codes(mechanism, poses, inner)
-    names = pose_coordinates(mechanism.pose_space)
+    names = pose_coordinates(mechanism.space)
     home_values = _home_values(mechanism)
     assert mechanism.workspace is not None
     return {
-        "space": mechanism.pose_space,
+        "dimensions": mechanism.space.size,
         "axes": [
             {"name": name, "unit": unit, "values": np.round(axis, 9).tolist()}
             for (name, unit), axis in zip(names, axes, strict=True)
@@ -186,8 +186,8 @@ def _codes(
 
 
 def _inner_centres(mechanism: Mechanism, poses: Array, readings: Array, inner: int) -> Array:
-    """Of the joints between the first and the last of each leg, shape (N, legs, inner, 2), m."""
-    centres = np.full((len(poses), len(mechanism.legs), inner, 2), np.nan)
+    """Of the joints between the first and the last of each leg, (N, legs, inner, 2 or 3), m."""
+    centres = np.full((len(poses), len(mechanism.legs), inner, mechanism.space.size), np.nan)
     if inner:
         joint_centres = mechanism.core.joint_centres
         for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
@@ -197,10 +197,10 @@ def _inner_centres(mechanism: Mechanism, poses: Array, readings: Array, inner: i
 
 def _scale(centres: Array) -> tuple[Array, float]:
     """Least coordinates and unit of what is drawn, with room around what the workspace needs."""
-    known = centres.reshape(-1, 2)
+    known = centres.reshape(-1, centres.shape[-1])
     known = known[np.isfinite(known).all(axis=1)]
     if not len(known):
-        return np.zeros(2), 1.0
+        return np.zeros(centres.shape[-1]), 1.0
     lower, upper = known.min(axis=0), known.max(axis=0)
     size = float(max(upper - lower)) or 1.0
     return (lower + upper) / 2 - size, 2 * size / _LARGEST

@@ -105,7 +105,7 @@ def observability_section(
     left_out = sum(map(len, sets)) - sum(map(len, reached))
     paragraphs = [_EXPLANATION]
     if symmetric and observability_group(mechanism) is not None:
-        paragraphs.append(_symmetrical(mechanism, deviations))
+        paragraphs.append(_symmetrical(_names(legs), deviations))
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
 
@@ -113,9 +113,9 @@ def observability_section(
         "observability",
         f"Bars of {_R} for every parameter, all legs side by side.",
         f"{_R} of every parameter, all legs at their own poses.",
-        plotted("observability", mechanism.parameter_names, diagonals),
+        plotted("observability", _names(legs), diagonals),
     )
-    groups = _groups(mechanism, legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
+    groups = _groups(legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
     columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
     table = Table(title, columns, groups, brief=brief)
@@ -139,7 +139,13 @@ _EXPLANATION = (
 )
 
 
-def _symmetrical(mechanism: Mechanism, deviations: NDArray[np.float64]) -> str:
+def _names(legs: Sequence[Observability]) -> tuple[str, ...]:
+    """Names of the columns, which may be others on another leg."""
+    columns = zip(*(leg.parameter_names for leg in legs), strict=True)
+    return tuple(" / ".join(dict.fromkeys(names)) for names in columns)
+
+
+def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
     worst = int(np.argmax(deviations))
     if deviations[worst] == 0:
         return "All legs have exactly the same values: their observability is symmetrical."
@@ -150,7 +156,7 @@ def _symmetrical(mechanism: Mechanism, deviations: NDArray[np.float64]) -> str:
     )
     return (
         f"The legs differ from leg 1 by at most {significant(deviations[worst], 2)} of the value "
-        f"({mechanism.parameter_names[worst]}), {verdict}"
+        f"({names[worst]}), {verdict}"
     )
 
 
@@ -181,13 +187,12 @@ def _of(rows: RowKind) -> str:
 
 
 def _groups(
-    mechanism: Mechanism,
     legs: Sequence[Observability],
     diagonals: NDArray[np.float64],
     deviations: NDArray[np.float64],
     indices: Group,
 ) -> list[Group]:
-    names = mechanism.parameter_names
+    names = _names(legs)
     visible = [
         (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
         for i, name in enumerate(names)

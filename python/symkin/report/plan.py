@@ -108,12 +108,12 @@ def plan_page(plan: Plan) -> Page:
 def expected_headlines(
     mechanism: Mechanism, position: float, orientation: float, remark: str
 ) -> Sequence[Headline]:
-    """Expected errors as headlines; a point platform has no orientation."""
+    """Expected errors as headlines; a platform that never turns has none of the orientation."""
     errors = [
         ("Position error", milli(position, "m"), remark),
         ("Orientation error", milli(orientation, "rad"), remark),
     ]
-    return errors[:1] if mechanism.pose_space == "point" else errors
+    return errors if mechanism.space.turns else errors[:1]
 
 
 def _unknowns_section(plan: Plan) -> Section:

@@ -93,7 +93,7 @@ def _plan(curve: PoseCountCurve, count: int) -> str:
 
 
 def _remedies(needed: NeededPoses) -> Table:
-    turns = needed.curve.mechanism.pose_space != "point"
+    turns = needed.curve.mechanism.space.turns
     rows = [
         (
             remedy.change,
@@ -109,7 +109,7 @@ def _remedies(needed: NeededPoses) -> Table:
 
 
 def _curve_section(curve: PoseCountCurve) -> Section:
-    turns = curve.mechanism.pose_space != "point"
+    turns = curve.mechanism.space.turns
     figure = Image(
         "pose_count",
         "Expected errors and efficiency against the number of poses.",

@@ -100,7 +100,7 @@ def _replaced(simulation: Simulation) -> list[str]:
 
 def _done(result: ProtocolResult) -> str:
     nominal, tolerances = result.nominal, result.nominal.tolerances
-    turns = nominal.pose_space != "point"
+    turns = nominal.space.turns
     noise = setting(1e3 * nominal.noise.position, "mm")
     noise += f" and {setting(1e3 * nominal.noise.orientation, 'mrad')}" if turns else ""
     return (
@@ -118,7 +118,7 @@ def _done(result: ProtocolResult) -> str:
 def _achieved(result: ProtocolResult) -> str:
     before, after, expected = result.before, result.after, result.expected
     foreseen = milli(expected.position, "m")
-    if result.nominal.pose_space != "point":
+    if result.nominal.space.turns:
         foreseen += f" and {milli(expected.orientation, 'rad')}"
     text = (
         "A controller that believes the drawing misses the commanded poses by "
@@ -151,7 +151,7 @@ def _accuracy_section(result: ProtocolResult) -> Section:
 def _comparison_table(result: ProtocolResult) -> Table:
     """What every estimator makes of the same measurements."""
     kinds = [("position", "m"), ("orientation", "rad")]
-    kinds = kinds[:1] if result.nominal.pose_space == "point" else kinds
+    kinds = kinds if result.nominal.space.turns else kinds[:1]
     columns = ["Estimator", "Poses of a leg"]
     for kind, _ in kinds:
         columns += [f"{kind.capitalize()}, rms", "Expected"]

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 
+from symkin.poses import PoseSpace
+
 __all__ = [
     "NONE",
     "count",
@@ -95,15 +97,10 @@ def plural(number: int, noun: str, many: str | None = None) -> str:
     return f"{count(number)} {noun if number == 1 else many or noun + 's'}"
 
 
-def pose_coordinates(pose_space: str) -> tuple[tuple[str, str], ...]:
+def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:
     """Name and unit of the coordinates of a workspace's bounds."""
-    position = [("x", "m"), ("y", "m")]
-    if pose_space == "planar":
-        return (*position, ("\N{GREEK SMALL LETTER PHI}", "rad"))
-    if pose_space == "point":
-        return tuple(position)
-    rotation = [(f"r{axis}", "rad") for axis in "xyz"]
-    return (*position, ("z", "m"), *rotation)
+    names = {"phi": "\N{GREEK SMALL LETTER PHI}"}
+    return tuple((names.get(name, name), unit) for name, unit in space.units.items())
 
 
 def _signed(text: str) -> str:

@@ -45,7 +45,7 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
     legs = sorted(np.unique(plan.leg_sets).tolist(), key=lambda leg: np.inf if leg < 0 else leg)
     sets = [plan.poses[plan.rows_of_set(leg)] for leg in legs]
     labels = [set_name(leg) for leg in legs]
-    turns = "" if mechanism.pose_space == "point" else ", coloured by orientation"
+    turns = ", coloured by orientation" if mechanism.space.turns else ""
     poses = Image(
         "workspace",
         "Scatter plots of the candidate poses and of the chosen poses.",

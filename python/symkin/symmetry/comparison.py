@@ -234,7 +234,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         deviations=structure if reference is not None else (),
         sensors=_sensor_verdict(sensors, group),
         sensor_deviations=sensors,
-        spatial=mechanism.pose_space == "spatial",
+        spatial=mechanism.space.in_space,
     )
 
 
@@ -263,6 +263,10 @@ def _deviations(
     """Those above rounding: of the structure, and of the sensors."""
     values = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
     known, scales = mechanism.deviations, parameter_tolerances(mechanism)
+    # What is held has no tolerance of its own, but legs may differ in it.
+    made = mechanism.tolerances
+    held = [made.angle if unit == "rad" else made.length for unit in mechanism.parameter_units]
+    scales = np.where(scales > 0, scales, held)
     structure: list[ParameterDeviation] = []
     sensors: list[ParameterDeviation] = []
     for leg, index in zip(*np.nonzero(np.abs(values) > _EXACT), strict=True):

@@ -68,9 +68,12 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
     else:
         elements = [group.parse(label) for label in symmetry.elements]
     platform = _platform_of(reference)
-    names = chain_info(reference.chain, platform).parameter_names
+    info = chain_info(reference.chain, platform)
+    names = info.parameter_names
     # Mechanism checks the names; here the values are only put in order.
-    values = np.array([reference.parameters.get(name, np.nan) for name in names])
+    given = reference.parameters
+    defaults = {name: given.get(other, np.nan) for name, other in info.defaults.items()}
+    values = np.array([given.get(name, defaults.get(name, np.nan)) for name in names])
     parameters, modes = _core.generate_legs(
         group.core, reference.chain, platform, values, reference.working_mode, elements
     )
@@ -273,7 +276,8 @@ def _tolerance(tolerance: float, gain_tolerance: float | None) -> _core.Symmetry
 
 
 def _platform_of(leg: Leg) -> str:
-    """A point platform's leg lacks what places the leg on a platform that turns."""
+    """The leg of a platform that never turns lacks what places it on one that does."""
     rigid = chain_info(leg.chain).parameter_names if leg.chain in _core.chain_names("rigid") else ()
     lacks_platform = "platform_radius" in rigid and "platform_radius" not in leg.parameters
-    return "point" if lacks_platform else "rigid"
+    other = "translating" if leg.chain in _core.chain_names("translating") else "point"
+    return other if lacks_platform else "rigid"

@@ -35,11 +35,6 @@ _CAUSES = "reach", "limits", "aspect", "conditioning"
 _MARGIN_SIGMAS = 3.0  # as `make_plan` keeps by default
 _SINGULAR = 1e8  # condition number that rounding cannot tell from infinity
 _TRIED = 2000  # poses of the box, for one that home could be
-_COORDINATES = {
-    "planar": ("x", "y", "phi"),
-    "point": ("x", "y"),
-    "spatial": ("x", "y", "z", "rx", "ry", "rz"),
-}
 
 
 @record
@@ -60,7 +55,7 @@ class WorkspaceSample(Result):
         How many poses were drawn from the box for them.
     rejected : dict of str to int
         How many were rejected: "reach", "limits", "aspect", "conditioning".
-    pose_space : {"planar", "point", "spatial"}
+    pose_space : {"planar", "point", "spatial", "translating"}
         Kind of the poses.
     reading_unit : {"rad", "m"}
         Of the readings.
@@ -155,13 +150,13 @@ def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_
 
 def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of a workspace's coordinates: position, then angle or rotation vector."""
-    return _COORDINATES[mechanism.pose_space]
+    return tuple(mechanism.space.units)
 
 
 def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """Poses in a workspace's coordinates, shape (N, dof): m, and rad in (-pi, pi]."""
     rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
-    if mechanism.pose_space == "point":
+    if not mechanism.space.turns:
         return rows
     if mechanism.pose_space == "planar":
         turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)

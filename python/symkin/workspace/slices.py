@@ -190,7 +190,7 @@ def constant_orientations(
         raise SymkinError(f"the resolution is {resolution}; expected at least 2 cells a side")
     options = workspace_options(mechanism)
     home = _home_coordinates(mechanism)
-    if mechanism.pose_space == "point":
+    if not mechanism.space.turns:
         orientations = (math.nan,)
     elif orientations is None:
         orientations = [float(home[-1]) + turn for turn in _PAPER_ORIENTATIONS]
@@ -213,11 +213,12 @@ def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
 def singular_orientations(mechanism: Mechanism, steps: int = 3600) -> Array:
     """Orientations at home's position where the platform meets a parallel singularity, rad.
 
-    Within half a turn of home, ascending, interpolated between `steps` samples. Empty for a point
-    platform, and with more legs than degrees of freedom, whose determinant has no sign.
+    Within half a turn of home, ascending, interpolated between `steps` samples. Empty for a
+    platform that never turns, and with more legs than degrees of freedom, whose determinant has no
+    sign.
     """
     home = _home_coordinates(mechanism)
-    if mechanism.pose_space == "point":
+    if not mechanism.space.turns:
         return np.empty(0)
     angles = home[-1] + np.linspace(-math.pi, math.pi, steps + 1)
     values = np.tile(home, (len(angles), 1))
@@ -244,7 +245,7 @@ def _constant_orientation(
 ) -> ConstantOrientation:
     values = np.tile(home, (len(y), len(x), 1))
     values[..., 0], values[..., 1] = x, y[:, np.newaxis]
-    if mechanism.pose_space != "point":
+    if mechanism.space.turns:
         values[..., -1] = orientation
     shape = values.shape[:2]
     poses = poses_from_bounds(mechanism.pose_space, values).reshape(len(x) * len(y), -1)

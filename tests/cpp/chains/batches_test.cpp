@@ -19,10 +19,12 @@
 #include "symkin/chains/ppr.hpp"
 #include "symkin/chains/prp.hpp"
 #include "symkin/chains/prr.hpp"
+#include "symkin/chains/pus.hpp"
 #include "symkin/chains/rpp.hpp"
 #include "symkin/chains/rpr.hpp"
 #include "symkin/chains/rrp.hpp"
 #include "symkin/chains/rrr.hpp"
+#include "symkin/chains/rus.hpp"
 #include "symkin/chains/ups.hpp"
 
 namespace symkin::testing {
@@ -51,7 +53,9 @@ using Models = std::map<std::pair<std::string, Platform>, PlainModel>;
 template <typename... Legs>
 void add(Models& models, ChainList<Legs...> /*chains*/) {
   const auto platform = [](PoseSpace space) {
-    return space == PoseSpace::point ? Platform::point : Platform::rigid;
+    return space == PoseSpace::point         ? Platform::point
+           : space == PoseSpace::translating ? Platform::translating
+                                             : Platform::rigid;
   };
   (models.emplace(
        std::pair(std::string(Legs::kName), platform(Legs::template Pose<double>::kSpace)),
@@ -75,6 +79,8 @@ const Models& plain_models() {
     add_family<PprChains>(all);
     add_family<RppChains>(all);
     add_family<UpsChains>(all);
+    add_family<PusChains>(all);
+    add_family<RusChains>(all);
     return all;
   }();
   return models;
@@ -289,13 +295,7 @@ TEST_P(Batches, SolveTheForwardKinematicsAsPlainDoublesDo) {
   EXPECT_GT(others, 20);
 }
 
-std::vector<Chain> all_chains() {
-  std::vector<Chain> chains = every_chain();
-  chains.push_back({"U[P]S", Platform::rigid});
-  return chains;
-}
-
-INSTANTIATE_TEST_SUITE_P(Chains, Batches, ::testing::ValuesIn(all_chains()), test_name);
+INSTANTIATE_TEST_SUITE_P(Chains, Batches, ::testing::ValuesIn(registered_chains()), test_name);
 
 }  // namespace
 }  // namespace symkin::testing

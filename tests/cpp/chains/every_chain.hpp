@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -16,7 +17,8 @@
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/random.hpp"
 
-// What the suites over all planar chains share: the chains, random legs and their states.
+// What the suites over all planar chains share: the chains, random legs and their states. Some take
+// those in space too.
 namespace symkin::testing {
 
 struct Chain {
@@ -25,25 +27,36 @@ struct Chain {
 };
 
 inline std::ostream& operator<<(std::ostream& stream, const Chain& chain) {
-  return stream << chain.name << (chain.platform == Platform::rigid ? "" : ", point platform");
+  const char* const platforms[] = {"", ", point platform", ", translating platform"};
+  return stream << chain.name << platforms[static_cast<int>(chain.platform)];
 }
 
 inline const ChainInfo& info_of(const Chain& chain) {
   return leg_model(chain.name, chain.platform).info();
 }
 
-inline std::vector<Chain> every_chain() {
+inline std::vector<Chain> registered_chains() {
   std::vector<Chain> chains;
-  for (const Platform platform : {Platform::rigid, Platform::point}) {
+  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
     for (const std::string& name : chain_names(platform)) {
-      const Chain chain{name, platform};
-      if (info_of(chain).pose_space != PoseSpace::spatial) {
-        chains.push_back(chain);
-      }
+      chains.push_back({name, platform});
     }
   }
   return chains;
 }
+
+inline std::vector<Chain> chains_of_size(Index position) {
+  std::vector<Chain> chains;
+  for (const Chain& chain : registered_chains()) {
+    if (position_size(info_of(chain).pose_space) == position) {
+      chains.push_back(chain);
+    }
+  }
+  return chains;
+}
+
+inline std::vector<Chain> every_chain() { return chains_of_size(2); }
+inline std::vector<Chain> every_spatial_chain() { return chains_of_size(3); }
 
 template <typename Predicate>
 std::vector<Chain> chains_where(const Predicate& wanted) {
@@ -69,7 +82,8 @@ inline std::string test_name(const ::testing::TestParamInfo<Chain>& info) {
     letters += c == '[' || c == ']' ? "" : std::string(1, c);
   }
   return letters + "_active" + std::to_string(chain.find('[') + 1) +
-         (info.param.platform == Platform::rigid ? "_rigid" : "_point");
+         std::array{"_rigid", "_point",
+                    "_translating"}[static_cast<std::size_t>(info.param.platform)];
 }
 
 // One leg at one pose with one reading.
@@ -158,6 +172,8 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
       } else if (role.kind == ParameterKind::radius ||
                  role.kind == ParameterKind::direction_distance) {
         parameters[i] = between(0.3, 1.5);
+      } else if (role.kind == ParameterKind::height) {
+        parameters[i] = between(-0.5, 0.5);
       } else if (role.kind == ParameterKind::gain) {
         parameters[i] = either_sign(between(0.6, 1.6));
       } else {
@@ -167,11 +183,12 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
     return parameters;
   }
 
-  // x and y within +- extent, any orientation.
+  // The position within +- extent, any orientation.
   RowMatrix random_pose(Random& random, double extent) const {
     RowMatrix pose(1, coordinate_count(info().pose_space));
     for (Index i = 0; i < pose.cols(); ++i) {
-      pose(0, i) = (2 * random.uniform() - 1) * (i < 2 ? extent : 3.0);
+      pose(0, i) =
+          (2 * random.uniform() - 1) * (i < position_size(info().pose_space) ? extent : 3.0);
     }
     return pose;
   }

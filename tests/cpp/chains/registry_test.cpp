@@ -48,8 +48,20 @@ TEST(Registry, PutsAPointOnTheChainsThatKnowThePlatformByAPoint) {
                        {"[R]RR", "R[R]R", "R[P]R", "[R]PR", "[P]RR", "P[R]R", "[P]PR", "P[P]R"}));
 }
 
+TEST(Registry, KnowsTheChainsOfDeltasHexaAndHexaglide) {
+  const Names spatial{"[P]US", "[R]US", "U[P]S"};
+  EXPECT_EQ(names(Platform::translating), spatial);
+  EXPECT_TRUE(includes(names(Platform::rigid), spatial));
+  EXPECT_EQ(platform_named("translating"), Platform::translating);
+}
+
+TEST(Registry, RefusesAPlatformInAnotherSpaceThanTheChain) {
+  expect_part("moves in a plane", refusal("[R]RR", Platform::translating));
+  expect_part("\"rigid\" or \"translating\"", refusal("[P]US", Platform::point));
+}
+
 TEST(Registry, GivesEachChainUnderItsOwnName) {
-  for (const Platform platform : {Platform::rigid, Platform::point}) {
+  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
     for (const std::string& name : chain_names(platform)) {
       EXPECT_EQ(leg_model(name, platform).info().name, name);
     }
@@ -57,7 +69,7 @@ TEST(Registry, GivesEachChainUnderItsOwnName) {
 }
 
 TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
-  for (const Platform platform : {Platform::rigid, Platform::point}) {
+  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
     for (const std::string& name : chain_names(platform)) {
       const auto& parameters = leg_model(name, platform).info().parameters;
       ASSERT_GE(parameters.size(), 3U);
@@ -68,17 +80,18 @@ TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
 }
 
 TEST(Registry, GivesEveryEndOfEveryChainItsOwnRolesOnce) {
-  for (const Platform platform : {Platform::rigid, Platform::point}) {
+  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
     for (const std::string& name : chain_names(platform)) {
       const ChainInfo& info = leg_model(name, platform).info();
       for (std::size_t i = 0; i < info.parameters.size(); ++i) {
         const auto& [parameter, role] = info.parameters[i];
-        const std::string_view end = role.end == End::base       ? "base_"
-                                     : role.end == End::platform ? "platform_"
-                                                                 : "";
-        EXPECT_EQ(parameter.substr(0, end.size()), end) << name;
-        EXPECT_EQ(role.end == End::none,
-                  parameter.substr(0, 4) != "base" && parameter.substr(0, 8) != "platform")
+        const auto begins = [&](std::string_view with) {
+          return parameter.substr(0, with.size()) == with;
+        };
+        const bool of_direction = begins("guide_") || begins("axis_");
+        EXPECT_EQ(role.end == End::platform, begins("platform_")) << name << ' ' << parameter;
+        EXPECT_EQ(role.end == End::base,
+                  begins("base_") || (of_direction && parameter != "guide_offset"))
             << name << ' ' << parameter;
         if (role.kind != ParameterKind::length) {
           EXPECT_EQ(info.find(role), i) << name << ' ' << parameter;

@@ -38,7 +38,7 @@ TEST(LatentPoses, MeasuredInFullBringTheConditionsOfTheGeneralElimination) {
   Observations observations = full_poses(nominal, 20);
   observations.readings.values(4, 1) = std::numeric_limits<double>::quiet_NaN();
   const symkin::Setup setup = symkin::Setup::of(nominal);
-  const Layout layout = Layout::of_all_parameters(setup);
+  const Layout layout = Layout::of_all_parameters(nominal, setup);
   LatentProblem problem(nominal, observations, layout, setup, observations.poses.values,
                         std::vector<bool>(20, false), RobustLoss(), 1);
   NormalEquations equations;
@@ -73,7 +73,7 @@ TEST(LatentPoses, AreRefusedWhereExactObservationsContradictEachOther) {
   JointOptions options;
   options.start = poses;
   const symkin::Setup setup = symkin::Setup::of(four);
-  Layout layout = Layout::of_all_parameters(setup);
+  Layout layout = Layout::of_all_parameters(four, setup);
   layout.prior.setConstant(1e-3);
   EXPECT_THROW(fit_jointly(four, setup, observations, layout, options), InvalidInput);
   observations.readings.deviations.setConstant(1e-5);
@@ -91,7 +91,7 @@ TEST(JointFit, NamesDirectionsThatNothingShowsAndHoldsThemOnRequest) {
   options.start.col(2) = exact.col(2);
   options.tolerances = Vector::Constant(24, 1e-3);
   const symkin::Setup setup = symkin::Setup::of(nominal);
-  const Layout layout = Layout::of_all_parameters(setup);
+  const Layout layout = Layout::of_all_parameters(nominal, setup);
   // A turn of the platform's own frame cannot be seen from positions.
   try {
     fit_jointly(nominal, setup, observations, layout, options);
@@ -113,7 +113,7 @@ TEST(JointFit, NamesDirectionsThatNothingShowsAndHoldsThemOnRequest) {
 TEST(Layout, RefusesScalarsThatTheMechanismDoesNotHave) {
   const Mechanism nominal = testing::paper_3rrr();
   const symkin::Setup setup = symkin::Setup::of(nominal);
-  Layout layout = Layout::of_all_parameters(setup);
+  Layout layout = Layout::of_all_parameters(nominal, setup);
   layout.column[static_cast<std::size_t>(UnknownList(setup).base() + 2)] = 0;  // z
   EXPECT_THROW(layout.check(nominal, setup), InvalidInput);
 }

@@ -167,8 +167,9 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   readings << kReadings, kReadings.reverse();
   readings(1, 0) = std::numeric_limits<double>::quiet_NaN();  // a pose of one leg alone
   const MeasurementSet measurements{open_poses(), readings, {-1, -1, -1}};
+  const EstimatedParameters all(2, {0, 1, 2, 3, 4, 5});
   const WhitenedClosures system =
-      whiten_closures(model(), parameters, measurements, {0, 1}, PoseUse::all, noise);
+      whiten_closures(model(), parameters, all, measurements, {0, 1}, PoseUse::all, noise);
   ASSERT_EQ(system.residual.size(), 4 + 2 + 4);
   ASSERT_EQ(system.jacobian.cols(), 12);
   const WhitenedPose& last = system.poses.back();

@@ -12,7 +12,8 @@ namespace {
 
 TEST(Pose, MovingAPoseAndTakingTheDifferenceAreInverse) {
   Random random(1);
-  for (const PoseSpace space : {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial}) {
+  for (const PoseSpace space :
+       {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial, PoseSpace::translating}) {
     for (int i = 0; i < 100; ++i) {
       Vector step(degrees_of_freedom(space));
       Vector start_step(degrees_of_freedom(space));

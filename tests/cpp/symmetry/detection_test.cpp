@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "support/mechanisms.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/random.hpp"
 #include "symkin/symmetry/action.hpp"
 
@@ -27,6 +28,11 @@ Mechanism generated(const std::string& chain, Platform platform, const SymmetryG
           generate_legs(group, model, generic_leg(model), generating_elements(group, count))};
 }
 
+// Six legs at least, or a platform that never turns.
+bool in_space(const std::string& chain) {
+  return position_size(leg_model(chain).info().pose_space) == 3;
+}
+
 SymmetryFrame anywhere() {
   SymmetryFrame frame;
   frame.base_centre = {0.7, -0.4};
@@ -38,7 +44,7 @@ SymmetryFrame anywhere() {
 
 TEST(SymmetryDetection, FindsEveryRotationGroupOfEveryChainAboutAnyCentre) {
   for (const std::string& chain : chain_names()) {
-    if (chain == "U[P]S") {
+    if (in_space(chain)) {
       continue;
     }
     for (int order = 3; order <= 6; ++order) {
@@ -53,7 +59,7 @@ TEST(SymmetryDetection, FindsEveryRotationGroupOfEveryChainAboutAnyCentre) {
 
 TEST(SymmetryDetection, FindsEveryDihedralGroupOfEveryChainAboutAnyCentreAndAxis) {
   for (const std::string& chain : chain_names()) {
-    if (chain == "U[P]S") {
+    if (in_space(chain)) {
       continue;
     }
     for (int order = 2; order <= 3; ++order) {
@@ -115,7 +121,7 @@ Mechanism with_errors(const Mechanism& drawing, double tolerance, Random& random
 TEST(SymmetryDetection, FindsWhatErrorsUpToTheToleranceHideInEveryChainWhateverItsSensors) {
   Random random(8);
   for (const std::string& chain : chain_names()) {
-    if (chain == "U[P]S") {
+    if (in_space(chain)) {
       continue;
     }
     for (const SymmetryGroup& group :
@@ -147,6 +153,64 @@ TEST(SymmetryDetection, AnAsymmetricMechanismIsTrivial) {
   parameters(2, 3) += 0.2;
   const DetectedSymmetry found = detect_symmetry(testing::paper_3rrr().with_parameters(parameters));
   EXPECT_EQ(found.structure.name(), "C_1");
+}
+
+TEST(SymmetryDetection, FindsTheGroupsOfLegsInSpaceAboutAnyCentreAndAxisWithTheirModes) {
+  SymmetryFrame shifted = SymmetryFrame::about_origin(0.3);
+  shifted.base_centre = {0.7, -0.4};
+  for (const std::string& chain : chain_names(Platform::translating)) {
+    for (int order = 3; order <= 6; ++order) {
+      const auto turned =
+          detect_symmetry(generated(chain, Platform::translating, {order, false, shifted}, order));
+      // A leg that is known by a point alone is its own mirror image.
+      EXPECT_EQ(turned.structure.name(), (chain == "U[P]S" ? "D_" : "C_") + std::to_string(order))
+          << chain;
+      const auto mirrored = detect_symmetry(
+          generated(chain, Platform::translating, {order, true, shifted}, 2 * order));
+      EXPECT_EQ(mirrored.structure.name(), "D_" + std::to_string(order)) << chain;
+      EXPECT_EQ(mirrored.with_modes.name(), "D_" + std::to_string(order)) << chain;
+      const auto rigid =
+          detect_symmetry(generated(chain, Platform::rigid, {order, true, anywhere()}, 2 * order));
+      EXPECT_EQ(rigid.structure.name(), "D_" + std::to_string(order)) << chain;
+      EXPECT_EQ(rigid.with_modes.name(), "D_" + std::to_string(order)) << chain;
+    }
+  }
+}
+
+TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
+  for (const std::string chain : {"[P]US", "[R]US"}) {
+    const Mechanism delta =
+        generated(chain, Platform::translating, SymmetryGroup::named("D3", 0.3), 6);
+    const ChainInfo& info = delta.model().info();
+    const auto place = [&](ParameterKind kind) {
+      return static_cast<Index>(info.find({End::base, kind}));
+    };
+    std::vector<Leg> legs = delta.legs();
+    legs[3].parameters[place(chain == "[P]US" ? ParameterKind::guide_elevation
+                                              : ParameterKind::axis_elevation)] += kPi;
+    legs[3].parameters[place(ParameterKind::swing)] *= -1;
+    legs[3].parameters.tail<2>() *= -1;
+    legs[3].working_mode *= -1;
+    const Mechanism rewritten("rewritten", delta.model(), legs);
+    // Most poses are beyond the reach of some leg.
+    Random random(4);
+    const RowMatrix poses =
+        RowMatrix::NullaryExpr(2000, 3, [&] { return 6 * random.uniform() - 3; });
+    const Vector readings = inverse_kinematics(rewritten, poses).col(3);
+    const Vector expected = inverse_kinematics(delta, poses).col(3);
+    Index reached = 0;
+    for (Index i = 0; i < poses.rows(); ++i) {
+      ASSERT_EQ(std::isfinite(readings[i]), std::isfinite(expected[i]));
+      if (std::isfinite(expected[i])) {
+        EXPECT_NEAR(readings[i], expected[i], 1e-12);
+        ++reached;
+      }
+    }
+    EXPECT_GT(reached, 10);
+    EXPECT_EQ(detect_symmetry(rewritten).with_modes.name(), "D_3") << chain;
+    legs[3].parameters[place(ParameterKind::swing)] += 1e-3;
+    EXPECT_EQ(detect_symmetry({"off", delta.model(), legs}).structure.name(), "C_1") << chain;
+  }
 }
 
 TEST(SymmetryDetection, NamesTheLegAndTheParameterThatBreakTheSymmetry) {

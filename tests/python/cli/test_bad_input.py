@@ -162,7 +162,7 @@ def test_fewer_poses_than_parameters_are_refused(
         (["pose-count", "3RRR", "--accuracy", "5kg"], "with a unit; expected such as 0.05mm"),
         (["pose-count", "3RRR", "--accuracy", "-5um"], "is not positive"),
         (["pose-count", "3RRR", "--accuracy", "5um", "--accuracy", "1mm"], "a second error"),
-        (["pose-count", "5bar", "--accuracy", "1mrad"], "has a point platform"),
+        (["pose-count", "5bar", "--accuracy", "1mrad"], "the platform of 5bar never turns"),
         (["plan", "3RRR", "--out", "p", "--candidates", "20"], "20 candidates"),
         (["run", "3RRR", "--out", "out", "--pose-count", "4"], "at least 8"),
         (["simulate", "3RRR", "--plan", "nosuch.csv", "--out", "out"], "nosuch.csv"),

@@ -18,6 +18,7 @@ from symkin.checks import check_mechanism
 from symkin.errors import FailedFitError, SymkinError
 from symkin.frames import with_moved_workspace
 from symkin.identification.calibrated import canonical, changed_settings
+from symkin.poses import POSE_SPACES
 from symkin.settings import JointLimits, ProtocolSettings
 from symkin.simulation import disturb
 from symkin.workspace.sample import inside_box
@@ -28,7 +29,7 @@ CHAINS = [(chain, platform) for platform in ("rigid", "point") for chain in symk
 
 
 def _poses(pose_space: str, count: int, random: np.random.Generator) -> Array:
-    poses = random.normal(size=(count, {"planar": 3, "point": 2, "spatial": 7}[pose_space]))
+    poses = random.normal(size=(count, POSE_SPACES[pose_space].coordinates))
     if pose_space == "spatial":
         poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     return poses
@@ -40,7 +41,7 @@ def test_points_are_written_otherwise_without_changing_any_closure(
 ) -> None:
     random = np.random.default_rng(1)
     names = symkin.chain_info(chain, platform).parameter_names
-    count = {"planar": 3, "point": 2, "spatial": 6}[symkin.chain_info(chain, platform).pose_space]
+    count = POSE_SPACES[symkin.chain_info(chain, platform).pose_space].dof
     near = random.uniform(0.5, 2, (count, len(names)))
     values = near * random.choice([1, 1.1], near.shape)
     for index, name in enumerate(names):
@@ -96,6 +97,8 @@ def _moved(mechanism: symkin.Mechanism, poses: Array, base: Array, tool: Array) 
         return np.hstack([positions, orientation.as_quat()])
     cosine, sine = np.cos(turn), np.sin(turn)
     positions = poses[:, :2] @ np.array([[cosine, sine], [-sine, cosine]]) + [dx, dy]
+    if mechanism.pose_space == "translating":
+        return np.column_stack([positions, poses[:, 2] + dz])
     if mechanism.pose_space == "point":
         return positions
     angles = poses[:, 2] + turn - tool[2]
@@ -117,7 +120,8 @@ def _size(mechanism: symkin.Mechanism) -> float:
 def _seen(mechanism: symkin.Mechanism, count: int, base: Array, tool: Array) -> symkin.Measurements:
     """Exact measurements in displaced frames."""
     sample = symkin.sample_workspace(mechanism, count, 1)
-    return symkin.Measurements.of(_moved(mechanism, sample.poses, base, tool), sample.readings)
+    poses = _moved(mechanism, sample.poses, base, tool)
+    return symkin.Measurements.of(poses, sample.readings, pose_space=mechanism.pose_space)
 
 
 @pytest.mark.parametrize("name", symkin.shipped_mechanisms())
@@ -251,7 +255,7 @@ def test_what_is_simulated_is_written_so_that_everything_reads_it(
 ) -> None:
     """Even with a radius that the workshop may make negative."""
     nominal = symkin.load_mechanism(name)
-    small = ProtocolSettings(pose_count=10, candidates=300)
+    small = ProtocolSettings(pose_count=12, candidates=300)
     nominal = nominal.replace(protocol=small)
     plan = symkin.make_plan(nominal, symkin.sample_workspace(nominal))
     simulation = symkin.simulate(nominal, plan)

@@ -10,9 +10,13 @@ from symkin.io.template import mechanism_template
 
 CASES = [
     (chain, legs, platform)
-    for platform, counts in (("rigid", (3, 4, 5, 6)), ("point", (2, 3, 4, 5, 6)))
+    for platform, counts in (
+        ("rigid", (3, 4, 5, 6)),
+        ("point", (2, 3, 4, 5, 6)),
+        ("translating", (3, 4)),
+    )
     for chain in symkin.chains(platform)
-    for legs in ((6,) if chain == "U[P]S" else counts)
+    for legs in ((6,) if symkin.chain_info(chain, platform).pose_space == "spatial" else counts)
     # A guide has no other side, so opposite legs would be the same one.
     if not (platform == "point" and chain in ("[P]PR", "P[P]R") and legs in (4, 6))
 ]
@@ -25,6 +29,7 @@ def test_a_template_is_a_mechanism_with_a_workspace(
     path = tmp_path / "robot.toml"
     path.write_text(mechanism_template(chain, legs, platform))
     mechanism = symkin.load_mechanism(path)
+    assert mechanism.protocol.pose_count == 3 * mechanism.estimated_count
     assert (mechanism.name, mechanism.chain) == ("robot", chain)
     assert (len(mechanism.legs), mechanism.platform) == (legs, platform)
     # Most of its box can be used.
@@ -35,7 +40,13 @@ def test_a_template_is_a_mechanism_with_a_workspace(
 
 
 @pytest.mark.parametrize(
-    "case", [("[R]RR", 3, "rigid"), ("[P]RR", 2, "point"), ("U[P]S", 6, "rigid")]
+    "case",
+    [
+        ("[R]RR", 3, "rigid"),
+        ("[P]RR", 2, "point"),
+        ("U[P]S", 6, "rigid"),
+        ("U[P]S", 4, "translating"),
+    ],
 )
 def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, int, str]) -> None:
     path = tmp_path / "robot.toml"
@@ -52,7 +63,7 @@ def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, 
         (("[R]RR", 1, "point"), "1 legs for a point platform; expected 2 to 64"),
         (("[P]PR", 4, "point"), "two of them would be the same; expected 2 or an odd number"),
         (("U[P]S", 5), "5 legs for a spatial platform; expected 6"),
-        (("[R]RR", 3, "rigd"), 'expected "rigid" or "point"'),
+        (("[R]RR", 3, "rigd"), 'expected "rigid", "point" or "translating"'),
     ],
 )
 def test_a_template_that_cannot_be_is_refused(arguments: tuple[object, ...], words: str) -> None:

@@ -109,7 +109,7 @@ def test_a_map_leaves_out_poses_that_failed(planar_result):
     poses, before = planar_result.candidates.poses, planar_result.before
     differences = before.differences.copy()
     differences[::2] = np.nan
-    failed = Evaluation.of(differences, poses, 1.0)
+    failed = Evaluation.of(differences, poses, planar_result.nominal)
     figure = plot.error_map(poses, failed, planar_result.after)
     assert_not_blank(figure)
     panels = [axes for axes in figure.axes if axes.get_title()]

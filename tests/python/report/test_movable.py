@@ -39,10 +39,11 @@ PLANAR = [chain for chain in symkin.chains() if symkin.chain_info(chain).pose_sp
 def decoded(data, legs):
     """Of every node: state, condition number, inner joints."""
     text = np.array([ALPHABET.index(each) for each in data["nodes"]])
-    rows = text.reshape(-1, 3 + 4 * data["inner"] * legs)
+    dimensions = data["dimensions"]
+    rows = text.reshape(-1, 3 + 2 * dimensions * data["inner"] * legs)
     pairs = rows[:, 1::2] * 64 + rows[:, 2::2]
     numbers = np.where(pairs == 4095, np.nan, pairs)
-    inner = numbers[:, 1:].reshape(len(rows), legs, data["inner"], 2)
+    inner = numbers[:, 1:].reshape(len(rows), legs, data["inner"], dimensions)
     states = np.array(data["states"])[rows[:, 0]]
     return states, numbers[:, 0], np.array(data["offset"]) + data["step"] * inner
 

@@ -15,6 +15,12 @@ constexpr double kFirstDamping = 0;
 // With a loss the weights and the spread settle one after the other.
 constexpr int kRobustSteps = 5;  // times those without
 
+void keep_estimated(const LegData& data, ClosureRows& rows) {
+  if (static_cast<Index>(data.estimated.size()) < rows.by_parameters.cols()) {
+    rows.by_parameters = RowMatrix(rows.by_parameters(Eigen::all, data.estimated));
+  }
+}
+
 // g - psi on the sensor's turn in `rows.closure`, NaN where the leg does not reach, and dg/dparam
 // (Eqs. 8, 15) in `rows.by_parameters`.
 void linearise_readings(const LegData& data, const Vector& parameters, ClosureRows& rows) {
@@ -23,6 +29,7 @@ void linearise_readings(const LegData& data, const Vector& parameters, ClosureRo
   Vector errors(roots.size());
   data.model.reading_differences(parameters, roots, data.readings, errors);
   data.model.linearise(parameters, data.poses, data.readings + errors, rows);
+  keep_estimated(data, rows);
   rows.by_parameters.array().colwise() /= -rows.by_reading.array();
   rows.closure = errors;
 }
@@ -41,6 +48,12 @@ std::string unreached_pose(const Vector& errors) {
   Index row = 0;
   errors.array().isFinite().cast<int>().minCoeff(&row);
   return "measured pose " + std::to_string(row + 1);
+}
+
+// The largest of a step of the estimated parameters, of those beyond 1 over their size.
+double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
+  const Vector sizes = parameters(data.estimated).cwiseAbs().cwiseMax(1);
+  return step.cwiseQuotient(sizes).lpNorm<Eigen::Infinity>();
 }
 
 // x of least |A x - b|, by QR with columns of length one.
@@ -68,7 +81,7 @@ class LegProblem {
     linearise_in_readings();
   }
 
-  Index size() const { return now_.parameters.size(); }
+  Index size() const { return static_cast<Index>(data_.estimated.size()); }
 
   bool linearise(NormalEquations& equations) {
     if (moved_) {
@@ -93,14 +106,13 @@ class LegProblem {
 
   void step(const Vector& d) {
     std::swap(now_, former_);
-    now_.parameters = former_.parameters + d;
+    now_.parameters = former_.parameters;
+    now_.parameters(data_.estimated) += d;
     moved_ = true;
   }
   void undo() { std::swap(now_, former_); }
   bool still() const { return true; }
-  double extent(const Vector& d) const {
-    return d.cwiseQuotient(now_.parameters.cwiseAbs().cwiseMax(1)).lpNorm<Eigen::Infinity>();
-  }
+  double extent(const Vector& d) const { return relative_step(data_, now_.parameters, d); }
   bool orthogonal_step(Vector& d) const {
     const Vector roots = squares_.cwiseSqrt();
     d = -least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
@@ -169,6 +181,7 @@ SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options) {
 void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
             WhitenedLeg& leg) {
   data.model.linearise(parameters, data.poses, data.readings, leg.rows);
+  keep_estimated(data, leg.rows);
   leg.variances = closure_variances(leg.rows, data.model.info().pose_space, noise);
   leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
 }
@@ -190,9 +203,8 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
     // of Eq. 26 must be subtracted.
     const Vector step = least_squares(rows.by_parameters, rows.closure);
-    estimate.parameters -= step;
-    const Vector size = estimate.parameters.cwiseAbs().cwiseMax(1);
-    if (step.cwiseQuotient(size).lpNorm<Eigen::Infinity>() < 1e-11) {
+    estimate.parameters(data.estimated) -= step;
+    if (relative_step(data, estimate.parameters, step) < 1e-11) {
       outcome.converged = true;
       break;
     }

@@ -15,10 +15,11 @@ struct LegData {
   std::vector<Index> rows;  // of the measurements
   RowMatrix poses;
   Vector readings;
+  std::vector<Index> estimated;  // which of the parameters; the others stay
 };
 
-// The leg's closures at some parameters, and one over their standard deviations by the declared
-// noise.
+// The leg's closures at some parameters, their derivatives by the estimated ones, and one over
+// their standard deviations by the declared noise.
 struct WhitenedLeg {
   ClosureRows rows;
   Vector variances, factors;

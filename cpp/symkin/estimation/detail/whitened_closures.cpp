@@ -36,10 +36,11 @@ Index WhitenedClosures::position(Index leg) const {
 }
 
 WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
+                                 const EstimatedParameters& estimated,
                                  const MeasurementSet& measurements, const std::vector<Index>& legs,
                                  PoseUse use, const MeasurementNoise& noise) {
   const PoseSpace space = model.info().pose_space;
-  const Index p = model.parameter_count();
+  const auto p = static_cast<Index>(estimated.front().size());
   const Index closures = model.info().closures;
   WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {}};
   for (const Index leg : legs) {
@@ -55,14 +56,16 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
     Eigen::MatrixXd by_pose(count, degrees_of_freedom(space));
     Vector by_reading(count);
     for (Index k = 0; k < count; k += closures) {
-      const Index position = system.position(pose.legs[static_cast<std::size_t>(k / closures)]);
+      const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
+      const Index position = system.position(which);
       const ClosureRows& leg = system.rows[static_cast<std::size_t>(position)];
       const Index row = pose.row * closures;
       by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);
       by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
       system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
       system.jacobian.block(pose.first + k, position * p, closures, p) =
-          leg.by_parameters.middleRows(row, closures);
+          leg.by_parameters.middleRows(row, closures)(Eigen::all,
+                                                      estimated[static_cast<std::size_t>(which)]);
     }
     pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
     const auto factor = pose.factor.triangularView<Eigen::Lower>();

@@ -9,6 +9,8 @@
 
 namespace symkin {
 
+using EstimatedParameters = std::vector<std::vector<Index>>;  // of each leg
+
 // The closures h of the legs that were read at one measured pose, and the Cholesky factor L of
 // their covariance: L^-1 h is standard normal at the true parameters.
 struct WhitenedPose {
@@ -28,16 +30,18 @@ struct WhitenedClosures {
   std::vector<Index> legs;
   std::vector<WhitenedPose> poses;
   Vector residual;                // m, L^-1 h
-  Eigen::MatrixXd jacobian;       // m x (legs p), L^-1 dh/dparam
+  Eigen::MatrixXd jacobian;       // m x (legs p), L^-1 dh/dparam, of the estimated parameters
   std::vector<ClosureRows> rows;  // of each of the legs at all measured poses
 
   // Column of the jacobian where a leg's parameters begin, and the leg's rows.
   Index position(Index leg) const;
 };
 
-// At `parameters` of all legs (legs x p), which need not be those of a possible mechanism. Throws
-// InvalidInput, naming the pose, where the covariance of its closures is singular.
+// At `parameters` of all legs, which need not be those of a possible mechanism; `estimated` are the
+// columns of each that are unknown, as many for every leg. Throws InvalidInput, naming the pose,
+// where the covariance of its closures is singular.
 WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
+                                 const EstimatedParameters& estimated,
                                  const MeasurementSet& measurements, const std::vector<Index>& legs,
                                  PoseUse use, const MeasurementNoise& noise);
 

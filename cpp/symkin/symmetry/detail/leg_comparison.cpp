@@ -49,6 +49,15 @@ void tilt_point_over(const ChainInfo& chain, Leg& leg, End which) {
   *end.azimuth += kPi;
 }
 
+// The joint counted the other way.
+void turn_sensor_round(const ChainInfo& chain, Leg& leg) {
+  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+    if (is_sensor(chain.parameters[i].role.kind)) {
+      leg.parameters[static_cast<Index>(i)] *= -1;
+    }
+  }
+}
+
 // A guide with its normal turned round, and with it its travel and what it calls ahead.
 void turn_guide_round(const ChainInfo& chain, Leg& leg, End which) {
   const LegEnd<double> end = end_of(chain, leg, which);
@@ -57,15 +66,21 @@ void turn_guide_round(const ChainInfo& chain, Leg& leg, End which) {
     *end.distance = -*end.distance;
   }
   if (end.distance_is_in_offset() || travelled_end(chain.active_joint) == which) {
-    for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-      if (is_sensor(chain.parameters[i].role.kind)) {
-        leg.parameters[static_cast<Index>(i)] *= -1;
-      }
-    }
+    turn_sensor_round(chain, leg);
   }
   if (chain.mode_is_orientation) {
     leg.working_mode = -leg.working_mode;
   }
+}
+
+// A guide or an axis in space by the opposite direction: travel, or angle, and what is ahead are
+// counted the other way. The zero of an angle stays.
+void turn_direction_round(const ChainInfo& chain, Leg& leg, End which) {
+  const LegEnd<double> end = end_of(chain, leg, which);
+  *end.elevation += kPi;
+  *end.swing = -*end.swing;
+  turn_sensor_round(chain, leg);
+  leg.working_mode = -leg.working_mode;
 }
 
 struct Point {
@@ -76,8 +91,10 @@ struct Point {
 Point point_of(const LegEnd<const double>& end) {
   const double polar = end.polar_angle != nullptr ? *end.polar_angle : kPi / 2;
   const double horizontal = *end.radius * std::sin(polar);
-  return {{horizontal * std::cos(*end.azimuth), horizontal * std::sin(*end.azimuth),
-           end.polar_angle != nullptr ? *end.radius * std::cos(polar) : 0},
+  const double height = end.height != nullptr        ? *end.height
+                        : end.polar_angle != nullptr ? *end.radius * std::cos(polar)
+                                                     : 0;
+  return {{horizontal * std::cos(*end.azimuth), horizontal * std::sin(*end.azimuth), height},
           std::abs(*end.radius),
           std::abs(horizontal)};
 }
@@ -86,10 +103,12 @@ Point point_of(const LegEnd<const double>& end) {
 double apart(const LegEnd<const double>& a, const LegEnd<const double>& b) {
   double sum = 0;
   for (const auto& [x, y] : {std::pair(a.azimuth, b.azimuth), std::pair(a.direction, b.direction),
-                             std::pair(a.polar_angle, b.polar_angle)}) {
+                             std::pair(a.polar_angle, b.polar_angle),
+                             std::pair(a.elevation, b.elevation), std::pair(a.swing, b.swing)}) {
     sum += x != nullptr ? std::abs(wrap_angle(*x - *y)) : 0;
   }
-  for (const auto& [x, y] : {std::pair(a.radius, b.radius), std::pair(a.distance, b.distance)}) {
+  for (const auto& [x, y] : {std::pair(a.radius, b.radius), std::pair(a.distance, b.distance),
+                             std::pair(a.height, b.height)}) {
     sum += x != nullptr ? std::abs(*x - *y) : 0;
   }
   return sum;
@@ -120,6 +139,10 @@ Leg written_like(const Leg& leg, const Leg& other, const ChainInfo& chain) {
     if (wanted.direction != nullptr) {
       consider(turn_guide_round);
     }
+    candidate = nearest;
+    if (wanted.elevation != nullptr) {
+      consider(turn_direction_round);
+    }
   }
   return nearest;
 }
@@ -137,7 +160,7 @@ void compare_points(const ChainInfo& chain, const Leg& image, const Leg& leg, En
   const double* coordinate = b.radius;
   for (const auto& [which, way] :
        {std::pair(b.radius, 1.0), std::pair(b.azimuth, here.horizontal_radius),
-        std::pair(b.polar_angle, here.radius)}) {
+        std::pair(b.polar_angle, here.radius), std::pair(b.height, 1.0)}) {
     if (which != nullptr && std::abs(differences[which - first]) * way > most) {
       most = std::abs(differences[which - first]) * way;
       coordinate = which;
@@ -239,7 +262,8 @@ LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo
     const double unit = which == End::base ? units.base : units.platform;
     if (end.has_point()) {
       compare_points(chain, rewritten, leg, which, differences, unit, worst);
-      for (const double* const coordinate : {end.radius, end.azimuth, end.polar_angle}) {
+      for (const double* const coordinate :
+           {end.radius, end.azimuth, end.polar_angle, end.height}) {
         if (coordinate != nullptr) {
           done[static_cast<std::size_t>(coordinate - first)] = true;
         }

@@ -16,8 +16,11 @@ struct LegEnd {
   T* radius;  // of a point
   T* azimuth;
   T* polar_angle;
+  T* height;
   T* direction;  // azimuth of a guide's normal
   T* distance;   // of a guide from the origin
+  T* elevation;  // of a direction in space
+  T* swing;
 
   bool has_point() const { return radius != nullptr && azimuth != nullptr; }
   // A guide that is known by its direction alone is read from the frame's origin.
@@ -38,9 +41,15 @@ LegEnd<T> leg_end(const ChainInfo& chain, End end, T* parameters) {
   const auto find = [&](ParameterKind kind) {
     return find_parameter(chain, {end, kind}, parameters);
   };
-  return {find(ParameterKind::radius), find(ParameterKind::azimuth),
-          find(ParameterKind::polar_angle), find(ParameterKind::direction_azimuth),
-          find(ParameterKind::direction_distance)};
+  T* const of_guide = find(ParameterKind::guide_elevation);
+  return {find(ParameterKind::radius),
+          find(ParameterKind::azimuth),
+          find(ParameterKind::polar_angle),
+          find(ParameterKind::height),
+          find(ParameterKind::direction_azimuth),
+          find(ParameterKind::direction_distance),
+          of_guide != nullptr ? of_guide : find(ParameterKind::axis_elevation),
+          find(ParameterKind::swing)};
 }
 
 }  // namespace symkin

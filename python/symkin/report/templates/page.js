@@ -7,10 +7,11 @@ function movable(figure) {
   const { axes, inner } = data;
   const legs = data.base.length;
   const free = inner === 0;
-  const spatial = data.space === "spatial";
+  const spatial = data.dimensions === 3;
   const alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   const code = new Map([...alphabet].map((character, value) => [character, value]));
-  const width = 3 + 4 * inner * legs;
+  const room = 2 * data.dimensions; // characters of a joint
+  const width = 3 + room * inner * legs;
   const place = [...data.home]; // on each axis, in nodes
   const view = { azimuth: -65, elevation: 22 };
 
@@ -61,8 +62,21 @@ function movable(figure) {
     return points.map((point) => turned(point, rotation).map((each, k) => each + position[k]));
   }
 
+  // Inner joints, wherever they go in the workspace.
+  const wandering = [];
+  for (let row = 0; row < data.nodes.length; row += width) {
+    if (data.nodes[row] !== alphabet[0]) continue;
+    for (let start = row + 3; start < row + width; start += room) {
+      wandering.push(data.offset.map((low, k) => low + pair(start + 2 * k) * data.step));
+    }
+  }
+
   // What the view turns about.
-  const heights = spatial ? [...data.base.map(([, , z]) => z), ...axes[2].values] : [0];
+  const tops = [...data.base, ...wandering].map(([, , z]) => z);
+  const heights = spatial
+    ? [...tops, ...axes[2].values].reduce(
+      ([low, high], z) => [Math.min(low, z), Math.max(high, z)], [Infinity, -Infinity])
+    : [0];
   const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
 
   // To the right and upwards on the drawing, in metres.
@@ -75,10 +89,10 @@ function movable(figure) {
   }
 
   function innerJoints(leg) {
-    const start = at(place) + 3 + 4 * inner * leg;
+    const start = at(place) + 3 + room * inner * leg;
     const joints = [];
     for (let j = 0; j < inner; j += 1) {
-      const numbers = [pair(start + 4 * j), pair(start + 4 * j + 2)];
+      const numbers = data.offset.map((_, k) => pair(start + room * j + 2 * k));
       if (numbers.includes(4095)) return null;
       joints.push(numbers.map((number, k) => data.offset[k] + number * data.step));
     }
@@ -92,22 +106,15 @@ function movable(figure) {
   const box = (() => {
     const around = corners.flatMap((c) => [-reach, reach].flatMap((dx) =>
       [-reach, reach].map((dy) => [c[0] + dx, c[1] + dy, c[2] || 0])));
-    const everything = [...data.base, ...around];
+    const everything = [...data.base, ...around, ...wandering];
     if (!spatial) {
-      for (let row = 0; row < data.nodes.length; row += width) {
-        if (data.nodes[row] !== alphabet[0]) continue;
-        for (let start = row + 3; start < row + width; start += 4) {
-          const numbers = [pair(start), pair(start + 2)];
-          everything.push(numbers.map((number, k) => data.offset[k] + number * data.step));
-        }
-      }
       const [xs, ys] = [0, 1].map((k) => everything.map((point) => point[k]));
       const extremes = (numbers) => numbers.reduce(
         ([low, high], each) => [Math.min(low, each), Math.max(high, each)], [Infinity, -Infinity]);
       return [extremes(xs), extremes(ys)];
     }
     // Seen from anywhere.
-    const radius = Math.max(...everything.map(([x, y]) => Math.hypot(x, y)));
+    const radius = everything.reduce((most, [x, y]) => Math.max(most, Math.hypot(x, y)), 0);
     const tall = Math.hypot(radius, Math.max(...heights) - middle);
     return [[-radius, radius], [-tall, tall]];
   })();

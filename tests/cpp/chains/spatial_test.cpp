@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "chains/every_chain.hpp"
+#include "symkin/model/estimated_parameters.hpp"
+#include "symkin/symmetry/action.hpp"
+
+namespace symkin::testing {
+namespace {
+
+// Chains of legs in space, on either platform.
+class Spatial : public EveryChain {
+ protected:
+  static constexpr double kStep = 1e-5;
+
+  bool has_two() const { return GetParam().name != "U[P]S"; }
+
+  // Whatever the working mode means.
+  std::vector<State> spatial_states(int count, std::uint64_t seed = 1) const {
+    Random random(seed);
+    std::vector<State> states;
+    while (static_cast<int>(states.size()) < count) {
+      State state{random_parameters(random), random_pose(random, 1.5),
+                  random.uniform() < 0.5 ? -1 : 1, 0};
+      if (info().pose_space == PoseSpace::spatial) {
+        state.pose.rightCols<4>().normalize();
+      }
+      state.reading = reading(state, state.mode);
+      if (margin(state) > 0.05 && std::abs(linearise(state).by_reading[0] / gain(state)) > 0.1) {
+        states.push_back(state);
+      }
+    }
+    return states;
+  }
+
+  double between_readings(const State& state, double a, double b) const {
+    const double gap = gain(state) * (a - b);
+    return std::abs(is_angle(info().active_joint) ? wrap_angle(gap) : gap);
+  }
+
+  // A frame whose base is off the origin; so is the platform, and turned, if it turns.
+  SymmetryGroup group() const {
+    SymmetryFrame frame = SymmetryFrame::about_origin(0.7);
+    frame.base_centre = {0.3, -0.2};
+    if (has_orientation(info().pose_space)) {
+      frame.platform_centre = {-0.05, 0.1};
+      frame.platform_axis = -0.9;
+    }
+    return {5, true, frame};
+  }
+
+  State image(SymmetryElement element, const State& state) const {
+    const Leg leg = transform_leg(group(), element, info(), {state.parameters, state.mode});
+    return {leg.parameters, transform_poses(group(), element, info().pose_space, state.pose),
+            leg.working_mode, reading_sign(element, info().active_joint) * state.reading};
+  }
+};
+
+TEST_P(Spatial, RootsCloseTheLegInEachWorkingModeWithTheSlopeOfIts) {
+  for (State state : spatial_states(kStates)) {
+    for (const int mode : {-1, 1}) {
+      state.reading = reading(state, mode);
+      EXPECT_NEAR(closure(state), 0, 1e-12);
+      const double slope = linearise(state).by_reading[0] / gain(state);
+      if (GetParam().name == "[P]US") {
+        EXPECT_LT(mode * slope, 0);  // e . (rod) = -L dh/dq
+      } else if (GetParam().name == "[R]US") {
+        EXPECT_LT(mode * slope, 0);  // a . (crank x rod) = -L dh/dq
+      }
+    }
+  }
+}
+
+TEST_P(Spatial, ReachEndsWhereTheReadingIsMissingAndOneMarginAway) {
+  Random random(2);
+  int outside = 0;
+  for (int i = 0; i < kStates; ++i) {
+    const State state{random_parameters(random), random_pose(random, 3), 1, 0};
+    const double here = margin(state);
+    ASSERT_EQ(std::isnan(reading(state, 1)), here < 0);
+    outside += here < 0 ? 1 : 0;
+    if (!std::isfinite(here)) {
+      continue;
+    }
+    bool crossed = false;
+    for (int k = 0; k < 400; ++k) {
+      Eigen::RowVector3d way(2 * random.uniform() - 1, 2 * random.uniform() - 1,
+                             2 * random.uniform() - 1);
+      way.normalize();
+      State moved = state;
+      moved.pose.leftCols<3>() += 0.999 * std::abs(here) * way;
+      EXPECT_EQ(margin(moved) > 0, here > 0);
+      moved.pose.leftCols<3>() += 0.11 * std::abs(here) * way;
+      crossed = crossed || (margin(moved) > 0) != (here > 0);
+    }
+    EXPECT_TRUE(crossed) << "margin " << here;
+  }
+  EXPECT_EQ(outside > 0, has_two());
+}
+
+TEST_P(Spatial, DerivativesMatchCentralDifferences) {
+  for (State state : spatial_states(50)) {
+    state.reading += 0.1;
+    const ClosureRows rows = linearise(state);
+    const auto difference = [&](double& value) {
+      const double middle = value;
+      value = middle + kStep;
+      const double above = closure(state);
+      value = middle - kStep;
+      const double below = closure(state);
+      value = middle;
+      return (above - below) / (2 * kStep);
+    };
+    for (Index i = 0; i < state.parameters.size(); ++i) {
+      EXPECT_NEAR(rows.by_parameters(0, i), difference(state.parameters[i]), 1e-7)
+          << info().parameters[static_cast<std::size_t>(i)].name;
+    }
+    EXPECT_NEAR(rows.by_reading[0], difference(state.reading), 1e-7);
+    Vector step = Vector::Zero(degrees_of_freedom(info().pose_space));
+    const RowMatrix pose = state.pose;
+    for (Index i = 0; i < step.size(); ++i) {
+      const auto at = [&](double size) {
+        step[i] = size;
+        state.pose = pose;
+        move_pose(info().pose_space, step.data(), state.pose.data());
+        return closure(state);
+      };
+      EXPECT_NEAR(rows.by_pose(0, i), (at(kStep) - at(-kStep)) / (2 * kStep), 1e-7);
+      step[i] = 0;
+      state.pose = pose;
+    }
+  }
+}
+
+TEST_P(Spatial, ImagesUnderRotationsAndReflectionsCloseAndReadAlike) {
+  for (State state : spatial_states(50)) {
+    for (const SymmetryElement element : group().elements()) {
+      const State moved = image(element, state);
+      EXPECT_LT(between_readings(moved, reading(moved, moved.mode), moved.reading), 1e-10);
+      EXPECT_TRUE(std::isinf(margin(state)) || std::abs(margin(moved) - margin(state)) < 1e-12);
+      State open = state;
+      open.reading += 0.2;
+      EXPECT_NEAR(closure(image(element, open)), closure(open), 1e-12);
+    }
+  }
+}
+
+// No more and no fewer than what poses can show.
+TEST_P(Spatial, EstimatedParametersHaveFullRankAndTheOthersAddNone) {
+  Random random(6);
+  for (int leg = 0; leg < 5; ++leg) {
+    const Vector parameters = random_parameters(random);
+    RowMatrix all(120, parameters.size());
+    for (Index row = 0; row < all.rows();) {
+      State state{parameters, random_pose(random, 2), 1, 0};
+      state.reading = reading(state, 1);
+      if (margin(state) > 0.05) {
+        const ClosureRows rows = linearise(state);
+        all.row(row++) = rows.by_parameters.row(0) / rows.by_reading[0];
+      }
+    }
+    const auto rank = [](RowMatrix rows) {
+      for (Index i = 0; i < rows.cols(); ++i) {
+        rows.col(i) /= rows.col(i).norm();
+      }
+      const Vector values = Eigen::JacobiSVD<Eigen::MatrixXd>(rows).singularValues();
+      return (values.array() > 1e-6 * values[0]).count();
+    };
+    const std::vector<Index> estimated = estimated_parameters(info(), parameters);
+    EXPECT_EQ(rank(all(Eigen::all, estimated)), static_cast<Index>(estimated.size()));
+    EXPECT_EQ(rank(all), static_cast<Index>(estimated.size()));
+  }
+}
+
+TEST_P(Spatial, DrawingLeadsFromTheBasePointOverTheInnerJointToThePlatformPoint) {
+  for (const State& state : spatial_states(20)) {
+    const RowMatrix joints = joint_centres(state);
+    ASSERT_EQ(joints.cols(), 3);
+    ASSERT_EQ(joints.rows(), has_two() ? 3 : 2);
+    if (has_two()) {
+      const double first = (joints.row(1) - joints.row(0)).norm();
+      const double crank = parameter(state, "proximal_length");
+      EXPECT_NEAR(first, crank > 0 ? crank : std::abs(active_joint(state)), 1e-12);
+      EXPECT_NEAR((joints.row(2) - joints.row(1)).norm(), parameter(state, "distal_length"), 1e-11);
+    } else {
+      EXPECT_NEAR((joints.row(1) - joints.row(0)).norm(), active_joint(state), 1e-12);
+    }
+    if (GetParam().platform == Platform::translating) {
+      EXPECT_TRUE(joints.bottomRows(1).isApprox(state.pose, 1e-12));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Chains, Spatial, ::testing::ValuesIn(every_spatial_chain()), test_name);
+
+std::string_view held_of(double guide_azimuth, double elevation, double swing) {
+  const ChainInfo& info = leg_model("[P]US", Platform::translating).info();
+  Vector parameters(9);
+  parameters << 1, 0.5, 0.3, 0.1, guide_azimuth, elevation, swing, 1, 0;
+  const std::vector<Index> estimated = estimated_parameters(info, parameters);
+  EXPECT_EQ(estimated.size(), 7U);
+  for (Index i = 0; i < 9; ++i) {
+    if (i != 4 && std::find(estimated.begin(), estimated.end(), i) == estimated.end()) {
+      return info.parameters[static_cast<std::size_t>(i)].name;
+    }
+  }
+  return "";
+}
+
+TEST(HeldParameter, IsTheBasePointsCoordinateAlongWhichTheGuideRunsMost) {
+  constexpr double kBase = 0.3;
+  EXPECT_EQ(held_of(kBase, kPi / 2, 0), "base_height");
+  EXPECT_EQ(held_of(kBase, 0, 0), "base_radius");
+  EXPECT_EQ(held_of(kBase, 0, kPi / 2), "base_azimuth");
+  EXPECT_EQ(held_of(kBase + kPi / 2, 0, 0), "base_azimuth");
+  EXPECT_EQ(held_of(kBase, 0.8, 0), "base_height");
+  EXPECT_EQ(held_of(kBase, 0.7, 0), "base_radius");
+}
+
+TEST(HeldParameter, IsTheHeightOnATie) {
+  EXPECT_EQ(held_of(0.3, kPi / 4, 0), "base_height");
+  EXPECT_EQ(held_of(0.3 + kPi / 2, kPi / 4, 0), "base_height");
+}
+
+}  // namespace
+}  // namespace symkin::testing
