@@ -157,9 +157,6 @@ class Task:
         """What to do where nothing shows a column; empty if there is nothing."""
         return ""
 
-    def _legs(self, mechanism: Mechanism) -> list[int]:
-        return list(range(len(mechanism.legs))) if self.leg is None else [self.leg]
-
 
 def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) -> list[Task]:
     """Return the selections of a design.
