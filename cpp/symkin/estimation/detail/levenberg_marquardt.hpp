@@ -143,9 +143,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       }
     }
     problem.step(step);
-    failed = !problem.linearise(next) ||
-             !(next.cost - next.by_new_weights <=
-               now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
+    failed =
+        !problem.linearise(next) || !(next.cost - next.by_new_weights <=
+                                      now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
     if (failed) {
       problem.undo();
       damping = std::max(8 * damping, kLeastDamping);
