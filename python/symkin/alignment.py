@@ -77,7 +77,8 @@ class Alignment(Result):
     frames : Frames
         The base in the device's frame, and the target in the platform's.
     base_deviations, target_deviations : ndarray, shape (6,) spatially, else (3,)
-        Standard deviations, m and rad, from what is left; infinite where the poses do not tell.
+        Standard deviations, m and rad, from what is left; infinite where the poses do not tell. NaN
+        of the target of a platform that never turns, which counts as the platform itself.
     convention : str
         The way of taking the measured poses that fits.
     conventions : tuple of ConventionFit
@@ -88,6 +89,8 @@ class Alignment(Result):
         The same of every pose: position, then angle or rotation vector.
     length : float
         At which a rotation was made comparable with a translation, m.
+    pose_space : {"planar", "point", "spatial", "translating"}
+        Kind of the poses.
     """
 
     frames: Frames
@@ -101,6 +104,7 @@ class Alignment(Result):
     orientation_max: float = field(unit="rad")
     differences: Array = field(private=True)
     length: float = field(unit="m")
+    pose_space: str = field(private=True)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -129,7 +133,7 @@ class Alignment(Result):
                 "table, or say so with --convention"
             )
         deviations = np.concatenate([self.base_deviations, self.target_deviations])
-        if not np.isfinite(deviations).all():
+        if np.isinf(deviations).any():
             yield (
                 "these poses do not tell the base frame from the target frame: they need to turn "
                 "about more than one axis, and to move"
@@ -168,8 +172,9 @@ class Alignment(Result):
 
     def columns(self) -> Mapping[str, Any]:
         """Return what is left, a row a pose."""
-        names = {2: "x_m y_m", 3: "x_m y_m phi_rad", 6: "x_m y_m z_m rx_rad ry_rad rz_rad"}
-        return dict(zip(names[self.differences.shape[1]].split(), self.differences.T, strict=True))
+        units = POSE_SPACES[self.pose_space].units
+        names = [f"{name}_{unit}" for name, unit in units.items()]
+        return dict(zip(names, self.differences.T, strict=True))
 
 
 def align_frames(
@@ -248,6 +253,7 @@ def align_frames(
         orientation_max=float(orientation.max(initial=0.0)),
         differences=differences,
         length=length,
+        pose_space=space,
     )
 
 
@@ -386,7 +392,7 @@ def _deviations(
     shown, free, size = kind.components, kind.frame_components, kind.size
     left = moved(base, poses, target, wanted)[:, shown]
     columns = []
-    for number in range(2):
+    for number in range(2 if kind.turns else 1):
         for component in free:
             step = np.zeros(6)
             step[component] = _STEP
@@ -408,7 +414,9 @@ def _deviations(
     unseen = values < _UNSEEN * values[-1]
     variances = np.sum(vectors[:, ~unseen] ** 2 / values[~unseen], axis=1)
     hidden = (np.abs(vectors[:, unseen]) > _UNSEEN).any(axis=1)
-    return np.where(hidden, np.inf, np.sqrt(variances))
+    found = np.full(2 * len(free), np.nan)
+    found[: len(columns)] = np.where(hidden, np.inf, np.sqrt(variances))
+    return found
 
 
 def _stepped(frame: Transform, step: Array) -> Transform:

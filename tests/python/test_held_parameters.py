@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.errors import MeasurementError, NotIdentifiableError
+from symkin.alignment import poses_of_mechanism
+from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
 from symkin.measurements import Measurements
 from symkin.observability import analyse_observability, observability_rows
+from symkin.observed import Observed
 from symkin.planning import make_plan
 from symkin.settings import NoiseSettings
 from symkin.simulation import simulate
@@ -118,3 +120,75 @@ def test_measurements_of_a_delta_are_written_and_read_as_x_y_z(delta, measured, 
     again = symkin.read_measurements(path, delta)
     assert again.pose_space == "translating"
     np.testing.assert_array_equal(again.poses, measured.measurements.poses)
+
+
+@pytest.fixture(scope="module")
+def touched(delta):
+    """What a probe says that touches an unknown plane."""
+    sample = symkin.sample_workspace(delta, 500)
+    plane = Observed("height", plane=(0.01, 0.02, -0.03))
+    return simulate(delta, make_plan(delta, sample), seed=4, observe=plane)
+
+
+def test_a_delta_is_identified_from_where_it_touches_an_unknown_plane(delta, touched):
+    assert np.isnan(touched.measurements.poses).all()
+    found = symkin.identify(delta, touched.measurements, prior="tolerances", frames=["plane"])
+    assert found.trustworthy, found.doubts
+    apart = found.mechanism.parameters - touched.actual.parameters
+    own = delta.is_estimated
+    assert (np.abs(apart[own] / found.mechanism.deviations[own]) < 4).all()
+    np.testing.assert_array_equal(found.mechanism.parameters[~own], delta.parameters[~own])
+    status = {each.name: each.status for each in found.unknowns}
+    assert status["leg2.base_height"] == "held, since the sensor's offset does the same"
+    assert status["leg2.guide_azimuth"] == "held, a constant of the description"
+
+
+def test_what_is_held_cannot_be_freed_shared_or_given_a_prior(delta, touched):
+    def identify(**options):
+        return symkin.identify(delta, touched.measurements, **options)
+
+    for options in ({"free": ["base_height"]}, {"shared": ["*.base_height"]}):
+        with pytest.raises(SymkinError, match="is held, since the sensor's offset does the same"):
+            identify(**options)
+    with pytest.raises(SymkinError, match="is held, a constant of the description"):
+        identify(prior={"leg1.guide_azimuth": 1e-3})
+    found = identify(free=["base_*"], prior={"base_*": 1e-3})
+    own = {f"leg{leg}.{name}" for leg in (1, 2, 3) for name in ("base_radius", "base_azimuth")}
+    assert set(found.names) == own
+
+
+def test_coordinates_of_a_delta_that_were_not_measured_are_empty_cells(delta, measured, tmp_path):
+    poses = measured.measurements.poses.copy()
+    poses[::3, 0] = poses[1::3, 2] = np.nan
+    partial = replace(measured.measurements, poses=poses)
+    again = symkin.read_measurements(partial.save(tmp_path / "partial.csv"), delta)
+    np.testing.assert_array_equal(again.poses, poses)
+    assert again.incomplete_because.endswith("has no measured x")
+    found = symkin.identify(delta, again)
+    assert found.trustworthy, found.doubts
+    errors = found.mechanism.parameters - measured.actual.parameters
+    own = delta.is_estimated
+    assert (np.abs(errors[own] / found.mechanism.deviations[own]) < 4).all()
+
+
+def test_robots_of_a_fleet_are_identified_as_each_alone(delta, measured):
+    fleet = symkin.identify_many(delta, {"one": measured.measurements})
+    alone = symkin.identify(delta, measured.measurements)
+    assert not fleet.doubts[0]
+    np.testing.assert_allclose(fleet.parameters[0], alone.mechanism.parameters, atol=1e-12)
+    np.testing.assert_allclose(fleet.deviations[0], alone.deviations, rtol=1e-9)
+
+
+def test_the_frame_of_a_delta_is_found_and_its_target_counts_as_the_platform(delta, tmp_path):
+    base = (0.3, -0.2, 0.1, 0.1, 0.2, 2.0)
+    sample = symkin.sample_workspace(delta, 500)
+    tracker = Observed("pose", base=base)
+    taken = simulate(delta, make_plan(delta, sample), seed=4, observe=tracker).measurements
+    table = taken.save(tmp_path / "tracked.csv")
+    aligned = symkin.align_frames(*poses_of_mechanism(delta, table), pose_space="translating")
+    assert aligned.trustworthy, aligned.doubts
+    np.testing.assert_allclose(aligned.frames.base, base, atol=0.02)
+    np.testing.assert_array_equal(aligned.frames.target, 0)
+    assert list(aligned.columns()) == ["x_m", "y_m", "z_m"]
+    found = symkin.identify(delta, taken, frames=["base"], prior="tolerances")
+    assert found.trustworthy, found.doubts

@@ -210,7 +210,9 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
         held = dataclasses.replace(
             options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
         )
-        wider.append(("frames", held, dataclasses.replace(held, frames=("base", "target"))))
+        # A target on a platform that never turns does what the base's frame does.
+        frames = ("base", "target") if found.nominal.space.turns else ("base",)
+        wider.append(("frames", held, dataclasses.replace(held, frames=frames)))
     made = (_compared(found, *each) for each in wider)
     return [each for each in made if each is not None]
 
@@ -253,7 +255,7 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
         return (
             f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
             f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
-            "--frames base --frames target"
+            + " ".join(f"--frames {frame}" for frame in other.options.frames)
         )
     if other.what == "held":
         return (

@@ -249,7 +249,7 @@ def _whatever_is_observed(
     mechanism: symkin.Mechanism, poses: np.ndarray, readings: np.ndarray
 ) -> dict[str, np.ndarray]:
     """A problem with full poses, two points and an anchor, all parameters free with priors."""
-    size = 3 if mechanism.pose_space == "spatial" else 2
+    size = mechanism.space.size
     count, dof = len(poses), mechanism.core.dof
     around = {
         "curvature": np.zeros((len(mechanism.legs), 3)),
@@ -267,7 +267,12 @@ def _whatever_is_observed(
     }
     setup, _ = _observed(mechanism, around)
     names = _core.unknown_names(mechanism.core, setup)
-    free = [name.split(".")[-1] in mechanism.parameter_names for name in names]
+    estimated = {
+        f"leg{leg + 1}.{name}"
+        for leg in range(len(mechanism.legs))
+        for name in mechanism.estimated_names(leg)
+    }
+    free = [name in estimated for name in names]
     column = np.where(free, np.cumsum(free) - 1, -1)
     return around | {
         "column": column,
