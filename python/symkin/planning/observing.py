@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.frames import COMPONENTS, frame, transforms
+from symkin.frames import frame, transforms
 from symkin.identification.estimate import with_file_settings
 from symkin.identification.problem import JointOptions, Problem
 from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
@@ -292,7 +292,7 @@ class Survey(Value):
             len(inverse), -1, legs * (p + 3)
         )
         moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
-        moves[:, COMPONENTS[space]] = of_legs
+        moves[:, mechanism.space.components] = of_legs
 
         frames = mechanism.frames or Frames()
         base, target = frame(space, frames.base), frame(space, frames.target)
