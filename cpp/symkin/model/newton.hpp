@@ -220,7 +220,7 @@ class Newton {
       const Mask good = joint.sine == joint.sine;
       return {L::select(good, joint.cosine, other.cosine), L::select(good, joint.sine, other.sine)};
     } else {
-      return L::select(joint == joint, joint, other);
+      return L::select(joint == joint, joint, other);  // NOLINT(misc-redundant-expression)
     }
   }
 
@@ -240,7 +240,7 @@ class Newton {
 
   Mask same_sides(const Coordinates& coordinates) const {
     const Pose pose = Pose::constant(coordinates.data());
-    Mask same = coordinates[0] == coordinates[0];
+    Mask same = coordinates[0] == coordinates[0];  // NOLINT(misc-redundant-expression)
     for (const LegState& leg : legs_) {
       same = same && (slope(leg, pose, leg.joint) > T(0.0)) == leg.side;
     }
@@ -252,7 +252,7 @@ class Newton {
   Mask in_working_modes(const Coordinates& coordinates) const {
     const T tolerance(1e-6);
     const Pose pose = Pose::constant(coordinates.data());
-    Mask all = coordinates[0] == coordinates[0];
+    Mask all = coordinates[0] == coordinates[0];  // NOLINT(misc-redundant-expression)
     for (const LegState& leg : legs_) {
       // A root that is not a number, just beyond the reach, fails the comparison too.
       all = all &&
