@@ -215,6 +215,13 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     )
     problem = _whatever_is_observed(mechanism, poses, readings)
     yield Call("_core.fit_jointly", problem, lambda **given: _fit_jointly(mechanism, given))
+    yield Call(
+        "_core.observed_rows",
+        {key: problem[key] for key in problem if key != "tolerances"},
+        lambda column, prior, start, **given: _core.observed_rows(
+            core, *_observed(mechanism, given), column, prior, start
+        ),
+    )
     around = {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")}
     around["home"] = np.ravel(mechanism.home)
     yield Call(

@@ -49,6 +49,7 @@ RESULTS = {
     "Identification",
     "Job",
     "JointIdentification",
+    "Layout",
     "LegFit",
     "LocalErrors",
     "ModeSlices",
@@ -57,6 +58,7 @@ RESULTS = {
     "PoseCountCurve",
     "Selection",
     "StudyResult",
+    "Survey",
     "SymmetryFrame",
     "WorkspaceSample",
 }
