@@ -4,11 +4,12 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run study test sanitize lint format bench docs clean help system-packages system-lint-packages \
+.PHONY: run study test sanitize lint format bench docs wheel release clean help system-packages system-lint-packages \
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
-SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libceres-dev libboost-dev libxsimd-dev libgtest-dev \
+# The development tree has tests and benchmarks too: Ceres, GoogleTest and Google Benchmark are for them.
+SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libboost-dev libxsimd-dev libceres-dev libgtest-dev \
   libbenchmark-dev python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
 # Large, so for CI alone: without a browser the tests of pages are skipped, and say so.
@@ -58,8 +59,14 @@ docs: $(STAMPS)/package $(STAMPS)/docs ## Build the documentation into build/doc
 	@$(PYTHON) -m sphinx -q -W --keep-going -b html docs build/docs
 	@echo build/docs/index.html
 
+wheel: $(STAMPS)/package $(STAMPS)/wheel ## Pack a wheel into dist and try it in a bare environment
+	@scripts/wheel
+
+release: $(STAMPS)/wheel ## Go through the checklist of a release; publishes nothing
+	@scripts/release
+
 clean: ## Remove all that make has made
-	@rm -rf build .venv out .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	@rm -rf build dist .venv out .benchmarks .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 help: ## Say what make can do
 	@sed -n 's/^\([a-z]*\):.*## /\1 /p' $(MAKEFILE_LIST) | \
@@ -80,7 +87,7 @@ $(STAMPS)/venv: scripts/make-venv | system-packages
 
 # Requirements of pyproject.toml: "package" to build and run, or an extra.
 $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench \
-    $(STAMPS)/cluster: \
+    $(STAMPS)/cluster $(STAMPS)/wheel: \
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
 	@echo "Installing Python packages: $(*:requirements=build and runtime)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt
