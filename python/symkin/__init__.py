@@ -16,11 +16,7 @@ The modules have more: `symkin.settings`, `symkin.errors`, `symkin.symmetry`, `s
 from __future__ import annotations
 
 import importlib
-import os
 from typing import TYPE_CHECKING, Any
-
-# Ceres' messages are not for users: what they are about comes back as results and errors.
-os.environ.setdefault("GLOG_minloglevel", "3")
 
 try:
     from symkin import _core as _core

@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "symkin/model/chain_info.hpp"
 #include "symkin/model/leg_kernels.hpp"
 #include "symkin/support/types.hpp"
-
-namespace ceres {
-class CostFunction;
-}
 
 namespace symkin {
 
@@ -85,14 +80,6 @@ class LegModel {
 
   // dq/dpsi at a reading: unit of the active joint per unit of the sensor.
   virtual double sensor_gain(ConstVector parameters, double reading) const = 0;
-
-  // One cost function a pose on the leg's p parameters, in the pose rows' order.
-  // Residuals h(parameters; pose, reading), k of them, in metres; finite beyond the leg's reach.
-  virtual std::vector<std::unique_ptr<ceres::CostFunction>> closure_costs(
-      ConstRows poses, ConstVector readings) const = 0;
-  // Residual g(parameters; pose) - reading (Eq. 15); fails beyond the leg's reach.
-  virtual std::vector<std::unique_ptr<ceres::CostFunction>> reading_costs(
-      int working_mode, ConstRows poses, ConstVector readings) const = 0;
 
   // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3).
   virtual RowMatrix joint_centres(ConstVector parameters, ConstVector pose,

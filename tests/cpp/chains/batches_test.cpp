@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The models take several poses side by side, in the width of the processor. They must say what
 // the same kernels say on plain doubles, one pose at a time.
-#include <ceres/cost_function.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
@@ -37,14 +36,6 @@ class PlainModel final : public LegModel {
   void reading_differences(ConstVector, ConstVector, ConstVector,
                            Eigen::Ref<Vector>) const override {}
   double sensor_gain(ConstVector, double) const override { return 0; }
-  std::vector<std::unique_ptr<ceres::CostFunction>> closure_costs(ConstRows,
-                                                                  ConstVector) const override {
-    return {};
-  }
-  std::vector<std::unique_ptr<ceres::CostFunction>> reading_costs(int, ConstRows,
-                                                                  ConstVector) const override {
-    return {};
-  }
   RowMatrix joint_centres(ConstVector, ConstVector, double) const override { return {}; }
 };
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <memory>
 
 #include "support/mechanisms.hpp"
 #include "symkin/estimation/simulation.hpp"
@@ -47,25 +48,56 @@ std::vector<Case> cases() {
       {"hexapod", testing::hexapod(), testing::hexapod_workspace()}};
 }
 
-class Scaled final : public ceres::CostFunction {
- public:
-  Scaled(std::unique_ptr<ceres::CostFunction> cost, double factor)
-      : cost_(std::move(cost)), factor_(factor) {
-    set_num_residuals(1);
-    *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+// For residuals that are `spread` times larger than standard normal ones; null for none.
+std::unique_ptr<ceres::LossFunction> loss_of_ceres(const RobustLoss& loss, double spread) {
+  switch (loss.kind) {
+    case RobustLoss::Kind::none:
+      break;
+    case RobustLoss::Kind::huber:
+      return std::make_unique<ceres::HuberLoss>(1.345 * spread);
+    case RobustLoss::Kind::cauchy:
+      return std::make_unique<ceres::CauchyLoss>(2.385 * spread);
+    case RobustLoss::Kind::tukey:
+      return std::make_unique<ceres::TukeyLoss>(4.685 * spread);
   }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const bool finite = cost_->Evaluate(parameters, residuals, jacobians);
-    residuals[0] *= factor_;
-    for (int i = 0; jacobians != nullptr && i < parameter_block_sizes()[0]; ++i) {
-      jacobians[0][i] *= factor_;
+  return nullptr;
+}
+
+// What Ceres is told of one pose: its closure, or its reading less the measured one (Eq. 15), in
+// deviations.
+class PoseCost final : public ceres::CostFunction {
+ public:
+  PoseCost(const LegData& data, Index row, bool inverse, double factor)
+      : data_(data), row_(row), inverse_(inverse), factor_(factor) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(data.model.parameter_count()));
+  }
+
+  bool Evaluate(double const* const* values, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const Vector> parameters(values[0], data_.model.parameter_count());
+    const RowMatrix pose = data_.poses.row(row_);
+    Vector reading = data_.readings.segment<1>(row_);
+    Vector difference(1);
+    if (inverse_) {
+      Vector expected(1);
+      data_.model.inverse_kinematics(parameters, data_.working_mode, pose, expected);
+      data_.model.reading_differences(parameters, expected, reading, difference);
+      reading += difference;
     }
-    return finite;
+    ClosureRows rows;
+    data_.model.linearise(parameters, pose, reading, rows);
+    residuals[0] = factor_ * (inverse_ ? difference[0] : rows.closure[0]);
+    if (jacobians != nullptr) {
+      const double scale = inverse_ ? -factor_ / rows.by_reading[0] : factor_;
+      Eigen::Map<RowMatrix>(jacobians[0], 1, parameters.size()) = scale * rows.by_parameters;
+    }
+    return std::isfinite(residuals[0]);
   }
 
  private:
-  std::unique_ptr<ceres::CostFunction> cost_;
+  const LegData& data_;
+  Index row_;
+  bool inverse_;
   double factor_;
 };
 
@@ -86,15 +118,13 @@ Vector by_ceres(const LegData& data, Vector parameters, const IdentificationOpti
       data.model.reading_differences(parameters, Vector(residuals), data.readings, residuals);
     }
     const double spread = options.loss.spread(residuals.cwiseProduct(factors));
-    auto costs = inverse ? data.model.reading_costs(data.working_mode, data.poses, data.readings)
-                         : data.model.closure_costs(data.poses, data.readings);
-    const auto loss = options.loss.make(spread);
+    const auto loss = loss_of_ceres(options.loss, spread);
     ceres::Problem::Options ownership;
     ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(ownership);
-    for (std::size_t k = 0; k < costs.size(); ++k) {
-      problem.AddResidualBlock(new Scaled(std::move(costs[k]), factors[static_cast<Index>(k)]),
-                               loss.get(), parameters.data());
+    for (Index row = 0; row < factors.size(); ++row) {
+      problem.AddResidualBlock(new PoseCost(data, row, inverse, factors[row]), loss.get(),
+                               parameters.data());
     }
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::DENSE_QR;
@@ -195,7 +225,7 @@ TEST(LegEstimators, LossesAreThoseOfCeres) {
     const RobustLoss loss{kind, 0};
     for (const double square : {0.0, 0.5, 3.0, 30.0, 3000.0}) {
       double expected[3];
-      loss.make(1.3)->Evaluate(square, expected);
+      loss_of_ceres(loss, 1.3)->Evaluate(square, expected);
       const RobustLoss::Value value = loss.evaluate(square, 1.3);
       EXPECT_NEAR(value.cost, expected[0], 1e-12 * (1 + expected[0]));
       EXPECT_NEAR(value.weight, expected[1], 1e-14);

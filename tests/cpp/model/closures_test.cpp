@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
-#include <ceres/cost_function.h>
-
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "symkin/chains/planar.hpp"
 #include "symkin/estimation/detail/whitened_closures.hpp"
@@ -131,31 +127,6 @@ TEST(TwoClosures, HaveTheDerivativesThatDifferencesShow) {
   model().linearise_pose(kParameters, open_poses(), kReadings, by_pose);
   EXPECT_LT((by_pose.by_pose - rows.by_pose).cwiseAbs().maxCoeff(), 1e-15);
   EXPECT_LT((by_pose.by_reading - rows.by_reading).cwiseAbs().maxCoeff(), 1e-15);
-}
-
-TEST(TwoClosures, AreTheResidualsOfTheirCosts) {
-  ClosureRows rows;
-  model().linearise(kParameters, open_poses(), kReadings, rows);
-  const double* block = kParameters.data();
-  const auto costs = model().closure_costs(open_poses(), kReadings);
-  for (Index pose = 0; pose < 3; ++pose) {
-    const auto& cost = costs[static_cast<std::size_t>(pose)];
-    ASSERT_EQ(cost->num_residuals(), 2);
-    Vector residuals(2);
-    RowMatrix jacobian(2, 6);
-    double* jacobians[] = {jacobian.data()};
-    ASSERT_TRUE(cost->Evaluate(&block, residuals.data(), jacobians));
-    EXPECT_EQ(residuals, rows.closure.segment(2 * pose, 2));
-    EXPECT_EQ(jacobian, rows.by_parameters.middleRows(2 * pose, 2));
-  }
-  // The reading is that of the closure that depends on it.
-  const auto reading_cost = std::move(model().reading_costs(1, open_poses(), kReadings).front());
-  double residual = 0;
-  RowMatrix gradient(1, 6);
-  double* gradients[] = {gradient.data()};
-  ASSERT_TRUE(reading_cost->Evaluate(&block, &residual, gradients));
-  EXPECT_NEAR(residual, -rows.closure[0] / rows.by_reading[0], 1e-14);
-  EXPECT_NEAR(gradient(0, 0), -rows.by_parameters(0, 0) / rows.by_reading[0], 1e-14);
 }
 
 TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/model/sensor.hpp"
 
-#include <ceres/cost_function.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -79,16 +78,11 @@ TEST(SensorOfAnotherLaw, ClosesTheLegWithItsOwnDerivatives) {
   EXPECT_DOUBLE_EQ(kModel.sensor_gain(kParameters, readings[0]), -rows.by_reading[0]);
 }
 
-TEST(SensorOfAnotherLaw, IsWhatTheCostOfAReadingIsDifferentiatedBy) {
+TEST(SensorOfAnotherLaw, IsWhatTheReadingIsDifferentiatedBy) {
   Vector readings(2);
   kModel.inverse_kinematics(kParameters, 1, kPoses, readings);
-  const auto costs = kModel.reading_costs(1, kPoses, readings.array() + 0.1);
-  const double* block = kParameters.data();
-  double residual = 0;
-  Vector gradient(7);
-  double* gradients[] = {gradient.data()};
-  ASSERT_TRUE(costs[0]->Evaluate(&block, &residual, gradients));
-  EXPECT_NEAR(residual, -0.1, 1e-15);
+  ClosureRows rows;
+  kModel.linearise(kParameters, kPoses, readings, rows);
   constexpr double kStep = 1e-6;
   for (Index i = 0; i < 7; ++i) {
     Vector ahead(2);
@@ -96,7 +90,8 @@ TEST(SensorOfAnotherLaw, IsWhatTheCostOfAReadingIsDifferentiatedBy) {
     const Vector step = kStep * Vector::Unit(7, i);
     kModel.inverse_kinematics(kParameters + step, 1, kPoses, ahead);
     kModel.inverse_kinematics(kParameters - step, 1, kPoses, behind);
-    EXPECT_NEAR(gradient[i], (ahead[0] - behind[0]) / (2 * kStep), 1e-9);
+    const Vector gradient = -rows.by_parameters.col(i).cwiseQuotient(rows.by_reading);
+    EXPECT_LT((gradient - (ahead - behind) / (2 * kStep)).cwiseAbs().maxCoeff(), 1e-9);
   }
 }
 
