@@ -10,6 +10,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.exports.options import ExportOptions, Written
 from symkin.exports.structure import Body, Structure, structure_of
@@ -37,32 +38,29 @@ def write(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG
         SubElement(elements[closure.body], "site", name=closure.name, pos=place, size=said(radius))
     _constraints(root, structure)
     _readings(root, mechanism)
-    return Written(xml_text(root, [about(mechanism)]))
+    return Written(xml_text(root, about(mechanism)))
 
 
 def _body(parent: Element, body: Body, radius: float) -> Element:
     turned = triple(np.hstack([body.rotation[:, 0], body.rotation[:, 1]]))
-    element = SubElement(
-        parent, "body", name=body.name, pos=triple(body.position), xyaxes=turned
-    )
+    element = SubElement(parent, "body", name=body.name, pos=triple(body.position), xyaxes=turned)
     for joint in body.joints:
         if joint.kind == "free":
             SubElement(element, "freejoint", name=joint.name)
         else:
-            SubElement(
-                element, "joint", name=joint.name, type=joint.kind, axis=triple(joint.axis)
-            )
+            SubElement(element, "joint", name=joint.name, type=joint.kind, axis=triple(joint.axis))
     _drawn(element, body.tip, radius)
     return element
 
 
-def _drawn(element: Element, tip: np.ndarray[tuple[int, ...], np.dtype[np.float64]], radius: float) -> None:
+def _drawn(element: Element, tip: NDArray[np.float64], radius: float) -> None:
     """A rod from the body's origin to a point, or a ball; bodies pass through each other."""
-    shape = {"size": said(radius), "contype": "0", "conaffinity": "0"}
+    pale = {"contype": "0", "conaffinity": "0"}
     if np.linalg.norm(tip) > radius:
-        SubElement(element, "geom", type="capsule", fromto=triple([np.zeros(3), tip]), **shape)
+        shape = {"type": "capsule", "fromto": triple([np.zeros(3), tip]), "size": said(radius)}
     else:
-        SubElement(element, "geom", type="sphere", **(shape | {"size": said(2 * radius)}))
+        shape = {"type": "sphere", "size": said(2 * radius)}
+    SubElement(element, "geom", shape | pale)
 
 
 def _platform(element: Element, structure: Structure, radius: float) -> None:
@@ -79,7 +77,7 @@ def _constraints(root: Element, structure: Structure) -> None:
     equality = SubElement(root, "equality")
     for closure in structure.closures:
         sites = {"site1": closure.name, "site2": f"platform_{closure.name}"}
-        SubElement(equality, "connect", name=closure.name, **sites)
+        SubElement(equality, "connect", {"name": closure.name, **sites})
     values = [np.atleast_1d(structure.home[joint.name]) for joint in structure.joints]
     SubElement(SubElement(root, "keyframe"), "key", name="home", qpos=triple(np.hstack(values)))
 

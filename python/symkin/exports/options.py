@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
 
-__all__ = ["ExportOptions", "Exported", "Loss", "Written"]
+__all__ = ["MARK", "ExportOptions", "Exported", "Loss", "Written"]
+
+# Begins the comment of a model that says what bodies and joints cannot.
+MARK = "symkin:"
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,10 @@ class Loss(Value):
     poses: int
 
     def __str__(self) -> str:
-        """Say the largest in words."""
-        turned = (
-            f" and {self.orientation_max:.3g} rad" if self.orientation_max > 0 else ""
-        )
-        return f"{self.position_max * 1e3:.3g} mm{turned}, the largest of {self.poses} poses"
+        """Say the largest."""
+        turned = f" and {self.orientation_max:.3g} rad" if self.orientation_max > 0 else ""
+        way = "less than 0.0001" if self.position_max < 1e-7 else f"{self.position_max * 1e3:.3g}"
+        return f"{way} mm{turned}, the largest of {self.poses} poses"
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def write(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG
         "SDF counts joints from where the model stands: joint = gain * (reading - reading at "
         f"home), readings at home: {triple(readings).replace(' ', ', ')}."
     )
-    return Written(xml_text(root, [about(mechanism), note]))
+    return Written(xml_text(root, [*about(mechanism), note]))
 
 
 def _link(model: Element, name: str, frame: Transform, size: float) -> None:

@@ -175,7 +175,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
         values |= {f"leg{leg + 1}_active": travel, **passive}
         far = max(far, float(np.linalg.norm(links[0].position - platform.translation[0])))
-    body, moves = _platform(mechanism.pose_space, rows, platform)
+    body, moves = _platform(mechanism.pose_space, rows)
     values |= moves
     return Structure(
         (*bodies, body),
@@ -186,10 +186,10 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     )
 
 
-def _platform(space: str, rows: Array, placed: Transform) -> tuple[Body, dict[str, Array]]:
+def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
     """The platform, which moves by joints of its own: where the legs hold it, loops are closed."""
     if space == "spatial":
-        joints = (Joint("platform", "free", np.zeros(3)),)
+        joints: tuple[Joint, ...] = (Joint("platform", "free", np.zeros(3)),)
         values = {"platform": np.hstack([rows[:, :3], rows[:, 6:], rows[:, 3:6]])}
     else:
         slides = dict(zip("xyz", (_X, _Y, _Z), strict=True))
@@ -249,9 +249,7 @@ def _slider_in_plane(
     active = Joint(f"{name}_active", "slide", along, leg)
     slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
     links = ends - start - np.outer(travel, along)
-    distal, values = _hinged(
-        name, "distal", slider, np.zeros(3), rod, links, np.zeros(len(travel))
-    )
+    distal, values = _hinged(name, "distal", slider, np.zeros(3), rod, links, np.zeros(len(travel)))
     return [slider, distal], rod * _X, values
 
 
@@ -270,7 +268,7 @@ def _strut_in_plane(
     return [lower, upper], np.zeros(3), values
 
 
-def _strut(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+def _strut(name: str, leg: int, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
     """U[P]S."""
     base = _point(own, "base")
     links = ends - base
@@ -310,9 +308,7 @@ def _crank(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: A
     zero = own["sensor_offset"]
     active = Joint(f"{name}_active", "hinge", _Z, leg)
     base = _point(own, "base")
-    proximal = Body(
-        f"{name}_proximal", "", base, frame @ _about_z(zero), (active,), crank * _X
-    )
+    proximal = Body(f"{name}_proximal", "", base, frame @ _about_z(zero), (active,), crank * _X)
     turned = frame @ _about_z(zero + travel)
     links = ends - base - crank * turned[:, :, 0]
     local = np.einsum("nji,nj->ni", turned, links)
@@ -339,9 +335,7 @@ def _hinged(
     """
     angles = np.arctan2(links[:, 1], links[:, 0]) - turned
     joint = Joint(f"{name}_passive", "hinge", _Z)
-    body = Body(
-        f"{name}_{what}", parent.name, place, _about_z(angles[0]), (joint,), length * _X
-    )
+    body = Body(f"{name}_{what}", parent.name, place, _about_z(angles[0]), (joint,), length * _X)
     return body, {joint.name: _wrapped(angles - angles[0])}
 
 
@@ -386,7 +380,9 @@ def _rho(angle: float | Array) -> Array:
 
 def _about_z(angle: float | Array) -> Array:
     """Rotations about z, shape (..., 3, 3)."""
-    return np.stack([_rho(angle), _rho(angle + np.pi / 2), np.broadcast_to(_Z, (*np.shape(angle), 3))], axis=-1)
+    return np.stack(
+        [_rho(angle), _rho(angle + np.pi / 2), np.broadcast_to(_Z, (*np.shape(angle), 3))], axis=-1
+    )
 
 
 def _wrapped(angles: Array) -> Array:

@@ -29,7 +29,7 @@ def write(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG
     SubElement(root, "link", name="base")
     for body in structure.bodies:
         _links(root, body, structure.size)
-    return Written(xml_text(root, [about(mechanism), *_cuts(structure)]), (_NOTE,))
+    return Written(xml_text(root, [*about(mechanism), *_cuts(structure)]), (_NOTE,))
 
 
 def _cuts(structure: Structure) -> list[str]:
@@ -52,7 +52,7 @@ def _links(root: Element, body: Body, size: float) -> None:
         SubElement(inertial, "mass", value=said(MASS))
         moment = said(0.4 * MASS * (0.1 * size) ** 2)
         equal, other = dict.fromkeys(("ixx", "iyy", "izz"), moment), ("ixy", "ixz", "iyz")
-        SubElement(inertial, "inertia", **equal, **dict.fromkeys(other, "0"))
+        SubElement(inertial, "inertia", {**equal, **dict.fromkeys(other, "0")})
         kind = _KINDS[joint.kind]
         element = SubElement(root, "joint", name=joint.name, type=kind)
         SubElement(element, "parent", link=parent)
@@ -65,5 +65,5 @@ def _links(root: Element, body: Body, size: float) -> None:
             # The format wants limits of a slide; those of the robot are not known.
             far = said(10 * size)
             limits = {"lower": f"-{far}", "upper": far, "effort": "1000", "velocity": "10"}
-            SubElement(element, "limit", **limits)
+            SubElement(element, "limit", limits)
         parent, frame = name, Transform(np.eye(3), np.zeros(3))

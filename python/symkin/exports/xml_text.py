@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
-from xml.etree import ElementTree
+import json
+import re
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin.exports.options import MARK
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform
+from symkin.workspace.sample import workspace_coordinates
 
 __all__ = ["MASS", "about", "roll_pitch_yaw", "said", "triple", "xml_text"]
 
@@ -40,23 +44,30 @@ def roll_pitch_yaw(frame: Transform) -> tuple[str, str]:
     return triple(frame.translation), triple([roll, pitch, yaw])
 
 
-def about(mechanism: Mechanism) -> str:
-    """What a reader must know of any model, for a comment."""
-    gains = ", ".join(said(gain) for gain in mechanism.sensor_gains)
+def about(mechanism: Mechanism) -> list[str]:
+    """What a reader must know of any model, and what a tree cannot say, for comments."""
     # Two hyphens would end an XML comment.
-    name = mechanism.name.replace("--", "- -")
-    return (
-        f'"{name}", {len(mechanism.legs)} legs {mechanism.chain}, written by symkin. Lengths are m, '
-        "angles rad. Geometry is the mechanism file's; masses, radii and colours are "
-        "placeholders, since nobody measured them. Each leg is cut at its end, which a "
-        "constraint holds at a point of the platform; leg<N>_active is the actuated joint. "
-        f"Joint = gain * sensor reading, gains: {gains}."
-    )
+    name = re.sub("-(?=-)", "- ", mechanism.name)
+    known = {
+        "chain": mechanism.chain,
+        "platform": mechanism.platform,
+        "reading_unit": mechanism.reading_unit,
+        "working_modes": mechanism.working_modes,
+        "gains": mechanism.sensor_gains.tolist(),
+        "home": workspace_coordinates(mechanism, mechanism.home)[0].tolist(),
+    }
+    return [
+        f'"{name}", written by symkin. Lengths are m, angles rad. Geometry is the mechanism '
+        "file's; masses, radii and limits are placeholders, since nobody measured them. Each leg "
+        "is cut at its end, which a constraint holds at a point of the platform; leg<N>_active is "
+        "the actuated joint: joint = gain * sensor reading.",
+        f"{MARK} {json.dumps(known)}",
+    ]
 
 
-def xml_text(root: ElementTree.Element, comments: list[str]) -> str:
+def xml_text(root: ET.Element, comments: list[str]) -> str:
     """A document with comments above what it says."""
-    ElementTree.indent(root)
+    ET.indent(root)
     above = "".join(f"<!-- {comment} -->\n" for comment in comments)
-    body = ElementTree.tostring(root, encoding="unicode")
+    body = ET.tostring(root, encoding="unicode")
     return f'<?xml version="1.0"?>\n{above}{body}\n'
