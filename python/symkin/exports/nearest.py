@@ -91,7 +91,9 @@ def nearest(
                 "the workspace; make the workspace smaller"
             )
         weights = np.linalg.norm(matrix, axis=0)
-        step = -np.linalg.lstsq(matrix / weights, errors.ravel(), rcond=None)[0] / weights
+        scaled = matrix / weights
+        # Normal equations: steps that they leave inexact are repeated, and rows are thousands.
+        step = -np.linalg.lstsq(scaled.T @ scaled, scaled.T @ errors.ravel())[0] / weights
         values = model.parameters.copy()
         for change, members in zip(step, unknowns, strict=True):
             for leg, name in members:

@@ -16,7 +16,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.exports.firmware import LinearDelta

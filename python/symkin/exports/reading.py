@@ -118,7 +118,8 @@ def _model(text: str) -> Imported:
 
 
 def _mjcf(root: ET.Element, _text: str) -> _Tree:
-    bodies, sites = {}, {}
+    bodies: dict[str, _Placed] = {}
+    sites: dict[str, Array] = {}
     for body in root.iter("body"):
         across = _numbers(body, "xyaxes").reshape(2, 3)
         turned = np.column_stack([*across, np.cross(*across)])
@@ -171,9 +172,6 @@ def _slider_in_plane(tree: _Tree, leg: str) -> dict[str, float]:
     slider = tree.bodies[f"{leg}_slider"]
     angle = float(np.arctan2(slider.axis[1], slider.axis[0])) - np.pi / 2
     foot = float(slider.position @ [np.cos(angle), np.sin(angle), 0.0])
-    # A radius is positive: the same guide seen from the other side runs the other way.
-    if foot < 0:
-        raise SymkinError(f"the guide of {leg} passes the origin on the wrong side")
     return {
         "distal_length": float(np.linalg.norm(tree.ends[f"{leg}_end"])),
         "base_radius": foot,
@@ -265,7 +263,7 @@ def _level(azimuth: float) -> tuple[Array, Array]:
 
 
 def _about(axis: Array, angle: float) -> Array:
-    return rotations_from_vectors((angle * axis)[None])[0]
+    return np.asarray(rotations_from_vectors((angle * axis)[None])[0])
 
 
 def _numbers(element: ET.Element, name: str) -> Array:

@@ -45,15 +45,14 @@ def write(mechanism: Mechanism, options: ExportOptions) -> Written:
     assert mechanism.workspace is not None  # or there were no poses
     lower, upper = mechanism.workspace.lower, mechanism.workspace.upper
     count = options.grid or _GRID[len(lower)]
-    axes = [
-        np.linspace(a, b, count) if b > a else np.array([a])
-        for a, b in zip(lower, upper, strict=True)
-    ]
-    if count < 2 or np.prod([float(len(axis)) for axis in axes]) > _MOST:
+    flat = [a == b for a, b in zip(lower, upper, strict=True)]
+    if count < 2 or float(count) ** flat.count(False) > _MOST:
         raise SymkinError(
-            f"a grid of {count} poses along each of {len(axes)} coordinates; expected at least 2, "
+            f"a grid of {count} poses along each of {len(lower)} coordinates; expected at least 2, "
             f"and at most {_MOST} poses in all"
         )
+    bounds = zip(lower, upper, flat, strict=True)
+    axes = [np.linspace(a, b, 1 if level else count) for a, b, level in bounds]
     nodes = np.array(list(itertools.product(*axes)))
     commands = _commands(mechanism, nominal, nodes)
     shape = tuple(len(axis) for axis in axes)
