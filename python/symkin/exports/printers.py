@@ -39,6 +39,11 @@ _SAVED = "#*#"  # begins the lines that SAVE_CONFIG writes
 _ANGLES = (210.0, 330.0, 90.0)
 _FULL_STEPS = 200.0
 _CONDITION = 10.0
+_NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
+_ASSUMED = (
+    f"Noise is assumed: {_NOISE.position * 1e3:g} mm of a height, {_NOISE.reading * 1e3:g} mm of a "
+    "carriage. So are workspace and tolerances; the file has them"
+)
 # What Klipper's own calibration estimates.
 _UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
 
@@ -106,7 +111,7 @@ def import_printer(path: str | os.PathLike[str]) -> Imported:
         np.ones(3),
     )
     printed = config.number("printer", "print_radius", radius, above=0.0)
-    notes = list(config.notes)
+    notes = [*config.notes, _ASSUMED]
     measurements, skipped = _records(config, towers)
     if skipped:
         notes.append(
@@ -120,7 +125,7 @@ def import_printer(path: str | os.PathLike[str]) -> Imported:
         reading_unit="m",
         workspace=_workspace(delta, printed * 1e-3),
         joint_limits=JointLimits(upper=0.0),
-        noise=NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6),
+        noise=_NOISE,
         tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(free=_UNKNOWN, shared=("base_radius",)),
