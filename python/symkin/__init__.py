@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from symkin.checks import check_mechanism
     from symkin.errors import SymkinError
     from symkin.evaluation import evaluate
+    from symkin.exports import export
     from symkin.identification import cross_validate, identify, identify_many
     from symkin.io.measurements import read_measurements, write_measurements
     from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
@@ -68,6 +69,7 @@ __all__ = [
     "cross_validate",
     "detect_symmetry",
     "evaluate",
+    "export",
     "identify",
     "identify_many",
     "load",
@@ -105,6 +107,7 @@ _MODULES = {
     "cross_validate": "identification",
     "detect_symmetry": "symmetry",
     "evaluate": "evaluation",
+    "export": "exports",
     "identify": "identification",
     "identify_many": "identification",
     "load": "io.mechanism_file",
@@ -129,7 +132,7 @@ _MODULES = {
     "write_plan": "io.plans",
 }
 _ROOMS = (
-    "alignment", "checks", "conditions", "errors", "evaluation", "identification", "io",
+    "alignment", "checks", "conditions", "errors", "evaluation", "exports", "identification", "io",
     "kinematics", "measurements", "mechanism",
     "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
     "study", "symmetry", "workspace",

@@ -36,6 +36,7 @@ PAGES = (
     "user-guide/unknowns.md",
     "user-guide/trusting.md",
     "user-guide/evaluating.md",
+    "user-guide/exporting.md",
     "user-guide/studies.md",
     "reproducing.md",
     "api/plots.md",

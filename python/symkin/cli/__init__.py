@@ -19,9 +19,11 @@ from symkin.cli.align import align
 from symkin.cli.check import check
 from symkin.cli.errors import exit_code_of
 from symkin.cli.evaluate import evaluate
+from symkin.cli.export import export
 from symkin.cli.help import with_example
 from symkin.cli.identify import identify
 from symkin.cli.identify_batch import identify_batch
+from symkin.cli.import_ import import_
 from symkin.cli.kinematics import kinematics
 from symkin.cli.new import list_mechanisms, new
 from symkin.cli.plan import plan
@@ -56,6 +58,8 @@ for command in (
     app.command()(command)
 app.command("identify-batch")(identify_batch)
 app.command()(align)
+app.command()(export)
+app.command("import")(import_)
 app.command()(new)
 app.command("list")(list_mechanisms)
 
@@ -75,8 +79,9 @@ def overview(
     list names the mechanisms that come with symkin, new prints a file for one of your own. The
     stages pass files to each other: check, pose-count, plan, simulate (or measure a real robot),
     identify, evaluate; run is all of them on a simulated robot; study compares protocols on many;
-    kinematics is what a controller needs of the result; identify-batch identifies many robots of
-    one drawing. MECHANISM is a file, or the name of a mechanism that comes with symkin, such as
+    kinematics is what a controller needs of the result, and export writes it for controllers and
+    simulators; import reads a printer's configuration; identify-batch identifies many robots of one
+    drawing. MECHANISM is a file, or the name of a mechanism that comes with symkin, such as
     3RRR.
 
     A file that exists is not replaced unless --overwrite allows it, and a file that the command

@@ -325,6 +325,10 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("identify", "robot.toml", "{}"): [""],
     ("evaluate", "robot.toml"): ["--actual", "--measurements", "--plan", "--columns"],
     ("evaluate", "robot.toml", "--actual", "robot.toml"): ["--plan", "--candidates", "--seed"],
+    ("export", "robot.toml", "--to", "table", "--nominal", "robot.toml"): ["--grid"],
+    ("export", "robot.toml", "--to", "mjcf"): ["--endstops", "--nominal"],
+    ("export", "robot.toml", "--to", "{}"): [""],
+    ("import", "{}", "--out", "o"): [""],
     ("run", "nosuch", "--out", "r"): [
         "--estimator", "--use", "--design", "--rows", "--criterion", "--seed", "--pose-count",
         "--candidates", "--margin-sigmas",

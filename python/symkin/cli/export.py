@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""``symkin export``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import symkin
+from symkin.cli.console import print_json, progress, say
+from symkin.cli.help import with_example
+from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption
+from symkin.errors import QuantityError, SymkinError
+
+# Those of symkin.exports.FORMATS, which a test compares.
+_To = Literal[
+    "klipper",
+    "marlin",
+    "reprapfirmware",
+    "linuxcnc",
+    "mjcf",
+    "urdf",
+    "sdf",
+    "json",
+    "yaml",
+    "c-header",
+    "table",
+]
+
+
+@with_example(
+    "symkin export out/calibrated.toml --to mjcf --out robot.xml",
+    "symkin export out/calibrated.toml --to klipper --endstops '400 mm'",
+    "symkin export out/calibrated.toml --to table --nominal 3RRR --out table.csv",
+)
+def export(
+    mechanism: MechanismArgument,
+    to: Annotated[_To, typer.Option(help="The format.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The file; by default stdout.")
+    ] = None,
+    endstops: Annotated[
+        str | None,
+        typer.Option(
+            metavar="READING,...",
+            help="What the sensors read at their endstops, one for all legs or one for each: "
+            "'400 mm'. By default the joint limit. Of deltas, for firmware.",
+        ),
+    ] = None,
+    nominal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MECHANISM", help="What the controller computes with, for a correction table."
+        ),
+    ] = None,
+    grid: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=0, max=1000, help="Poses of a table along each coordinate; 0: 21 or 5."
+        ),
+    ] = 0,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a mechanism for a controller or a simulator.
+
+    klipper, marlin, reprapfirmware: deltas. linuxcnc: hexapods, linear deltas. mjcf, urdf, sdf:
+    models with bodies and joints. json, yaml, c-header: the parameters. table: for controllers that
+    know the nominal kinematics alone, which pose to command for each that is wanted.
+
+    A robot that a format cannot express is refused, or written as near as can be; then the largest
+    end-effector error that this makes in the workspace is printed. Notes and errors are on stderr
+    if the text is on stdout.
+    """
+    with progress() as stage:
+        stage("reading the mechanism")
+        robot = symkin.load_mechanism(mechanism)
+        drawn = symkin.load_mechanism(nominal) if nominal else None
+        stops = _readings(endstops, robot.reading_unit) if endstops else ()
+        stage("writing")
+        made = symkin.export(
+            robot, to, out, endstops=stops, nominal=drawn, grid=grid, overwrite=overwrite
+        )
+    lines = [f"{note}." for note in made.notes]
+    if made.loss is not None:
+        lines.append(f"End-effector errors with this file: {made.loss}.")
+    if as_json:
+        document = {"command": "export", "mechanism": robot.name, **made.to_dict()}
+        print_json(document if out else {**document, "text": made.text})
+    elif out is None:
+        sys.stdout.write(made.text)
+        for line in lines:
+            typer.echo(line, err=True)
+    else:
+        for line in lines:
+            say(line)
+        say(str(out))
+
+
+def _readings(text: str, unit: str) -> list[float]:
+    """Readings in any unit, separated by commas."""
+    from symkin.io.quantities import evaluate_quantity
+
+    try:
+        return [evaluate_quantity(part, unit) for part in text.split(",")]
+    except QuantityError as error:
+        raise SymkinError(f"--endstops: {error}") from error

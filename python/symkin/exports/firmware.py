@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: MIT
+"""What the firmware of delta printers shares: one radius, upright towers, millimetres.
+
+All of them know a linear delta by the same model: tower i stands at the radius R and an angle a_i,
+its carriage at the height ``z + sqrt(L_i^2 - (x - R cos a_i)^2 - (y - R sin a_i)^2)``, and it is
+found at the endstop. They differ in which of R, a_i and L_i may be told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError
+from symkin.exports.nearest import loss_of, nearest, workspace_poses
+from symkin.exports.options import ExportOptions, Loss
+from symkin.legs import Leg
+from symkin.mechanism import Mechanism
+
+__all__ = ["LinearDelta", "endstop_readings", "linear_delta", "mm", "require_delta"]
+
+Array = NDArray[np.float64]
+
+_UPRIGHT = np.radians(10)
+_DIGITS = 6  # of millimetres and degrees, as Klipper saves them
+
+
+@dataclass(frozen=True)
+class LinearDelta:
+    """A linear delta as firmware knows it.
+
+    Attributes
+    ----------
+    radius : float
+        Of the towers, less that of the effector, m.
+    angles : ndarray, shape (3,)
+        Of the towers, rad.
+    arms : ndarray, shape (3,)
+        Lengths of the rods, m.
+    endstops : ndarray, shape (3,)
+        Heights of the carriages' joints above the bed where the carriages meet their endstops, m.
+    gains : ndarray, shape (3,)
+        Way of each carriage for one unit that its drive counts.
+    """
+
+    radius: float
+    angles: Array
+    arms: Array
+    endstops: Array
+    gains: Array
+
+    @property
+    def heights(self) -> Array:
+        """Height of the nozzle above the middle of the bed with each carriage at its endstop, m."""
+        return np.asarray(self.endstops - np.sqrt(self.arms**2 - self.radius**2))
+
+    @property
+    def degrees(self) -> Array:
+        """Angles of the towers in [0, 360)."""
+        return np.asarray(np.degrees(self.angles) % 360)
+
+    def legs(self, readings: Sequence[float] | Array) -> list[Leg]:
+        """Legs of a mechanism, whose sensors read this at the endstops."""
+        offsets = self.endstops - self.gains * np.asarray(readings)
+        rows = zip(self.angles, self.arms, offsets, self.gains, strict=True)
+        return [
+            Leg(
+                "[P]US",
+                {
+                    "distal_length": float(arm),
+                    "base_radius": self.radius,
+                    "base_azimuth": float(angle),
+                    "base_height": 0.0,
+                    "guide_elevation": np.pi / 2,
+                    "guide_swing": 0.0,
+                    "sensor_gain": float(gain),
+                    "sensor_offset": float(offset),
+                },
+                working_mode=-1,
+            )
+            for angle, arm, offset, gain in rows
+        ]
+
+    def rounded(self) -> LinearDelta:
+        """What a file with six decimals of millimetres and degrees says."""
+
+        def decimals(values: Array, unit: float) -> Array:
+            return np.asarray(np.round(values / unit, _DIGITS) * unit)
+
+        degree = np.pi / 180
+        radius = float(decimals(np.array(self.radius), 1e-3))
+        arms, angles = decimals(self.arms, 1e-3), decimals(self.angles, degree)
+        heights = decimals(self.heights, 1e-3)
+        endstops = heights + np.sqrt(arms**2 - radius**2)
+        return LinearDelta(radius, angles, arms, endstops, self.gains)
+
+
+def mm(length: float) -> str:
+    """A length in millimetres with six decimals; no negative zero."""
+    return f"{round(length * 1e3, _DIGITS) + 0.0:.{_DIGITS}f}"
+
+
+def require_delta(mechanism: Mechanism, chain: str, unit: str, kind: str, firmware: str) -> None:
+    """Refuse a robot that is no delta, or whose drives count something else."""
+    found = f"{len(mechanism.legs)} legs {mechanism.chain}, {mechanism.pose_space}"
+    if (mechanism.chain, mechanism.pose_space, len(mechanism.legs)) != (chain, "translating", 3):
+        raise SymkinError(
+            f"{firmware} knows {kind}, 3 legs {chain} with a translating platform; "
+            f'"{mechanism.name}" has {found}'
+        )
+    if mechanism.reading_unit != unit:
+        raise SymkinError(
+            f'the sensors of "{mechanism.name}" read {mechanism.reading_unit}; {firmware} counts '
+            f"the way of its drives in {unit}"
+        )
+    if mechanism.curvature is not None:
+        raise SymkinError(f"{firmware} has no curved sensors")
+    wrong = np.flatnonzero(mechanism.sensor_gains <= 0)
+    if len(wrong):
+        leg = int(wrong[0])
+        raise SymkinError(
+            f"leg {leg + 1} has sensor_gain {mechanism.sensor_gains[leg]:g}; expected a positive "
+            "one: turn the motor round in the firmware, and the sign in the mechanism's file"
+        )
+
+
+def endstop_readings(mechanism: Mechanism, options: ExportOptions, limit: float) -> Array:
+    """Reading of each sensor at its endstop: as told, or the joint limit."""
+    given = options.endstops or (limit,)
+    if len(given) not in (1, 3):
+        raise SymkinError(f"{len(given)} endstops; expected one for all legs, or 3")
+    if not np.isfinite(given).all():
+        raise SymkinError(
+            f'where the endstops of "{mechanism.name}" are is not known: firmware counts from '
+            "them. Say what the sensors read there (--endstops, or [joint_limits] in the file)"
+        )
+    return np.array(given * (3 // len(given)))
+
+
+def linear_delta(
+    mechanism: Mechanism,
+    options: ExportOptions,
+    firmware: str,
+    *,
+    own_arms: bool = True,
+    angles: Sequence[float] | None = None,
+) -> tuple[LinearDelta, Loss]:
+    """Find the values of the firmware's model that are nearest to a robot.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        A linear delta whose carriages run upwards above the effector.
+    options : ExportOptions
+        Where the endstops are.
+    firmware : str
+        For messages.
+    own_arms : bool
+        Whether each tower may have a rod length of its own.
+    angles : sequence of float, optional
+        Of the towers, rad, if they cannot be told.
+
+    Returns
+    -------
+    LinearDelta
+        Rounded as the file has it.
+    Loss
+        What is lost with it.
+    """
+    require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
+    own = {name: mechanism.parameters[:, k] for k, name in enumerate(mechanism.parameter_names)}
+    tilts = np.hypot(own["guide_elevation"] - np.pi / 2, own["guide_swing"])
+    if tilts.max() > _UPRIGHT or set(mechanism.working_modes) != {-1}:
+        raise SymkinError(
+            f"{firmware} knows upright towers with the carriages above the effector; expected "
+            "guide_elevation near 90 deg, guide_swing near 0 and working_mode -1 in every leg of "
+            f'"{mechanism.name}"'
+        )
+    readings = endstop_readings(mechanism, options, mechanism.joint_limits.upper)
+    arms = own["distal_length"]
+    start = LinearDelta(
+        float(own["base_radius"].mean()),
+        own["base_azimuth"] if angles is None else np.array(angles),
+        arms if own_arms else np.full(3, arms.mean()),
+        own["sensor_offset"] + own["base_height"] + own["sensor_gain"] * readings,
+        own["sensor_gain"],
+    )
+    every = range(3)
+    unknowns = [[(leg, "base_radius") for leg in every]]
+    unknowns += [[(leg, name)] for leg in every for name in ("sensor_offset", "sensor_gain")]
+    rods = [(leg, "distal_length") for leg in every]
+    unknowns += [[rod] for rod in rods] if own_arms else [rods]
+    if angles is None:
+        unknowns += [[(leg, "base_azimuth")] for leg in every]
+    poses = workspace_poses(mechanism)
+    model = mechanism.replace(legs=start.legs(readings), symmetry=None, deviations=None)
+    model = nearest(mechanism, model, unknowns, poses)
+    found = {name: model.parameters[:, k] for k, name in enumerate(model.parameter_names)}
+    values = LinearDelta(
+        float(found["base_radius"][0]),
+        found["base_azimuth"],
+        found["distal_length"],
+        found["sensor_offset"] + found["sensor_gain"] * readings,
+        found["sensor_gain"],
+    )
+    if not 0 < values.radius < values.arms.min():
+        raise SymkinError(
+            f"the towers' radius is {values.radius:g} m and the shortest rod "
+            f"{values.arms.min():g} m; {firmware} wants rods longer than a positive radius"
+        )
+    values = values.rounded()
+    return values, loss_of(mechanism, model.replace(legs=values.legs(readings)), poses)

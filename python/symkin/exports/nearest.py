@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""The nearest mechanism that a format can express, and what is lost by it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError
+from symkin.evaluation import evaluate
+from symkin.exports.options import Loss
+from symkin.mechanism import Mechanism
+from symkin.poses import poses_from_bounds
+from symkin.workspace.sample import inside_workspace, sample_workspace
+
+__all__ = ["loss_of", "nearest", "workspace_poses"]
+
+Array = NDArray[np.float64]
+
+_POSES = 2000
+_STEPS = 30
+_STILL = 1e-13  # m, of the root mean square of what a step changes at the end-effector
+
+
+def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:
+    """Poses all over the workspace and in those corners of its box that belong to it.
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
+    poses = sample_workspace(mechanism, count, seed=1).poses
+    assert mechanism.workspace is not None  # or it could not be sampled
+    bounds = zip(mechanism.workspace.lower, mechanism.workspace.upper, strict=True)
+    corners = poses_from_bounds(mechanism.pose_space, list(itertools.product(*bounds)))
+    return np.vstack([poses, corners[inside_workspace(mechanism, corners)]])
+
+
+def nearest(
+    actual: Mechanism,
+    start: Mechanism,
+    unknowns: Sequence[Iterable[tuple[int, str]]],
+    poses: Array,
+) -> Mechanism:
+    """Fit a mechanism so that a robot that it commands errs least at the poses.
+
+    Gauss-Newton on what `evaluate` shows: the robot's pose moves by (dg/dpose)^-1 of the robot
+    times dg/dparam of the model. A rotation counts as the way of a point at the characteristic
+    length.
+
+    Parameters
+    ----------
+    actual : Mechanism
+        The robot, with as many legs as degrees of freedom.
+    start : Mechanism
+        As the format can express it.
+    unknowns : sequence of iterables of (int, str)
+        Each is one unknown: the parameters (leg from 0, name) that change alike.
+    poses : ndarray, shape (N, coordinates)
+        Commanded poses.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    SymkinError
+        If the fit does not come to rest, or a pose cannot be taken.
+    """
+    names = start.parameter_names
+    scale = np.ones(actual.space.dof)
+    scale[actual.space.size :] = actual.characteristic_length
+    forward = np.linalg.inv(actual.pose_jacobian(poses)) * scale[:, None]
+    model = start
+    for _ in range(_STEPS):
+        errors = evaluate(model, actual=actual, poses=poses).differences * scale
+        columns = [np.zeros(errors.shape) for _ in unknowns]
+        for leg in range(len(actual.legs)):
+            slopes = model.parameter_jacobian(leg, poses)
+            for column, members in zip(columns, unknowns, strict=True):
+                for name in (name for owner, name in members if owner == leg):
+                    column += forward[:, :, leg] * slopes[:, names.index(name), None]
+        matrix = np.column_stack([column.ravel() for column in columns])
+        if not (np.isfinite(matrix).all() and np.isfinite(errors).all()):
+            raise SymkinError(
+                f'the nearest "{actual.name}" that the format can express does not reach all of '
+                "the workspace; make the workspace smaller"
+            )
+        weights = np.linalg.norm(matrix, axis=0)
+        scaled = matrix / weights
+        # Normal equations: steps that they leave inexact are repeated, and rows are thousands.
+        step = -np.linalg.lstsq(scaled.T @ scaled, scaled.T @ errors.ravel())[0] / weights
+        values = model.parameters.copy()
+        for change, members in zip(step, unknowns, strict=True):
+            for leg, name in members:
+                values[leg, names.index(name)] += change
+        model = model.with_parameters(values)
+        if np.linalg.norm(matrix @ step) / np.sqrt(len(poses)) < _STILL:
+            return model
+    raise SymkinError(
+        f'no mechanism that the format can express is near "{actual.name}": the fit did not come '
+        f"to rest in {_STEPS} steps"
+    )
+
+
+def loss_of(actual: Mechanism, model: Mechanism, poses: Array) -> Loss:
+    """Errors of a robot that is commanded by what a format says of it."""
+    errors = evaluate(model, actual=actual, poses=poses)
+    if errors.failed:
+        raise SymkinError(
+            f"{errors.failed} of {len(poses)} poses of the workspace cannot be taken with what the "
+            "format can express; make the workspace smaller"
+        )
+    return Loss(
+        errors.position_max,
+        errors.position_rms,
+        errors.orientation_max,
+        errors.orientation_rms,
+        len(poses),
+    )

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""Parameters as they are, with units and standard deviations: JSON, YAML and a C header."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from symkin.exports.options import ExportOptions, Written
+from symkin.mechanism import Mechanism
+
+__all__ = ["write_c_header", "write_json", "write_yaml"]
+
+_SENSOR = "joint = sensor_gain * reading + sensor_offset"
+_CURVES = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+
+
+def write_json(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG001
+    """Write all parameters as JSON."""
+    return Written(json.dumps(_document(mechanism), indent=2, ensure_ascii=False) + "\n")
+
+
+def write_yaml(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG001
+    """Write the document of `write_json` as YAML."""
+    return Written("\n".join(_yaml(_document(mechanism))) + "\n")
+
+
+def write_c_header(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG001
+    """Write all parameters as constants of C and C++, an array over the legs for each."""
+    name = re.sub(r"\W", "_", mechanism.name, flags=re.ASCII)
+    prefix = name if re.match("[A-Za-z]", name) else f"robot_{name}"
+    guard = f"{prefix.upper()}_GEOMETRY_H"
+    count = len(mechanism.legs)
+    lines = [
+        f"/* {_in_comment(mechanism.name)}: {count} legs {mechanism.chain}, "
+        f"{mechanism.pose_space}; written by symkin. Lengths are m, angles rad. "
+        f"{_SENSOR}. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        f"#define {prefix.upper()}_LEGS {count}",
+        "",
+        _array("int", f"{prefix}_working_mode", [str(mode) for mode in mechanism.working_modes]),
+    ]
+    columns = [
+        *zip(
+            mechanism.parameter_names,
+            mechanism.parameters.T,
+            mechanism.parameter_units,
+            strict=True,
+        )
+    ]
+    if mechanism.curvature is not None:
+        units = _curve_units(mechanism)
+        columns += zip(_CURVES, mechanism.curvature.T, units, strict=True)
+    for parameter, values, unit in columns:
+        said = [repr(value) for value in values.tolist()]
+        comment = f" /* {unit} */" if unit else ""
+        lines.append(_array("double", f"{prefix}_{parameter}", said) + comment)
+    return Written("\n".join([*lines, "", "#endif"]) + "\n")
+
+
+def _document(mechanism: Mechanism) -> dict[str, Any]:
+    return {
+        "name": mechanism.name,
+        "chain": mechanism.chain,
+        "platform": mechanism.platform,
+        "reading_unit": mechanism.reading_unit,
+        "sensor": _SENSOR,
+        "legs": [
+            {
+                "leg": leg + 1,
+                "working_mode": mechanism.working_modes[leg],
+                "parameters": dict(_leg(mechanism, leg)),
+            }
+            for leg in range(len(mechanism.legs))
+        ],
+    }
+
+
+def _leg(mechanism: Mechanism, leg: int) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Value, unit and standard deviation of each parameter, the last if it is known."""
+    for column, name in enumerate(mechanism.parameter_names):
+        said: dict[str, Any] = {"value": float(mechanism.parameters[leg, column])}
+        said["unit"] = mechanism.parameter_units[column] or "1"
+        if mechanism.deviations is not None:
+            deviation = float(mechanism.deviations[leg, column])
+            if math.isfinite(deviation):
+                said["standard_deviation"] = deviation
+        yield name, said
+    if mechanism.curvature is not None:
+        units = _curve_units(mechanism)
+        for name, value, unit in zip(_CURVES, mechanism.curvature[leg], units, strict=True):
+            yield name, {"value": float(value), "unit": unit}
+
+
+def _curve_units(mechanism: Mechanism) -> tuple[str, ...]:
+    """Units of c psi^2 + a cos(psi) + b sin(psi)."""
+    joint = mechanism.parameter_units[mechanism.parameter_names.index("sensor_offset")]
+    return f"{joint}/{mechanism.reading_unit}^2", joint, joint
+
+
+def _yaml(value: Any, depth: int = 0) -> Iterator[str]:
+    """Lines of a mapping whose keys are plain words; text and numbers as JSON has them."""
+    space = "  " * depth
+    for key, each in value.items():
+        if isinstance(each, Mapping):
+            yield f"{space}{key}:"
+            yield from _yaml(each, depth + 1)
+        elif isinstance(each, list):
+            yield f"{space}{key}:"
+            for item in each:
+                first, *others = _yaml(item, depth + 1)
+                yield f"{space}- {first.lstrip()}"
+                yield from others
+        else:
+            yield f"{space}{key}: {_scalar(each)}"
+
+
+def _scalar(value: Any) -> str:
+    said = json.dumps(value, ensure_ascii=False)
+    # YAML 1.1 takes 1e-05 for text.
+    return re.sub(r"^(-?\d+)e", r"\1.0e", said) if isinstance(value, float) else said
+
+
+def _array(kind: str, name: str, values: list[str]) -> str:
+    return f"static const {kind} {name}[{len(values)}] = {{{', '.join(values)}}};"
+
+
+def _in_comment(text: str) -> str:
+    return text.replace("*/", "* /").replace("/*", "/ *")

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""Printers read from Klipper's configuration."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import SymkinError
+from symkin.exports.reading import import_mechanism
+
+DRAWN = {"radius": 105.6, "angles": (210.0, 330.0, 90.0), "stops": (212.7, 212.7, 212.7)}
+BUILT = {"radius": 106.1, "angles": (210.3, 329.8, 90.0), "stops": (212.9, 212.3, 213.1)}
+ARM = 215.0
+STEP = 40 / (200 * 16)  # mm
+MAIN = """# a printer
+[include pins.cfg]
+[printer]
+kinematics: delta
+max_velocity: 300  # mm/s
+delta_radius: 105.6
+print_radius: 80
+[stepper_a]
+rotation_distance = 40
+microsteps: 16
+position_endstop: 212.7
+arm_length: 215
+[stepper_b]
+rotation_distance: 80
+microsteps: 16
+gear_ratio: 3:2, 4:3
+[stepper_c]
+rotation_distance: 20
+microsteps: 8
+[gcode_macro G29]
+gcode:
+  G28  ; home
+  {% if printer %}
+
+  M117 level: 1
+  {% endif %}
+"""
+SAVED = """#*# <---------------------- SAVE_CONFIG ---------------------->
+#*# DO NOT EDIT THIS BLOCK OR BELOW. The contents are auto-generated.
+#*#
+"""
+
+
+def carriages(printer: dict, points: np.ndarray) -> np.ndarray:
+    """Heights of the carriages as klippy/kinematics/delta.py has them, mm."""
+    angles = np.radians(printer["angles"])
+    towers = printer["radius"] * np.column_stack([np.cos(angles), np.sin(angles)])
+    away = ((points[:, None, :2] - towers) ** 2).sum(axis=2)
+    return points[:, 2:] + np.sqrt(ARM**2 - away)
+
+
+def stable(printer: dict, points: np.ndarray) -> np.ndarray:
+    """Steps below the endstops (calc_stable_position of the same file)."""
+    stops = np.array(printer["stops"]) + math.sqrt(ARM**2 - printer["radius"] ** 2)
+    return (stops - carriages(printer, points)) / STEP
+
+
+def probed() -> np.ndarray:
+    """Nozzle where the probe of the printer as built meets the bed, mm."""
+    around = np.radians(90 + 60 * np.arange(6))
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    distances = np.array([0.95, 0.9, 0.85, 0.7, 0.75, 0.8])[:, None] * 60
+    points = np.vstack([np.zeros((1, 2)), distances * circle, 30 * circle])
+    return np.hstack([points, np.full((len(points), 1), 0.3)])
+
+
+def records(points: np.ndarray, prefix: str = "height") -> str:
+    return "".join(
+        f"#*# {prefix}{row} = {point[2]}\n"
+        f"#*# {prefix}{row}_pos = {steps[0]:.3f},{steps[1]:.3f},{steps[2]:.3f}\n"
+        for row, (point, steps) in enumerate(zip(points, stable(BUILT, points), strict=True))
+    )
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Callable[[str], Path]:
+    def write(text: str) -> Path:
+        (tmp_path / "printer.cfg").write_text(text)
+        return tmp_path / "printer.cfg"
+
+    return write
+
+
+@pytest.fixture
+def printer(config: Callable[[str], Path]) -> Path:
+    saved = "#*# [delta_calibrate]\n" + records(probed()) + "#*# distance0 = 65.1\n"
+    return config(MAIN + SAVED + saved)
+
+
+def test_a_printer_commands_its_carriages_as_klipper_does(printer: Path) -> None:
+    mechanism = import_mechanism(printer).mechanism
+    points = symkin.sample_workspace(mechanism, 100).poses
+    # The joint limit is the endstop, at zero.
+    assert (mechanism.joint_limits.upper, mechanism.reading_unit) == (0.0, "m")
+    expected = -stable(DRAWN, points * 1e3) * STEP * 1e-3
+    np.testing.assert_allclose(mechanism.inverse_kinematics(points), expected, atol=1e-15)
+
+
+def test_probed_heights_lead_to_the_printer_as_it_was_built(printer: Path) -> None:
+    found = import_mechanism(printer)
+    assert found.measurements is not None
+    np.testing.assert_allclose(found.measurements.heights, 3e-4)
+    fit = symkin.identify(found.mechanism, found.measurements)
+    names = fit.mechanism.parameter_names
+    values = fit.mechanism.parameters
+    stops = np.array(BUILT["stops"]) + math.sqrt(ARM**2 - BUILT["radius"] ** 2)
+    expected = {
+        "base_radius": np.full(3, BUILT["radius"] * 1e-3),
+        "base_azimuth": np.radians(BUILT["angles"]),
+        "sensor_offset": stops * 1e-3,
+    }
+    # Klipper writes a thousandth of a step.
+    for name, value in expected.items():
+        np.testing.assert_allclose(values[:, names.index(name)], value, atol=2e-6)
+    np.testing.assert_allclose(values[:, names.index("distal_length")], ARM * 1e-3)
+
+
+def test_what_klipper_is_given_comes_back(made: Callable, tmp_path: Path) -> None:
+    robot = made("linear_delta")
+    symkin.export(robot, "klipper", tmp_path / "printer.cfg", endstops=0.42)
+    once = import_mechanism(tmp_path / "printer.cfg").mechanism
+    again = symkin.export(once, "klipper")
+    assert again.loss is not None
+    assert again.loss.position_max < 1e-8
+    numbers = r"^(?:angle|\w+_length|\w+_radius|\w+_endstop): (\S+)$"
+    first, second = (
+        [float(each) for each in re.findall(numbers, text, re.MULTILINE)]
+        for text in ((tmp_path / "printer.cfg").read_text(), again.text)
+    )
+    assert len(first) == 10
+    np.testing.assert_allclose(first, second, rtol=0, atol=2e-5)
+
+
+def test_what_was_saved_and_entered_by_hand_counts_and_the_rest_is_said(
+    config: Callable[[str], Path],
+) -> None:
+    saved = "#*# [printer]\n#*# delta_radius = 106.5\n#*#\n#*# [stepper_c]\n#*# arm_length = 216\n"
+    saved += "#*#\n#*# [delta_calibrate]\n#*# distance0 = 65.1\n#*# distance1 = 65.2\n"
+    by_hand = records(probed()[:2], "manual_height")
+    found = import_mechanism(config(MAIN + SAVED + saved + by_hand + records(probed()[2:5])))
+    names = found.mechanism.parameter_names
+    radius = found.mechanism.parameters[:, names.index("base_radius")]
+    np.testing.assert_allclose(radius, 0.1065)
+    rods = found.mechanism.parameters[:, names.index("distal_length")]
+    np.testing.assert_allclose(rods, [0.215, 0.215, 0.216])
+    assert found.measurements is not None
+    assert len(found.measurements.readings) == 5
+    assert any(note.startswith("2 distances of printed objects") for note in found.notes)
+    assert any("[include pins.cfg] was not read" in note for note in found.notes)
+
+
+def test_a_printer_without_records_needs_no_motors(config: Callable[[str], Path]) -> None:
+    text = re.sub(r"(rotation_distance|microsteps|gear_ratio).*\n", "", MAIN)
+    assert import_mechanism(config(text)).measurements is None
+    with pytest.raises(SymkinError, match=r"\[stepper_a\] rotation_distance: is missing"):
+        import_mechanism(config(text + "[delta_calibrate]\nheight0: 0\nheight0_pos: 1,2,3\n"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("kinematics: delta", "kinematics: corexy", '[printer] kinematics: is "corexy"; symkin'),
+        ("kinematics: delta", "", "[printer] kinematics: is missing ([include pins.cfg] was not"),
+        ("delta_radius: 105.6", "delta_radius: wide", 'delta_radius: is "wide"; expected a number'),
+        ("delta_radius: 105.6", "delta_radius: nan", 'delta_radius: is "nan"; expected a number'),
+        ("delta_radius: 105.6", "delta_radius: -1", "is -1; expected more than 0"),
+        ("arm_length: 215", "arm_length: 99", "arm_length: is 99; expected more than 105.6"),
+        ("position_endstop: 212.7", "position_endstop: 1", "leave no room to print"),
+        ("# a printer", "colour = red", "is not a printer.cfg"),
+        ("3:2, 4:3", "3:2, 4", 'gear_ratio: is "4"; expected such as "80:16"'),
+        ("3:2, 4:3", "3:0", 'gear_ratio: is "3:0"; expected'),
+        ("height0_pos: 1,2,3", "height0_pos: 1,2", "height0_pos: has 2 numbers; expected 3"),
+        ("height0_pos: 1,2,3", "", "height0_pos: is missing"),
+    ],
+)
+def test_a_wrong_configuration_is_refused_at_its_option(
+    config: Callable[[str], Path], old: str, new: str, words: str
+) -> None:
+    text = MAIN + "[delta_calibrate]\nheight0: 0\nheight0_pos: 1,2,3\n"
+    assert old in text
+    with pytest.raises(SymkinError, match=re.escape(words)):
+        import_mechanism(config(text.replace(old, new)))
