@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Drawings of all shipped mechanisms and of all chains, made when the pages are built."""
 
+import re
 from pathlib import Path
 
 from docutils import nodes
@@ -18,9 +19,11 @@ FOLDER = ROOT / "build" / "gallery"
 
 def draw(mechanism, name):
     """Draw a mechanism at home, without axes, so that many fit on a page; returns the file."""
-    figure = Figure(figsize=(3, 3), layout="constrained")
+    figure = Figure(figsize=(3, 3))
     in_space = mechanism.space.in_space
-    axes = figure.add_subplot(projection="3d" if in_space else None)
+    # matplotlib keeps room for labels around what is in space.
+    place = (-0.2, -0.2, 1.4, 1.4) if in_space else (0.04, 0.04, 0.92, 0.92)
+    axes = figure.add_axes(place, projection="3d" if in_space else None)
     plot.mechanism(mechanism, ax=axes)
     axes.get_legend().remove()
     axes.axis("off")
@@ -39,7 +42,7 @@ def shipped():
             if not line.startswith("# "):
                 break
             comment.append(line.removeprefix("# "))
-        yield name, mechanism, " ".join(comment).partition(". ")[0].rstrip(".") + "."
+        yield name, mechanism, re.split(r"(?<! al)\.( |$)", " ".join(comment))[0] + "."
 
 
 def templates():
