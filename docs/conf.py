@@ -2,20 +2,30 @@
 """Sphinx configuration; `make docs` builds into build/docs."""
 
 import json
+import os
 import re
 import sys
 from pathlib import Path
 
+import nbformat
+from myst_nb.core.read import read_myst_markdown_notebook
 from numpydoc.xref import DEFAULT_LINKS
 
 import symkin
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(Path(__file__).parent))  # mathml.py
+sys.path.insert(0, str(Path(__file__).parent))  # gallery.py, mathml.py
 # What editors complete and check mechanism files with, beside the page that links to it.
 SCHEMA = ROOT / "build" / "schema" / "mechanism.schema.json"
 SCHEMA.parent.mkdir(parents=True, exist_ok=True)
 SCHEMA.write_text(json.dumps(symkin.mechanism_schema(), indent=1) + "\n", encoding="utf-8")
+
+# The notebooks as Jupyter reads them, for who wants to change them; pages offer them below their title.
+NOTEBOOKS = ROOT / "build" / "notebooks"
+NOTEBOOKS.mkdir(parents=True, exist_ok=True)
+for page in (ROOT / "docs" / "notebooks").glob("*.md"):
+    notebook = read_myst_markdown_notebook(page.read_text(encoding="utf-8"))
+    nbformat.write(notebook, NOTEBOOKS / f"{page.stem}.ipynb")
 
 project = "symkin"
 author = "symkin contributors"
@@ -26,9 +36,10 @@ release = re.search(
 
 exclude_patterns = ["figures/*.md"]  # included by pages
 extensions = [
+    "gallery",
     "mathml",
     "matplotlib.sphinxext.plot_directive",
-    "myst_parser",
+    "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
 ]
@@ -53,6 +64,11 @@ numpydoc_xref_aliases = {name: name for name in DEFAULT_LINKS} | {
     full.rpartition(".")[2]: full for full in re.findall(r":: (symkin\.[\w.]+)", documented)
 }
 
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 180  # s, for a cell on a machine that is busy
+os.environ["PLOTLY_RENDERER"] = "notebook"  # in the page, which then loads nothing
+
 plot_formats = ["svg"]
 plot_html_show_formats = False
 plot_html_show_source_link = False
@@ -64,3 +80,16 @@ html_show_sphinx = False
 html_static_path = ["_static"]
 html_extra_path = [str(SCHEMA.parent)]
 html_css_files = ["wide.css"]
+
+
+def offer_notebook(app, name, source):
+    """Link a page of `notebooks` to what Jupyter reads."""
+    folder, _, stem = name.rpartition("/")
+    if folder == "notebooks":
+        download = f"{{download}}`{stem}.ipynb <../../build/notebooks/{stem}.ipynb>`"
+        source[0] = re.sub(r"^(# .*)$", rf"\1\n\nAs a Jupyter notebook: {download}", source[0], count=1, flags=re.M)
+
+
+def setup(app):
+    """Connect what this configuration adds."""
+    app.connect("source-read", offer_notebook)

@@ -218,21 +218,12 @@ class Mechanism(Kinematics):
         return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{curved}{calibrated}>'
 
     def _repr_html_(self) -> str:
-        """Show its parameters in a notebook."""
-        from html import escape
+        """Show its drawing and its legs in a notebook."""
+        from symkin.report.content import Page
+        from symkin.report.html import summary_html
+        from symkin.report.mechanism import mechanism_parts, mechanism_title
 
-        heads = "".join(f"<th>leg {leg + 1}</th>" for leg in range(len(self.legs)))
-        rows = "".join(
-            f"<tr><th>{name}{f' ({unit})' if unit else ''}</th>"
-            + "".join(f"<td>{value:.6g}</td>" for value in column)
-            + "</tr>"
-            for name, unit, column in zip(
-                self.parameter_names, self.parameter_units, self.parameters.T, strict=True
-            )
-        )
-        return (
-            f"<table><caption>{escape(repr(self))}</caption><tr><th></th>{heads}</tr>{rows}</table>"
-        )
+        return summary_html(Page(mechanism_title(self)), mechanism_parts(self))
 
     @property
     def core(self) -> _core.Mechanism:

@@ -3,7 +3,9 @@
 
 A function that draws into one axes takes them as ``ax=`` and returns them; one that needs several
 panels takes a matplotlib figure or subfigure as ``figure=`` and returns it. By default each makes
-a new figure, without pyplot: no window opens, and ``.figure.savefig("residuals.pdf")`` writes it.
+a new figure, without pyplot: no window opens, notebooks show what is returned, and
+``.figure.savefig("residuals.pdf")`` writes it. `explore` alone makes a view to be turned, with
+plotly.
 Importing this module imports matplotlib; `symkin` by itself does not.
 """
 
@@ -41,6 +43,7 @@ from symkin.plot.estimates import (  # noqa: E402
     residuals,
     t_values,
 )
+from symkin.plot.interactive import explore  # noqa: E402
 from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
 from symkin.plot.studies import (  # noqa: E402
     study_cells,
@@ -58,6 +61,7 @@ __all__ = [
     "dependence",
     "error_histogram",
     "error_map",
+    "explore",
     "local_errors",
     "mechanism",
     "observability",

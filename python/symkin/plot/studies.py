@@ -18,6 +18,7 @@ from symkin.plot.style import (
     INK,
     LINE,
     SMALL,
+    ShownAxes,
     dressed,
     flat_axes,
     leg_style,
@@ -166,7 +167,7 @@ def study_curves(
     -------
     Axes
     """
-    axes = new_figure(6.2, 3.4).add_subplot() if ax is None else ax
+    axes = new_figure(6.2, 3.4).add_subplot(axes_class=ShownAxes) if ax is None else ax
     dressed(axes, x=level, y=value)
     for at, curve in enumerate(curves):
         colour, marker = leg_style(at)

@@ -7,6 +7,7 @@ those of Okabe and Ito, which every kind of colour vision tells apart; legs diff
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
@@ -52,6 +53,20 @@ THEME = {
 _point_names: WeakKeyDictionary[Line2D, Sequence[str]] = WeakKeyDictionary()
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows, which by itself it does for those of pyplot only."""
+
+    def _repr_svg_(self) -> str:
+        return _svg(self)
+
+
+class ShownAxes(Axes):
+    """Axes that a notebook shows as the figure that they are in."""
+
+    def _repr_svg_(self) -> str:
+        return _svg(self.figure.figure)
+
+
 class LegStyle(NamedTuple):
     """How a leg is drawn in every figure."""
 
@@ -67,7 +82,7 @@ def leg_style(leg: int) -> LegStyle:
 def new_figure(width: float, height: float, figure: FigureBase | None = None) -> FigureBase:
     """The figure that is given, or an empty one of this size in inches that arranges its axes."""
     if figure is None:
-        figure = Figure(figsize=(width, height), facecolor=PAPER)
+        figure = ShownFigure(figsize=(width, height), facecolor=PAPER)
     if isinstance(figure, Figure) and figure.get_layout_engine() is None:
         figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.03, hspace=0.03)
     return figure
@@ -84,7 +99,7 @@ def flat_axes(
     share_y: Axes | None = None,
 ) -> Axes:
     """Add axes in the house style."""
-    axes = figure.add_subplot(place, sharex=share_x, sharey=share_y)
+    axes = figure.add_subplot(place, axes_class=ShownAxes, sharex=share_x, sharey=share_y)
     return dressed(axes, title=title, x=x, y=y)
 
 
@@ -200,3 +215,9 @@ def _label(axes: Axes, title: str, x: str, y: str) -> None:
     axes.set_xlabel(x, fontsize=_LABEL, color=INK)
     axes.set_ylabel(y, fontsize=_LABEL, color=INK)
     axes.tick_params(labelsize=SMALL, labelcolor=INK, color=LINE)
+
+
+def _svg(figure: Any) -> str:
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg")
+    return buffer.getvalue()

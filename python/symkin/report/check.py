@@ -6,8 +6,8 @@ from __future__ import annotations
 import dataclasses
 
 from symkin.checks import CheckResult
-from symkin.report.content import Group, Headline, Page, Section, Table
-from symkin.report.mechanism import held_parameters, mechanism_section
+from symkin.report.content import Headline, Page, Section
+from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (
     conditions_section,
@@ -126,22 +126,10 @@ def _differences(result: CheckResult) -> Section:
 
 def _legs(result: CheckResult) -> Section:
     mechanism, home = result.mechanism, result.home
-    units = zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
-    labels = [f"{name}, {unit}" if unit else name for name, unit in units]
-    rows = [
-        ("image of", *(f"leg {leg.reference + 1}" for leg in result.origins)),
-        ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
-        *(
-            (label, *(setting(value, digits=6) for value in mechanism.parameters[:, index]))
-            for index, label in enumerate(labels)
-        ),
-        (
-            f"reading at home, {mechanism.reading_unit}",
-            *(setting(value, digits=6) for value in home.readings.round(12) + 0.0),
-        ),
-    ]
-    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
-    return Section("legs", "Legs", (), [Table("The legs", columns, [Group(rows)], brief=True)])
+    before = [("image of", *(f"leg {leg.reference + 1}" for leg in result.origins))]
+    readings = (setting(value, digits=6) for value in home.readings.round(12) + 0.0)
+    after = [(f"reading at home, {mechanism.reading_unit}", *readings)]
+    return Section("legs", "Legs", (), [legs_table(mechanism, before, after)])
 
 
 def _mechanism(result: CheckResult) -> Section:

@@ -64,12 +64,20 @@ def page_html(page: Page) -> str:
     return _rendered("report.html", page)
 
 
-def summary_html(page: Page) -> str:
-    """Return title, verdict and the few numbers that matter, for a notebook."""
-    return _rendered("summary.html", page)
+def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
+    """Return title, verdict and the few numbers that matter, for a notebook.
+
+    Parameters
+    ----------
+    page : Page
+        Whose top it is.
+    shown : sequence of Table and Image
+        Parts that it shows below.
+    """
+    return _rendered("notebook.html", page, shown)
 
 
-def _rendered(template: str, page: Page) -> str:
+def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
         autoescape=True,
@@ -84,7 +92,7 @@ def _rendered(template: str, page: Page) -> str:
     environment.filters["data"] = _data
     environment.filters["digest"] = _digest
     foot = {"version": _version(), "day": _day()}
-    text = environment.get_template(template).render(page=page, **foot)
+    text = environment.get_template(template).render(page=page, shown=shown, **foot)
     # A file's name may have bytes that are no character.
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 

@@ -22,7 +22,7 @@ from symkin.workspace.sample import least_reach_margin
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["mechanism_section"]
+__all__ = ["legs_table", "mechanism_parts", "mechanism_section", "mechanism_title"]
 
 _PLATFORMS = {
     "planar": "moves in the plane and turns",
@@ -68,6 +68,42 @@ def mechanism_section(
     return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
 
 
+def mechanism_title(mechanism: Mechanism) -> str:
+    """Return its name and kind in a line."""
+    words = [f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}", mechanism.pose_space]
+    words += [] if mechanism.symmetry is None else [mechanism.symmetry.group]
+    words += [] if mechanism.curvature is None else ["curved sensors"]
+    words += [] if mechanism.deviations is None else ["with standard deviations"]
+    return f"{mechanism.name}: {', '.join(words)}"
+
+
+def mechanism_parts(mechanism: Mechanism) -> list[Image | Table]:
+    """Return what a notebook shows of a mechanism: its drawing at home, and its legs."""
+    straight = mechanism.replace(curvature=None)
+    return [*_drawing(straight, np.empty((0, len(mechanism.home)))), legs_table(mechanism)]
+
+
+def legs_table(
+    mechanism: Mechanism,
+    before: Sequence[Sequence[str]] = (),
+    after: Sequence[Sequence[str]] = (),
+) -> Table:
+    """Return the parameters of all legs, a column a leg, between what else is said of each."""
+    units = zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
+    labels = [f"{name}, {unit}" if unit else name for name, unit in units]
+    rows = [
+        *before,
+        ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
+        *(
+            (label, *(setting(value, digits=6) for value in mechanism.parameters[:, index]))
+            for index, label in enumerate(labels)
+        ),
+        *after,
+    ]
+    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
+    return Table("The legs", columns, [Group(rows)], brief=True)
+
+
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
     legs: dict[tuple[str, ...], list[int]] = {}
@@ -85,9 +121,9 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
 def _drawing(
     mechanism: Mechanism,
     poses: NDArray[np.float64],
-    symmetry: SymmetryGroup | None,
-    keeps_modes: Collection[str],
-    nearly: bool,
+    symmetry: SymmetryGroup | None = None,
+    keeps_modes: Collection[str] = (),
+    nearly: bool = False,
 ) -> list[Image]:
     """The drawing, unless no pose is within reach of all legs."""
     tried = np.vstack([mechanism.home, poses])

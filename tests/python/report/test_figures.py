@@ -193,3 +193,14 @@ def test_a_backend_that_matplotlib_does_not_have_does_not_matter():
     assert (
         subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0
     )
+
+
+def test_a_notebook_shows_what_a_figures_function_returns_but_not_axes_of_others(planar_result):
+    for shown in (
+        plot.mechanism(planar_result.nominal),
+        plot.poses(planar_result.candidates),
+        plot.observability(["a", "b"], [[1, 2], [2, 1]]),
+    ):
+        assert shown._repr_svg_().rstrip().endswith("</svg>")
+    mine = plot.observability(["a"], [[1]], ax=Figure().subplots())
+    assert not hasattr(mine, "_repr_svg_")
