@@ -283,8 +283,8 @@ class Diagnostician {
         ++column;
       }
     }
-    // What is left of a term that the parameters nearly explain is made by the noise of the poses
-    // at which the jacobian was taken, and so goes with the residuals.
+    // What is left of a term that the parameters nearly explain is made by the errors of the poses
+    // at which the jacobian was taken.
     constexpr double kUnexplained = 5e-3;
     const ColumnSpace space = column_space(projection_.unexplained(whitened), kUnexplained);
     ResidualTest test{suspect, leg};
@@ -343,21 +343,33 @@ class Diagnostician {
   Projection projection_;
 };
 
-// The closures of a pose have a common covariance that can be inverted; else leg by leg.
-std::vector<WhitenedClosures> systems_of(const Mechanism& mechanism,
-                                         const MeasurementSet& measurements,
-                                         const MeasurementNoise& noise) {
-  const auto whitened = [&](const std::vector<Index>& legs) {
+struct JudgedSystem {
+  MeasurementSet at;  // most likely, from which the terms of the tests are made
+  WhitenedClosures closures;
+};
+
+JudgedSystem judged_system(const Mechanism& mechanism, const MeasurementSet& measurements,
+                           const MeasurementNoise& noise, const std::vector<Index>& legs) {
+  const auto whitened = [&](const MeasurementSet& at) {
     return whiten_closures(mechanism.model(), mechanism.parameters(),
-                           mechanism.estimated_parameters(), measurements, legs, PoseUse::all,
-                           noise);
+                           mechanism.estimated_parameters(), at, legs, PoseUse::all, noise);
   };
+  LikelyMeasurements likely =
+      most_likely(whitened(measurements), mechanism.pose_space(), measurements, noise);
+  WhitenedClosures closures = whitened(likely.at);
+  count_from_measured(likely, closures);
+  return {std::move(likely.at), std::move(closures)};
+}
+
+// The closures of a pose have a common covariance that can be inverted; else leg by leg.
+std::vector<JudgedSystem> systems_of(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                     const MeasurementNoise& noise) {
   try {
-    return {whitened(all_legs(mechanism.leg_count()))};
+    return {judged_system(mechanism, measurements, noise, all_legs(mechanism.leg_count()))};
   } catch (const InvalidInput&) {
-    std::vector<WhitenedClosures> systems;
+    std::vector<JudgedSystem> systems;
     for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-      systems.push_back(whitened({leg}));
+      systems.push_back(judged_system(mechanism, measurements, noise, {leg}));
     }
     return systems;
   }
@@ -376,12 +388,12 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
   diagnosis.student.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.student_p.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.pose_p.setOnes(count);
-  for (const WhitenedClosures& system : systems_of(estimate, measurements, noise)) {
+  for (const auto& [at, system] : systems_of(estimate, measurements, noise)) {
     std::vector<bool> left_out;
     for (const WhitenedPose& pose : system.poses) {
       left_out.push_back(std::find(rejected.begin(), rejected.end(), pose.row) != rejected.end());
     }
-    Diagnostician tests(estimate, measurements, system, left_out, alarm, diagnosis);
+    Diagnostician tests(estimate, at, system, left_out, alarm, diagnosis);
     if (tests.testable()) {
       tests.test_sensors(turning_sensor);
       tests.test_geometry();

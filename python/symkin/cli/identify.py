@@ -25,20 +25,26 @@ from symkin.cli.unknown_options import (
     FixedOption,
     FramesOption,
     FreeOption,
+    PrintedOption,
     PriorOption,
     SensorOption,
     SharedOption,
+    printed_lengths,
     unknowns,
 )
 from symkin.identification import JointIdentification, Loss
 from symkin.identification.unknowns import Gauge, LossPer
 from symkin.io.output_files import OutputFiles
+from symkin.probing import with_printed_length
 
 
 @with_example(
     "symkin run 3RRR --out out",
     "symkin identify 3RRR out/measurements.csv --cross-validate 5 --out identified",
     "symkin identify 3RRR out/measurements.csv --shared sensor_gain --fixed 'leg1.*_length'",
+    "symkin plan linear_delta --observe height --out probe",
+    "symkin simulate linear_delta probe/plan.csv --observe height --out probed",
+    "symkin identify linear_delta probed/measurements.csv --printed '100 mm = 100.2 mm'",
 )
 def identify(
     mechanism: MechanismArgument,
@@ -60,6 +66,7 @@ def identify(
     prior: PriorOption = None,
     frames: FramesOption = None,
     sensor: SensorOption = None,
+    printed: PrintedOption = None,
     gauge: Annotated[
         Gauge | None,
         typer.Option(
@@ -101,6 +108,9 @@ def identify(
 
     By default these are all parameters of all legs, one leg after the other from full poses. With
     other unknowns, frames or partial poses everything is estimated together.
+
+    Where a probe touched a bed, heights are all that is known of the poses; the bed's plane is
+    unknown then, and the tolerances are priors.
     """
     from symkin.io.mechanism_file import load_columns
 
@@ -111,6 +121,8 @@ def identify(
         nominal = symkin.load_mechanism(mechanism)
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
+        for piece in printed_lengths(printed):
+            measured = with_printed_length(nominal, measured, piece)
         with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
             target = outputs.folder(out, *JointIdentification.FILES) if out else None
             stage("identifying")

@@ -45,13 +45,16 @@ from symkin.cli.unknown_options import (
     unknowns,
 )
 from symkin.io.output_files import OutputFiles
+from symkin.planning.probing import is_probing, write_bed_points
 
 _FILES = ("plan.csv", "plan.json", "plan.html")
+_POINTS = "points.csv"
 
 
 @with_example(
     "symkin plan 3RRR --out planned",
     "symkin plan 3RRR --out orbits --design orbits --avoid y=0.3:",
+    "symkin plan linear_delta --out probe --observe height",
     "symkin plan 3RRR --out seen --design mechanism --observe position --prior tolerances",
 )
 def plan(
@@ -128,7 +131,8 @@ def plan(
 
     With --observe, or unknowns as `symkin identify` has them, poses are chosen for what will be
     observed and is unknown then, all at once (--design mechanism). Priors count as information that
-    is there beforehand.
+    is there beforehand. With --observe height alone a delta probes its bed: points.csv has x and y,
+    in mm, of where to touch it.
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
@@ -144,8 +148,11 @@ def plan(
         taken = symkin.read_measurements(measured, loaded, mapping) if measured else None
         limits = regions(avoid or [])
         distance = length(minimum_distance, "--minimum-distance")
+        seen = planned(loaded, observe, base, target, point, anchor, plane)
+        probing = seen is not None and is_probing(loaded, seen)
+        files = (*_FILES, _POINTS) if probing else _FILES
         with OutputFiles([loaded.source, required, measured, columns], overwrite) as outputs:
-            folder = outputs.folder(out, *_FILES)
+            folder = outputs.folder(out, *files)
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")
@@ -168,15 +175,17 @@ def plan(
                 spares=spares,
                 time_limit=time_limit,
                 threads=threads,
-                observe=planned(loaded, observe, base, target, point, anchor, plane),
+                observe=seen,
                 **unknowns(free, fixed, shared, prior, frames, sensor),
             )
             document = {"command": "plan", **made.to_dict()}
             stage("writing the report")
             made.save(folder / "plan.csv")
+            if probing:
+                write_bed_points(made, folder / _POINTS)
             write_results(document, folder / "plan.json")
             made.report(folder / "plan.html")
     if as_json:
         print_json(document)
     else:
-        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in _FILES)}")
+        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in files)}")

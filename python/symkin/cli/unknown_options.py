@@ -14,6 +14,7 @@ from symkin.io.quantities import evaluate_quantity
 from symkin.mechanism import Mechanism
 from symkin.observed import Observed
 from symkin.planning.observing import Unknowns
+from symkin.probing import CALIPER, PrintedLength
 from symkin.settings import Frames
 
 __all__ = [
@@ -26,12 +27,14 @@ __all__ = [
     "ObserveOption",
     "PlaneOption",
     "PointOption",
+    "PrintedOption",
     "PriorOption",
     "SensorOption",
     "SharedOption",
     "TargetOption",
     "observed",
     "planned",
+    "printed_lengths",
     "unknowns",
 ]
 
@@ -98,6 +101,15 @@ FramesOption = Annotated[
         "may the patterns, or several in one, with commas.",
     ),
 ]
+PrintedOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LENGTH",
+        help="A piece that a probed delta printed along x, centred, before it was calibrated: "
+        "'100 mm = 100.12 mm', commanded and measured; with '+- 0.02 mm' behind, how well (by "
+        "default 0.05 mm).",
+    ),
+]
 SensorOption = Annotated[
     Sensor | None,
     typer.Option(help="What sensors may do besides a straight line: bend, or err once a turn."),
@@ -148,6 +160,22 @@ def planned(
     if not (kinds or base or target or points or anchors or plane != NO_PLANE):
         return None
     return observed(mechanism, kinds, base, target, points, anchors, plane)
+
+
+def printed_lengths(text: str | None) -> list[PrintedLength]:
+    """Read a printed length, if there is one."""
+    if text is None:
+        return []
+    commanded, equal, rest = text.partition("=")
+    measured, _, deviation = rest.partition("+-")
+    if not equal:
+        raise SymkinError(
+            f'--printed "{text}" has no "="; expected a commanded and a measured length, such as '
+            '"100 mm = 100.12 mm"'
+        )
+    values = [_quantities("--printed", each, ("m",))[0] for each in (commanded, measured)]
+    known = _quantities("--printed", deviation, ("m",))[0] if deviation else CALIPER
+    return [PrintedLength(commanded=values[0], measured=values[1], deviation=known)]
 
 
 def unknowns(

@@ -34,6 +34,7 @@ from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, expected_accuracy
+from symkin.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.result import Result, field, plain, record
 from symkin.settings import IdentificationSettings, NoiseSettings
 
@@ -369,6 +370,9 @@ def identify(
     frames : sequence of {"base", "target", "points", "anchors", "plane"}, optional
         What is unknown of the frames, see `Frames`: the base in the frame of the measuring device,
         the target on the platform, further targets, fixed points, the plane that a probe touches.
+        Where heights are all that was measured of poses, and neither `free` nor `frames` is given,
+        the plane; the tolerances are priors then. Of a platform that never turns some rows may have
+        x and y instead, of marks on a piece, in a frame of the ruler's own.
     sensor : {"linear", "quadratic", "eccentric"}, optional
         What else is unknown of the sensors: their curvature, or an error of one period a turn.
     gauge : {"prior", "nominal", "datum"}, optional
@@ -405,7 +409,7 @@ def identify(
         "gauge": gauge,
         "loss_per": loss_per,
     }
-    wanted = with_file_settings(given, mechanism.identification)
+    wanted = _wanted(mechanism, measurements, given)
     reason = _needs_joint(mechanism, measurements, wanted, noise)
     if not reason:
         return identify_legs(
@@ -454,6 +458,19 @@ def with_file_settings(
         for name, value in given.items()
     }
     return {name: value for name, value in chosen.items() if value is not None}
+
+
+def _wanted(
+    mechanism: Mechanism, measurements: Measurements, given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What was asked for, by the arguments, the file, or what was measured."""
+    wanted = with_file_settings(given, mechanism.identification)
+    if not is_probed(measurements):
+        return wanted
+    marked = is_marked(measurements)
+    if marked:
+        refuse_commanded(mechanism, measurements)
+    return with_probing_defaults(wanted, marked=marked)
 
 
 def _needs_joint(
@@ -514,7 +531,7 @@ def cross_validate(
     """
     names = {each.name for each in dataclasses.fields(IdentificationSettings)}
     given = {name: options.pop(name) for name in names & options.keys()}
-    wanted = with_file_settings({**dict.fromkeys(names), **given}, mechanism.identification)
+    wanted = _wanted(mechanism, measurements, {**dict.fromkeys(names), **given})
     reason = _needs_joint(mechanism, measurements, wanted, options.get("noise"))
     if reason:
         if estimator not in (None, "joint"):
@@ -574,12 +591,14 @@ def joint_cross_validation(
 ) -> CrossValidation:
     """Predict each part of any observations from an identification on the others.
 
-    Each observation of an unseen pose is compared with what the others of that pose predict.
+    Each observation of an unseen pose is compared with what the others of that pose predict. What
+    fewer rows than parts observe, no part is without.
     """
     count = len(measurements.poses)
     if not 2 <= folds <= count:
         raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
     fold_of = _folds(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
+    fold_of[_rarely_observed(measurements, folds)] = -1
     residuals = np.full(measurements.readings.shape, np.nan)
     differences = np.full((count, mechanism.straight.dof), np.nan)
     whole = np.asarray(np.isfinite(measurements.poses).all(axis=1))
@@ -626,6 +645,18 @@ def joint_cross_validation(
         else None,
         observed_rms={kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()},
     )
+
+
+def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_]:
+    """Rows with something besides readings that fewer rows than folds have."""
+    count = len(measurements.poses)
+    rare = np.zeros(count, dtype=bool)
+    for name in ("poses", "reported", "points", "distances", "heights"):
+        values = getattr(measurements, name)
+        if values is not None:
+            there = np.isfinite(values.reshape(count, -1)).any(axis=1)
+            rare |= there & (there.sum() < folds)
+    return rare
 
 
 def _folds(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:

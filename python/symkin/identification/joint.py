@@ -23,10 +23,12 @@ from symkin.identification.calibrated import (
     changed_settings,
     with_usable_home,
 )
+from symkin.identification.heights import Heights, heights_of
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
     Alternative,
     alternatives_of,
+    contradiction_of,
     doubts_of,
     estimated_noise,
     notes_of,
@@ -64,8 +66,10 @@ Status = Literal[
     "shown by the data up to the gauge",
 ]
 
-# A deviation beyond this share of the prior's says that the data told next to nothing.
+# A deviation beyond this share of the prior's says that the data told next to nothing, and one
+# beyond the other that they told less than the prior did, or not much more.
 _SILENT = 0.9
+_SHOWN = 0.5
 _HELD = 1e-12  # m or rad: a prior that is as good as none of it being free
 
 
@@ -212,7 +216,7 @@ class JointIdentification(Result):
             problem, fit = estimated_noise(problem, fit)
         values, deviations, calibrated = _calibrated(mechanism, problem, fit)
         unseen = np.asarray(fit.unseen)
-        return cls(
+        found = cls(
             mechanism=calibrated,
             unknowns=_unknowns(mechanism, problem, fit, values, deviations),
             names=problem.layout.names,
@@ -240,6 +244,25 @@ class JointIdentification(Result):
             measurements=measurements,
             options=options,
         )
+        why = "" if found.converged else contradiction_of(found)
+        return dataclasses.replace(found, failure=f"{found.failure}; {why}") if why else found
+
+    @cached_property
+    def heights(self) -> Heights | None:
+        """What heights that a probe touched show, if nothing else was measured of poses in space.
+
+        None for platforms that turn, and if it did not converge.
+        """
+        return heights_of(self)
+
+    @property
+    def first_unknowns(self) -> list[Unknown]:
+        """Of each column that was estimated, the first unknown that moves with it."""
+        by_name = {each.name: each for each in self.unknowns}
+        return [
+            by_name.get(name) or next(each for each in self.unknowns if _is_in(each.name, name))
+            for name in self.names
+        ]
 
     @property
     def frames(self) -> Frames:
@@ -387,6 +410,7 @@ class JointIdentification(Result):
                 "residual_before_rms_m": plain(self.nominal_residual_rms),
                 "residual_after_rms_m": plain(self.residual_rms),
             },
+            "heights": plain(self.heights),
             "evaluation": {"before": plain(self.before), "after": plain(self.after)},
             "cross_validation": plain(self.cross_validation),
         }
@@ -483,6 +507,12 @@ class JointIdentification(Result):
             *changed_settings(self.nominal, self.mechanism),
         ]
         save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
+
+
+def _is_in(scalar: str, column: str) -> bool:
+    block, _, own = scalar.partition(".")
+    blocks, _, name = column.rpartition(".")
+    return own == name and (not blocks or block in blocks.split("+"))
 
 
 def _fields(value: Any) -> Sequence[dataclasses.Field[Any]]:
@@ -585,6 +615,8 @@ def _status(layout: Layout, scalar: int, deviation: float, unseen: Array) -> Sta
     prior = layout.prior[column]
     if np.isfinite(prior) and deviation > _SILENT * prior:
         return "held by its prior: not shown by the data"
+    if deviation > _SHOWN * prior:
+        return "shown by the data and priors together"
     if len(unseen) and unseen[column] > UNSEEN:
         if np.isfinite(layout.prior).any():
             return "shown by the data and priors together"

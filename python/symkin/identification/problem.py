@@ -24,6 +24,7 @@ from symkin.measurements import ALL_LEGS, Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import with_combinations
 from symkin.poses import POSE_SPACES
+from symkin.probing import is_marked, ruler
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
@@ -165,7 +166,9 @@ class Problem:
             )
         _require_surroundings(mechanism, measurements)
         straight = mechanism.replace(curvature=None)
-        setup = core_setup(straight, mechanism.curvature)
+        marked = is_marked(measurements)
+        placed = _with_ruler(straight, measurements) if marked else straight
+        setup = core_setup(placed, mechanism.curvature)
         layout = Layout.of(
             straight,
             setup,
@@ -180,7 +183,7 @@ class Problem:
         declared = mechanism.noise
         noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
         made = cls(straight, setup, layout, measurements, noise, options)
-        return made._with_frames()
+        return made if marked else made._with_frames()
 
     @property
     def observations(self) -> _core.Observations:
@@ -284,6 +287,15 @@ class Problem:
         problem = self.with_layout(self.layout.without(held))
         names = ", ".join(self.layout.names[i] for i in held)
         return problem, problem.fit(), f"{names} are held as drawn, and carry the others"
+
+
+def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
+    """The mechanism with its base where marks on a piece were measured, unless that is given."""
+    frames = mechanism.frames or Frames()
+    if frames.base:
+        return mechanism
+    base = ruler(mechanism, measurements)
+    return mechanism.replace(frames=dataclasses.replace(frames, base=base))
 
 
 def _own_readings(measurements: Measurements) -> Measurements:

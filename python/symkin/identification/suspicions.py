@@ -27,6 +27,7 @@ __all__ = [
     "alternatives_of",
     "blunder_limit",
     "blunders_of",
+    "contradiction_of",
     "doubts_of",
     "estimated_noise",
     "notes_of",
@@ -139,7 +140,9 @@ def notes_of(found: JointIdentification) -> Iterator[str]:
     if found.gauge:
         yield f"{found.gauge[0].upper()}{found.gauge[1:]}: parameters and deviations depend on it."
     silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
-    if silent:
+    if found.heights is not None:
+        yield from found.heights.notes
+    elif silent:
         yield (
             f"The data say next to nothing of {_listed(silent)}: what stands there is the prior."
         )
@@ -203,8 +206,7 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
         if found.nominal.reading_unit == "rad":
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
     if options.free is not None or options.fixed or options.shared:
-        all_free = dataclasses.replace(options, free=None, fixed=(), shared=())
-        wider.append(("held", options, all_free))
+        wider.append(("held", options, _all_free(options)))
     if not options.frames and np.isfinite(found.measurements.poses).any():
         # Without priors, end points that are free follow any frame.
         held = dataclasses.replace(
@@ -221,16 +223,19 @@ def _compared(
     found: JointIdentification, what: str, narrow: JointOptions, wide: JointOptions
 ) -> Alternative | None:
     try:
-        fits = [
-            Problem.of(found.nominal, found.measurements, each).resolved()[1]
+        solved = [
+            Problem.of(found.nominal, found.measurements, each).resolved()
             for each in (narrow, wide)
         ]
     except SymkinError:
         return None
+    fits = [fit for _, fit, _ in solved]
     if not all(fit.converged for fit in fits) or fits[0].aside != fits[1].aside:
         return None
     less, more = (fit.goodness for fit in fits)
     terms = less.degrees_of_freedom - more.degrees_of_freedom
+    if terms == 0:  # a prior came with each; held exactly, they gain no more than without priors
+        terms = len(solved[1][0].layout.names) - len(solved[0][0].layout.names)
     spare = more.degrees_of_freedom
     if terms <= 0 or spare <= 0 or more.chi_square <= 0:
         return None
@@ -244,6 +249,43 @@ def _compared(
         p_value=_f_tail(statistic, terms, spare),
         limit=_FALSE_ALARMS / 3,
         options=wide,
+    )
+
+
+def _all_free(options: JointOptions) -> JointOptions:
+    """The same with nothing held or shared but parts of frames."""
+    fixed = tuple(each for each in options.fixed if each.partition(".")[0] in ("base", "target"))
+    return dataclasses.replace(options, free=None, fixed=fixed, shared=())
+
+
+def contradiction_of(found: JointIdentification) -> str:
+    """Why an estimate did not converge that would if nothing was held; empty if that is not why."""
+    options = found.options
+    if options.free is None and not options.fixed and not options.shared:
+        return ""
+    wide = dataclasses.replace(_all_free(options), prior="tolerances", gauge="prior")
+    try:
+        other = type(found).of(found.nominal, found.measurements, wide)
+    except SymkinError:
+        return ""
+    if not other.converged or other.unexplained:
+        return ""
+    if not found.unexplained:
+        return (
+            "the observations hardly show what is free; with everything free within the "
+            "tolerances (--prior tolerances) it converges"
+        )
+    held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
+    moved = [
+        (abs(each.value - each.nominal) / each.tolerance, each.name)
+        for each in other.unknowns
+        if each.name in held and math.isfinite(each.deviation) and each.tolerance > 0
+    ]
+    named = ", ".join(f"{name} ({by:.2g} tolerances)" for by, name in sorted(moved)[:-4:-1])
+    return (
+        "what is held or shared contradicts the observations: with everything free within the "
+        f"tolerances it converges, to chi-square {other.chi_square:.3g} instead of "
+        f"{found.chi_square:.3g}, and moves {named}"
     )
 
 

@@ -19,6 +19,7 @@ from symkin.io.columns import (
     check_columns,
     has_columns,
     has_pose,
+    is_present,
     own_columns,
     pose_column_names,
     read_pose_values,
@@ -208,6 +209,11 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
         and not has_observed_columns(table, space)
         and not _redundant(mechanism)
     ):
+        if mechanism.space.in_space and is_present(table, "psi_1", None):
+            raise table.error(
+                "has readings, and neither poses nor heights; where a probe touched a bed, add a "
+                "column height_mm of zeros"
+            )
         return own_columns(table, space, legs)  # of which there is none: the error says so
     return columns
 

@@ -27,6 +27,7 @@ from symkin.planning.designs import (
 )
 from symkin.planning.observing import ObservedTask, Observing, Survey, Unknowns
 from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
+from symkin.planning.probing import is_probing, on_the_bed, probing_unknowns
 from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
 from symkin.planning.visiting import visiting_order
 from symkin.symmetry import SymmetryElement, map_poses
@@ -118,7 +119,9 @@ def make_plan(
         What will be observed besides the readings, by default full poses. A frame, point or anchor
         that it does not give is where the mechanism's `frames` has it. The poses are then chosen
         for everything that is unknown at once, as `identify` estimates it, with noise-aware rows;
-        the design is "mechanism".
+        the design is "mechanism". With heights alone, a platform that never turns probes a bed:
+        the candidates are put on the plane, which is unknown, and the tolerances are priors, as
+        `identify` has it.
     **unknowns
         `free`, `fixed`, `shared`, `prior`, `frames` and `sensor` of `identify`: what is unknown; by
         default what the mechanism's `identification` says, or all parameters. Priors count as
@@ -140,6 +143,10 @@ def make_plan(
     one_of("visit", visit, ("sets", "travel"))
     poses = pose_rows(candidates)
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
+    if observe is not None and is_probing(mechanism, observe):
+        poses, sample = on_the_bed(mechanism, observe, poses), None
+        unknowns = probing_unknowns(mechanism, unknowns)
+        design = "mechanism" if design == "legs" else design
     survey = Survey.of(mechanism, poses, observe, unknowns)
     demands = _Demands(
         mechanism=mechanism,

@@ -25,7 +25,7 @@ from symkin.planning.designs import Task
 from symkin.result import Value, field, record
 from symkin.settings import Frames
 
-__all__ = ["Observing", "PlannedUnknown", "Survey", "Unknowns"]
+__all__ = ["Observing", "PlannedUnknown", "Survey", "Unknowns", "placed"]
 
 Array = NDArray[np.float64]
 Observing = Observed | Observable | Sequence[Observable]
@@ -111,7 +111,7 @@ class Survey(Value):
         if observe is None and all(each is None for each in given.values()):
             return None
         readings = np.abs(mechanism.inverse_kinematics(poses))
-        observed, mechanism = _placed(mechanism, "pose" if observe is None else observe)
+        observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
         options = JointOptions(**with_file_settings(given, mechanism.identification))
         layout = Layout.of(
             mechanism,
@@ -160,7 +160,12 @@ class Survey(Value):
         reached = np.asarray(np.isfinite(readings).all(axis=1))
         if read is not None:
             readings = np.where(read, readings, np.nan)
-        exact = Measurements.of(poses, readings, reading_unit=mechanism.reading_unit)
+        exact = Measurements.of(
+            poses,
+            readings,
+            reading_unit=mechanism.reading_unit,
+            pose_space=mechanism.pose_space,
+        )
         taken = self.observed.exact(exact).observations(mechanism.noise)
         places = np.where(reached[:, None], poses, np.nan)
         rows = self._rows(core_setup(mechanism), taken, places)
@@ -255,7 +260,7 @@ class Survey(Value):
         columns = len(self.unknowns)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):
-            effects = self._effects(poses[first : first + _BLOCK])
+            effects = self.effects(poses[first : first + _BLOCK])
             evaluated += len(effects)
             for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
                 form += np.einsum("nij,nik->jk", part, part)
@@ -267,7 +272,7 @@ class Survey(Value):
         position, orientation = forms / evaluated
         return position, orientation, evaluated, len(poses) - evaluated
 
-    def _effects(self, poses: Array) -> Array:
+    def effects(self, poses: Array) -> Array:
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
 
         Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular.
@@ -368,7 +373,7 @@ def _rms(form: Array, covariance: Array) -> float:
     return math.sqrt(max(float(np.sum(form * covariance)), 0.0))
 
 
-def _placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:
+def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:
     """What is observed and the mechanism, with the same frames: those observed, else its own."""
     frames = mechanism.frames or Frames()
     if not isinstance(observe, Observed):

@@ -15,6 +15,7 @@ from symkin.identification.problem import KINDS
 from symkin.identification.suspicions import blunders_of
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
 from symkin.report.evaluation import before_and_after, error_table
+from symkin.report.heights import heights_headlines, heights_section
 from symkin.report.identification import quoted, sources
 from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, ratio, significant
 
@@ -33,6 +34,7 @@ def joint_page(found: JointIdentification) -> Page:
         _parameter_section(found),
         _observation_section(found),
         *_accuracy_section(found),
+        *heights_section(found.heights),
         _knowledge_section(found),
         _pose_section(found),
         mechanism_section(found.nominal, found.latent_poses[_known(found)]),
@@ -107,7 +109,7 @@ def _observed(found: JointIdentification) -> str:
 
 def _degrees(found: JointIdentification) -> str:
     equations = int(found.conditions.sum())
-    priors = sum(1 for each in _one_a_column(found) if math.isfinite(each.prior))
+    priors = sum(1 for each in found.first_unknowns if math.isfinite(each.prior))
     told = f"The poses leave {plural(equations, 'equation')}"
     if priors:
         told += f", priors add {priors}"
@@ -118,21 +120,6 @@ def _degrees(found: JointIdentification) -> str:
     )
 
 
-def _one_a_column(found: JointIdentification) -> list[Unknown]:
-    """The first unknown of each column."""
-    by_name = {each.name: each for each in found.unknowns}
-    return [
-        by_name.get(name) or next(each for each in found.unknowns if _is_in(each.name, name))
-        for name in found.names
-    ]
-
-
-def _is_in(scalar: str, column: str) -> bool:
-    block, _, own = scalar.partition(".")
-    blocks, _, name = column.rpartition(".")
-    return own == name and (not blocks or block in blocks.split("+"))
-
-
 def _headlines(found: JointIdentification) -> Iterator[Headline]:
     if found.degrees_of_freedom > 0:
         share = found.chi_square / found.degrees_of_freedom
@@ -141,6 +128,9 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
         if found.options.noise == "estimate":
             remark = "by construction, since the noise was estimated"
         yield "Chi-square per degree of freedom", significant(share), remark
+    if found.heights is not None:
+        yield from heights_headlines(found.heights)
+        return
     before, after, validation = found.before, found.after, found.cross_validation
     if math.isfinite(found.residual_rms):
         remark = ratio(found.nominal_residual_rms, found.residual_rms)
@@ -166,6 +156,8 @@ def _next_step(found: JointIdentification) -> str:
         )
     if found.doubts:
         return "settle the doubts, beginning with the first, and identify again."
+    if found.heights is not None:
+        return "let the controller use the calibrated mechanism, print, and measure the print."
     if found.cross_validation is None:
         return (
             "see how well observations are predicted that the fit did not see: identify with "
@@ -398,7 +390,7 @@ def _direction_table(found: JointIdentification) -> Table:
     """The combinations that are known best and worst, over what was known before."""
     from symkin.observability import name_combination
 
-    first = _one_a_column(found)
+    first = found.first_unknowns
     scale = np.array([each.tolerance for each in first])
     kept = np.isfinite(scale)
     rows = []

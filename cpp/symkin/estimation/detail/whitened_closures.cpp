@@ -76,6 +76,50 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
   return system;
 }
 
+LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
+                               const MeasurementSet& measured, const MeasurementNoise& noise) {
+  const Vector variances = noise.pose_variances(space);
+  const double reading_variance = noise.reading * noise.reading;
+  LikelyMeasurements likely{measured, RowMatrix::Zero(measured.poses.rows(), variances.size()),
+                            RowMatrix::Zero(measured.readings.rows(), measured.readings.cols())};
+  for (const WhitenedPose& pose : system.poses) {
+    const auto factor = pose.factor.triangularView<Eigen::Lower>();
+    const Vector multipliers =
+        factor.transpose().solve(system.residual.segment(pose.first, pose.count()));
+    Vector step = Vector::Zero(variances.size());
+    for (std::size_t k = 0; k < pose.legs.size(); ++k) {
+      const Index leg = pose.legs[k];
+      const ClosureRows& rows = system.rows[static_cast<std::size_t>(system.position(leg))];
+      const Index row = pose.row * pose.closures;
+      const auto own = multipliers.segment(static_cast<Index>(k) * pose.closures, pose.closures);
+      step -= rows.by_pose.middleRows(row, pose.closures).transpose() * own;
+      likely.reading_steps(pose.row, leg) =
+          -reading_variance * rows.by_reading.segment(row, pose.closures).dot(own);
+    }
+    likely.pose_steps.row(pose.row) = variances.cwiseProduct(step).transpose();
+    move_pose(space, likely.pose_steps.row(pose.row).data(), likely.at.poses.row(pose.row).data());
+  }
+  likely.at.readings += likely.reading_steps;
+  return likely;
+}
+
+void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& system) {
+  for (const WhitenedPose& pose : system.poses) {
+    Vector moved(pose.count());
+    for (std::size_t k = 0; k < pose.legs.size(); ++k) {
+      const Index leg = pose.legs[k];
+      const ClosureRows& rows = system.rows[static_cast<std::size_t>(system.position(leg))];
+      const Index row = pose.row * pose.closures;
+      moved.segment(static_cast<Index>(k) * pose.closures, pose.closures) =
+          rows.by_pose.middleRows(row, pose.closures) *
+              likely.pose_steps.row(pose.row).transpose() +
+          rows.by_reading.segment(row, pose.closures) * likely.reading_steps(pose.row, leg);
+    }
+    system.residual.segment(pose.first, pose.count()) -=
+        pose.factor.triangularView<Eigen::Lower>().solve(moved);
+  }
+}
+
 std::vector<Index> all_legs(Index count) {
   std::vector<Index> legs(static_cast<std::size_t>(count));
   std::iota(legs.begin(), legs.end(), Index{0});

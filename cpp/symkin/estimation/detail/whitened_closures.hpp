@@ -45,6 +45,20 @@ WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
                                  const MeasurementSet& measurements, const std::vector<Index>& legs,
                                  PoseUse use, const MeasurementNoise& noise);
 
+// Poses and readings which the closures make most likely at the parameters, and how far they are
+// from those measured. To first order they do not depend on the residuals; where the measured ones
+// do, what little the noise changes in the derivatives adds up with them instead of averaging out.
+struct LikelyMeasurements {
+  MeasurementSet at;
+  RowMatrix pose_steps;     // N x dof, from the measured to these; 0 where no leg was read
+  RowMatrix reading_steps;  // N x legs
+};
+LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
+                               const MeasurementSet& measured, const MeasurementNoise& noise);
+
+// Residuals of a system that was linearised there, as those of what was measured.
+void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& system);
+
 // 0, 1, ..., count - 1
 std::vector<Index> all_legs(Index count);
 
