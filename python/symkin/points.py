@@ -221,12 +221,34 @@ def _motions(points: DrawnPoints) -> tuple[Transform, Transform]:
 
 
 def as_drawn(mechanism: Mechanism, poses: Array) -> Array:
-    """Poses in the mechanism's frames as its file's frames have them, shape (N, coordinates)."""
+    """Return poses in a mechanism's own frames as the frames of its file have them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Whose `points` say where the frames are.
+    poses : ndarray, shape (N, coordinates)
+        m and rad (spatial: position and quaternion).
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
     return _carried(mechanism, poses, inverse=False)
 
 
 def from_drawing(mechanism: Mechanism, poses: Array) -> Array:
-    """The same back."""
+    """Return poses in the frames of a mechanism's file in its own: `as_drawn` back.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    poses : ndarray, shape (N, coordinates)
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
     return _carried(mechanism, poses, inverse=True)
 
 
