@@ -389,3 +389,18 @@ def test_the_hexapod_of_a_telescope_has_its_published_struts() -> None:
     assert sorted(apart.argmin(axis=1)) == list(range(6))
     assert apart.min(axis=1).max() < 1e-6
     assert made.inverse_kinematics(made.home) == pytest.approx(np.zeros((1, 6)), abs=1e-12)
+
+
+def test_a_fleet_is_measured_in_the_frames_of_the_drawing() -> None:
+    nominal = symkin.load_mechanism("hangprinter")
+    simulated = nominal.simulate(nominal.plan(8, seed=1), seed=1)
+    fleet = symkin.identify_many(nominal, [simulated.measurements])
+    off = np.abs(fleet.parameters[0] - simulated.actual.parameters) / fleet.deviations[0]
+    assert off.max() < 4.5
+
+
+def test_check_says_where_the_parameters_have_their_centre(tmp_path: Path) -> None:
+    moved = loaded(tmp_path, typed(symkin.load_mechanism("3RRR"), SHIFTED, workspace=False))
+    text = moved.check(seed=1).text()
+    assert "about (1.00, -2.00) m of the file's base frame" in text.replace("\N{MINUS SIGN}", "-")
+    assert "file's base frame" not in symkin.load_mechanism("lsst_camera_hexapod").check().text()
