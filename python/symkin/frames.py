@@ -21,12 +21,15 @@ from symkin.poses import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
+from symkin.settings import WorkspaceSettings
 
 __all__ = [
     "align",
     "anchor",
     "frame",
+    "framed",
     "moved",
+    "moved_workspace",
     "poses_of",
     "transforms",
     "unframed",
@@ -82,6 +85,19 @@ def unframed(mechanism: Mechanism, poses: Array) -> Array:
     if space == "planar":
         own[:, 2] = poses[:, 2] - turned  # on the branch that was measured
     return own
+
+
+def framed(mechanism: Mechanism, poses: Array) -> Array:
+    """Poses of the platform in the base's frame as those of the target in the device's."""
+    frames = mechanism.frames
+    if frames is None or not (frames.base or frames.target):
+        return poses
+    space = mechanism.pose_space
+    base, target = (frame(space, values) for values in (frames.base, frames.target))
+    seen = poses_of(space, base @ transforms(space, poses) @ target)
+    if space == "planar":
+        seen[:, 2] = poses[:, 2] + base.turn + target.turn
+    return seen
 
 
 def align(
@@ -256,39 +272,44 @@ def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:
     base, tool = (_frame_motion(nominal, made, end) for end in ("base", "platform"))
     if base is _STAYS and tool is _STAYS:
         return made
-    settings = nominal.workspace
+    moved = moved_workspace(nominal.pose_space, nominal.workspace, base, tool)
+    return made.replace(workspace=moved)
+
+
+def moved_workspace(
+    pose_space: str, settings: WorkspaceSettings, base: Transform, tool: Transform
+) -> WorkspaceSettings:
+    """Home, and the box around the image of the box, for frames that these motions carry."""
     # The same place of the platform's points over the base's points, in other frames.
-    home = np.array(settings.home or (0.0,) * nominal.core.dof)
+    home = np.array(settings.home or (0.0,) * POSE_SPACES[pose_space].dof)
     sides = [(a, (a + b) / 2, b) for a, b in zip(settings.lower, settings.upper, strict=True)]
     box = np.array(list(itertools.product(*sides)))
-    moved_home = _moved(nominal, base, tool, home[None])[0]
-    moved = _moved(nominal, base, tool, box, near=moved_home)
-    return made.replace(
-        workspace=dataclasses.replace(
-            settings,
-            lower=tuple(moved.min(axis=0).tolist()),
-            upper=tuple(moved.max(axis=0).tolist()),
-            home=tuple(moved_home.tolist()),
-        )
+    moved_home = _moved(pose_space, base, tool, home[None])[0]
+    moved = _moved(pose_space, base, tool, box, near=moved_home)
+    return dataclasses.replace(
+        settings,
+        lower=tuple(moved.min(axis=0).tolist()),
+        upper=tuple(moved.max(axis=0).tolist()),
+        home=tuple(moved_home.tolist()),
     )
 
 
 def _moved(
-    mechanism: Mechanism,
+    pose_space: str,
     base: Transform,
     tool: Transform,
     coordinates: Array,
     near: Array | None = None,
 ) -> Array:
     """Coordinates (N, dof) of ``base @ pose @ tool^-1``."""
-    found = base @ transforms(mechanism.pose_space, coordinates) @ tool.inverse
+    found = base @ transforms(pose_space, coordinates) @ tool.inverse
     vectors = vectors_from_rotations(found.rotation)
-    if mechanism.pose_space == "planar":
+    if pose_space == "planar":
         vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
-    elif near is not None and mechanism.pose_space == "spatial":
+    elif near is not None and pose_space == "spatial":
         vectors = _on_the_branch_of(near[3:], vectors)
     found_tangents = np.hstack([found.translation, vectors])
-    return np.asarray(found_tangents[:, mechanism.space.components])
+    return np.asarray(found_tangents[:, POSE_SPACES[pose_space].components])
 
 
 def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:

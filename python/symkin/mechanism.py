@@ -22,6 +22,7 @@ from symkin.legs import Leg, common_chain, parameter_values
 from symkin.poses import POSE_SPACES, PoseSpace, poses_from_bounds
 from symkin.settings import (
     DeclaredSymmetry,
+    DrawnPoints,
     Frames,
     IdentificationSettings,
     JointLimits,
@@ -86,6 +87,8 @@ class Mechanism(Kinematics):
     curvature : array_like, shape (legs, 3), optional
         c, a, b of sensors that are not straight: the active joint is at ``gain psi + offset +
         c psi^2 + a cos(psi) + b sin(psi)`` at the reading psi (in rad for a and b).
+    points : DrawnPoints, optional
+        That its file gives points by coordinates, and in which frames.
 
     Raises
     ------
@@ -111,6 +114,7 @@ class Mechanism(Kinematics):
     frames: Frames | None
     identification: IdentificationSettings | None
     curvature: Array | None
+    points: DrawnPoints | None
     straight: _core.Mechanism
     _info: ClassVar[ChainInfo]  # set with the others, but no field
     _parameters: ClassVar[Array]
@@ -135,6 +139,7 @@ class Mechanism(Kinematics):
         frames: Frames | None = None,
         identification: IdentificationSettings | None = None,
         curvature: ArrayLike | None = None,
+        points: DrawnPoints | None = None,
     ) -> None:
         if not name.isprintable():
             raise MechanismError(
@@ -173,6 +178,7 @@ class Mechanism(Kinematics):
                 if curvature is None or not np.any(curvature)
                 else _of_legs("curvature", curvature, (len(legs), 3))
             ),
+            "points": points,
             "straight": _core.Mechanism(
                 name, info.name, platform, values, [leg.working_mode for leg in legs]
             ),

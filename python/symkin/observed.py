@@ -19,7 +19,7 @@ from symkin.poses import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
-from symkin.settings import NoiseSettings
+from symkin.settings import Frames, NoiseSettings
 
 __all__ = ["NO_NOISE", "Observable", "Observed"]
 
@@ -101,6 +101,22 @@ class Observed:
             raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
         if not 0 <= self.spread <= 3:
             raise SymkinError(f"spread is {self.spread:g}; expected 0 to 3")
+
+    def in_frames(self, frames: Frames | None) -> Observed:
+        """Return it with the base, target and plane of a mechanism where it gives none itself.
+
+        Returns
+        -------
+        Observed
+        """
+        given = frames or Frames()
+        level = self.plane == (0.0, 0.0, 0.0)
+        return replace(
+            self,
+            base=self.base or given.base or None,
+            target=self.target or given.target or None,
+            plane=given.plane if level and given.plane else self.plane,
+        )
 
     def measure(self, taken: Measurements, noise: NoiseSettings, seed: int) -> Measurements:
         """Measure poses and readings that are exact.

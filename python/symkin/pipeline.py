@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
+from symkin.frames import framed
 from symkin.identification.estimate import Estimator, Identification, PoseUse, identify_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.result import Result, Value, plain, record
-from symkin.simulation import Simulation, simulate
+from symkin.simulation import Simulation, simulate_observed
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
 
 if TYPE_CHECKING:
@@ -177,7 +178,10 @@ class ProtocolResult(Result):
         with OutputFiles(overwrite=overwrite) as outputs:
             target = outputs.folder(Path(folder), *self.FILES)
             write_plan(self.plan, target / "plan.csv", self.nominal)
-            self.simulation.write(target)
+            measured = self.simulation.measurements
+            seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
+            measured = dataclasses.replace(measured, poses=seen)
+            dataclasses.replace(self.simulation, measurements=measured).write(target)
             self.identification.save_calibrated(target / "calibrated.toml")
             self.save(target / "results.json")
             page = dataclasses.replace(self.page(), files=self.FILES[:-1])
@@ -257,7 +261,7 @@ def run_protocol(
         margin_sigmas=margin_sigmas,
     )
     progress("simulating measurements")
-    simulation = simulate(mechanism, plan, seed)
+    simulation = simulate_observed(mechanism, plan, seed)
     progress("identifying the legs")
     found = identify_legs(mechanism, simulation.measurements, estimator, poses=poses)
     progress("evaluating before and after")

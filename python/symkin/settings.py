@@ -13,6 +13,7 @@ from symkin.errors import SymkinError
 
 __all__ = [
     "DeclaredSymmetry",
+    "DrawnPoints",
     "Frames",
     "IdentificationSettings",
     "JointLimits",
@@ -187,6 +188,46 @@ class Frames:
     def __post_init__(self) -> None:
         """Take any sequences."""
         _make_tuples(self)
+
+
+@dataclass(frozen=True)
+class DrawnPoints:
+    """That a file gives points of legs by coordinates, and in which frames.
+
+    A mechanism's parameters are polar, about centres. Its own frames, in which its parameters,
+    home, workspace and poses are, stand there; their axes are parallel to those of the file's.
+
+    Attributes
+    ----------
+    base, platform : tuple of float or None
+        The centre of that end in the file's frame, m; None if the end is not given by coordinates.
+    workspace : WorkspaceSettings or None
+        As the file has it, in its own frames.
+    correlations : mapping of str to tuple
+        For each such end and each leg the correlation matrix of the errors of the point's polar
+        parameters, in the order of the chain's. An end that is missing has independent ones.
+    """
+
+    base: tuple[float, ...] | None = None
+    platform: tuple[float, ...] | None = None
+    workspace: WorkspaceSettings | None = None
+    correlations: Mapping[str, tuple[tuple[tuple[float, ...], ...], ...]] = field(
+        default_factory=dict, hash=False
+    )
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """The ends whose points are given by coordinates."""
+        return tuple(end for end in ("base", "platform") if getattr(self, end) is not None)
+
+    @property
+    def moved(self) -> bool:
+        """Whether the mechanism's frames are others than the file's."""
+        return any((*(self.base or ()), *(self.platform or ())))
 
 
 @dataclass(frozen=True)

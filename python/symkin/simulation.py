@@ -23,7 +23,7 @@ from symkin.result import Result, record
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
-__all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate"]
+__all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate", "simulate_observed"]
 
 
 @record
@@ -138,7 +138,8 @@ def simulate(
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
     observe : Observed or str
-        What is observed besides the readings, by default full poses in the robot's own frame.
+        What is observed besides the readings, by default full poses. Base, target and plane that
+        it does not give are those of the mechanism's `frames`; without, its own.
 
     Returns
     -------
@@ -149,12 +150,23 @@ def simulate(
     SymkinError
         If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
     """
+    observed = Observed((observe,)) if isinstance(observe, str) else observe
+    return simulate_observed(mechanism, plan, seed, actual, observed.in_frames(mechanism.frames))
+
+
+def simulate_observed(
+    mechanism: Mechanism,
+    plan: Plan,
+    seed: int | None = None,
+    actual: Mechanism | None = None,
+    observed: Observed = Observed(),  # noqa: B008  # which cannot be changed
+) -> Simulation:
+    """Simulate, with exactly these frames: by default poses in the robot's own."""
     seed = mechanism.protocol.seed if seed is None else seed
     made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
-    observed = Observed((observe,)) if isinstance(observe, str) else observe
     as_usual = observed == Observed()
     noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)

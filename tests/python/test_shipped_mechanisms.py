@@ -26,13 +26,15 @@ GROUPS = {
     "4RRR": ("D_8", "C_4"),
     "5bar": ("D_4", "D_1"),
     "6RRR": ("D_6", "D_3"),
+    "hangprinter": ("C_1", "C_1"),
     "hexa": ("D_6", "D_3"),
     "hexaglide": ("D_6", "D_3"),
     "hexapod_jugglebot": ("D_6", "D_3"),
     "linear_delta": ("D_6", "D_3"),
+    "lsst_camera_hexapod": ("D_6", "D_3"),
     "rotary_delta": ("D_6", "D_3"),
 }
-SYMMETRIC = sorted(set(GROUPS) - {"3RRR_asymmetric"})
+SYMMETRIC = sorted(set(GROUPS) - {"3RRR_asymmetric", "hangprinter"})
 
 
 @pytest.fixture(params=sorted(GROUPS))

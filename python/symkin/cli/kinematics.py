@@ -61,6 +61,7 @@ def kinematics(
     from symkin.io.columns import pose_column_names, reading_column_names
     from symkin.io.plans import read_pose_list
     from symkin.io.tables import write_table
+    from symkin.points import as_drawn
 
     with progress() as stage:
         stage("reading the mechanism and the table")
@@ -78,7 +79,7 @@ def kinematics(
                 readings = robot.inverse_kinematics(poses)
             names = pose_column_names(robot.pose_space)
             names += reading_column_names(len(robot.legs), robot.reading_unit)
-            columns = dict(zip(names, [*poses.T, *readings.T], strict=True))
+            columns = dict(zip(names, [*as_drawn(robot, poses).T, *readings.T], strict=True))
             if target:
                 write_table(target / file, columns)
     missed = int(np.isnan(poses if forward else readings).any(axis=1).sum())

@@ -14,6 +14,7 @@ from symkin.chains import chain_info
 from symkin.errors import FailedFitError, MechanismError, SymkinError
 from symkin.frames import anchor, with_moved_workspace
 from symkin.mechanism import Mechanism
+from symkin.points import with_correlations
 from symkin.settings import JointLimits
 from symkin.workspace.sample import inside_workspace, workspace_coordinates
 
@@ -63,6 +64,7 @@ def calibrated_mechanism(
     values, signs = canonical(nominal, parameters)
     covariance = covariance * np.outer(signs, signs)
     made = as_mechanism(nominal, values, np.sqrt(np.diag(covariance)).reshape(values.shape))
+    made = with_correlations(made, covariance)
     return with_usable_home(with_moved_workspace(nominal, made), poses), covariance
 
 
@@ -85,11 +87,12 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
         )
     deviations = np.where(nominal.is_estimated, deviations, np.nan)
     try:
-        return nominal.replace(symmetry=None).with_parameters(values, deviations)
+        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
         ) from error
+    return with_correlations(made, None)
 
 
 def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:

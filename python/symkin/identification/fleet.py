@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
+from symkin.frames import unframed
 from symkin.identification.calibrated import as_mechanism, canonical
 from symkin.identification.fit import (
     Estimator,
@@ -231,7 +232,8 @@ def identify_many(
     Parameters
     ----------
     mechanism : Mechanism
-        The nominal one of all of them.
+        The nominal one of all of them. Its `frames` are known; with a target away from the
+        platform's centre, deviations leave out what the noise of orientations does there.
     measurements : mapping of str to Measurements, sequence of Measurements, or table
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
@@ -306,7 +308,7 @@ class _Job:
         """Failures, and the columns of the core's fleet."""
         options = self.options
         together = Measurements(
-            np.concatenate([each.poses for each in robots]),
+            unframed(self.nominal, np.concatenate([each.poses for each in robots])),
             np.concatenate([each.readings for each in robots]),
             np.concatenate([each.leg_sets for each in robots]),
             np.concatenate([each.row_numbers for each in robots]),

@@ -45,6 +45,7 @@ from symkin.identification.unknowns import (
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
+from symkin.points import as_drawn, with_correlations
 from symkin.result import Result, Value, field, plain, record
 from symkin.settings import Frames, NoiseSettings
 
@@ -442,7 +443,7 @@ class JointIdentification(Result):
         unit = self.nominal.reading_unit
         return {
             "row": self.measurements.row_numbers,
-            **dict(zip(names, self.latent_poses.T, strict=True)),
+            **dict(zip(names, as_drawn(self.mechanism, self.latent_poses).T, strict=True)),
             **{
                 f"error_{leg}_{unit}": errors
                 for leg, errors in zip(legs, self.reading_errors.T, strict=True)
@@ -529,11 +530,14 @@ def _calibrated(
         of_columns = np.append(np.sqrt(np.diag(fit.covariance)), np.nan)
     deviations = of_columns[layout.column]
     legs, count = len(nominal.legs), len(nominal.parameter_names)
-    parameters = canonical(nominal, setup.parameters)[0]
+    parameters, signs = canonical(nominal, setup.parameters)
     by_leg = deviations[: legs * (count + 3)].reshape(legs, count + 3)
     by_value = values[: legs * (count + 3)].reshape(legs, count + 3)
     by_value[:, :count] = parameters
     made = as_mechanism(nominal.replace(curvature=None), parameters, by_leg[:, :count])
+    of_legs = layout.column[: legs * (count + 3)].reshape(legs, count + 3)[:, :count].ravel()
+    covariance = np.pad(fit.covariance, (0, 1))  # the column of what is held
+    made = with_correlations(made, covariance[np.ix_(of_legs, of_legs)] * np.outer(signs, signs))
     made = _with_symmetry(made, nominal)
     latent = fit.poses[np.isfinite(fit.poses).all(axis=1)]
     if not len(latent):

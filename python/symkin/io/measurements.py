@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.frames import unframed
 from symkin.io.columns import (
     PoseValues,
     StatedUnit,
@@ -356,10 +357,11 @@ def _mixed_up(measurements: Measurements) -> Measurements:
 def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
     """Infinite if no closure is finite."""
     closures: list[NDArray[np.float64]] = []
+    poses = unframed(mechanism, measurements.poses)
     for leg in measurements.measured_legs:
         rows = measurements.rows_of(leg)
         readings = measurements.readings[rows, leg]
-        closures.append(mechanism.closure(leg, measurements.poses[rows], readings))
+        closures.append(mechanism.closure(leg, poses[rows], readings))
     sizes = np.abs(np.concatenate(closures)) if closures else np.empty(0)
     finite = sizes[np.isfinite(sizes)]
     return float(np.median(finite)) if len(finite) else np.inf

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from pathlib import Path
@@ -15,6 +16,7 @@ import symkin
 from symkin.chains import chain_info
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
+from symkin.io.drawn_points import read_points
 from symkin.io.kinds import read_table, table
 from symkin.io.mechanism_schema import (
     HEADER,
@@ -24,9 +26,11 @@ from symkin.io.mechanism_schema import (
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
+from symkin.points import drawn_workspace, own_frames, own_workspace
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     DeclaredSymmetry,
+    DrawnPoints,
     Frames,
     IdentificationSettings,
     JointLimits,
@@ -79,7 +83,10 @@ def load_mechanism(
     file = read_table(source, expected)
     info = chain_info(file["chain"], file.get("platform", "rigid"))
     reading = stated or ReadingUnit(info.reading_unit)
+    _require_legs(source, file)
+    file, points = read_points(source, file, info)
     legs, symmetry, deviations, curvature = _legs(source, file)
+    workspace, frames, points = _placed(file, info.pose_space, points)
     mechanism = source.call(
         ("reference_leg",) if "legs" not in file else ("legs",),
         lambda: Mechanism(
@@ -89,7 +96,7 @@ def load_mechanism(
             reading_unit=reading.unit,
             reading_step=reading.step,
             symmetry=symmetry,
-            workspace=_workspace(file, info.pose_space),
+            workspace=workspace,
             noise=NoiseSettings(**file.get("noise", {})),
             tolerances=Tolerances(**file.get("tolerances", {})),
             protocol=ProtocolSettings(**file.get("protocol", {})),
@@ -97,9 +104,10 @@ def load_mechanism(
             deviations=deviations,
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
-            frames=Frames(**file["frames"]) if file.get("frames") else None,
+            frames=frames,
             identification=_identification(file),
             curvature=curvature,
+            points=points,
         ),
     )
     if symmetry is not None and require_symmetry:
@@ -177,6 +185,15 @@ def _identification(file: _Values) -> IdentificationSettings | None:
     return IdentificationSettings(**section) if section else None
 
 
+def _require_legs(source: TomlSource, file: _Values) -> None:
+    """Refuse a file without legs, or with two descriptions of them."""
+    listed, reference = "legs" in file, "reference_leg" in file
+    if not listed and not reference:
+        raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
+    if listed and reference:
+        raise source.error(("reference_leg",), "stands beside [[legs]]; expected one of the two")
+
+
 def _legs(
     source: TomlSource, file: _Values
 ) -> tuple[
@@ -184,10 +201,6 @@ def _legs(
 ]:
     """The legs, the declared symmetry, and where the file has them deviations and curvature."""
     chain, reference, listed = file["chain"], file.get("reference_leg"), file.get("legs")
-    if listed is None and reference is None:
-        raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
-    if listed is not None and reference is not None:
-        raise source.error(("reference_leg",), "stands beside [[legs]]; expected one of the two")
     symmetry = _symmetry(source, file)
     if listed is not None:
         names = chain_info(chain, file.get("platform", "rigid")).parameter_names
@@ -250,6 +263,25 @@ def _workspace(file: _Values, pose_space: str) -> WorkspaceSettings | None:
     return WorkspaceSettings(lower, upper, **others)
 
 
+def _placed(
+    file: _Values, pose_space: str, points: DrawnPoints | None
+) -> tuple[WorkspaceSettings | None, Frames | None, DrawnPoints | None]:
+    """Workspace and frames in the mechanism's own frames, and how the file has the first."""
+    workspace = _workspace(file, pose_space)
+    section = dict(file.get("frames", {}))
+    for end in ("base", "platform"):
+        section.pop(f"{end}_centre", None)
+    frames = Frames(**section) if section else None
+    if points is None:
+        return workspace, frames, None
+    points = dataclasses.replace(points, workspace=workspace if points.moved else None)
+    return (
+        own_workspace(pose_space, workspace, points),
+        own_frames(pose_space, frames or Frames(), points),
+        points,
+    )
+
+
 def _joint_limits(source: TomlSource, file: _Values) -> JointLimits:
     limits = JointLimits(**file.get("joint_limits", {}))
     if not limits.lower < limits.upper:
@@ -286,7 +318,8 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         return
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
     limits = mechanism.joint_limits
-    given = mechanism.workspace.home or (0.0,) * len(mechanism.workspace.lower)
+    settings = drawn_workspace(mechanism) or mechanism.workspace
+    given = settings.home or (0.0,) * len(settings.lower)
     described = "(" + ", ".join(f"{value:g}" for value in given) + ")"
     if np.isnan(readings).any():
         legs = named_legs(np.flatnonzero(np.isnan(readings)))

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.io.drawn_points import ends_of, leg_kind
 from symkin.io.kinds import (
     Kind,
     Schema,
@@ -268,7 +269,6 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     )}  # fmt: skip
     space = POSE_SPACES[info.pose_space]
     coordinates = space.units
-    needed = tuple(name for name in parameters if name not in info.defaults)
     limit = quantity(unit, note="in the sensor's unit")
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}
@@ -293,8 +293,8 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "chain": choice(chain),
         "platform": choice(platform),
         "symmetry": _SYMMETRY,
-        "reference_leg": table(mode | parameters, needed),
-        "legs": list_of(table(mode | estimates | terms, needed), 1, _MOST_LEGS),
+        "reference_leg": leg_kind(info, parameters, mode, estimated=False),
+        "legs": list_of(leg_kind(info, estimates, mode | terms, estimated=True), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -312,6 +312,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     }
     if space.in_space:
         frames["plane"] = _coordinates("m", "1", "1")
+    frames |= {f"{end}_centre": _coordinates(*place) for end in ends_of(info)}
     sections |= {"frames": table(frames), "identification": IDENTIFICATION}
     required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
     return table(_HEADER_KINDS | sections, required)

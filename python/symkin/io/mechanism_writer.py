@@ -14,10 +14,12 @@ from typing import Any
 from symkin.chains import chain_info
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
+from symkin.io.drawn_points import point_value
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
+from symkin.points import drawn_frames, drawn_workspace, point_parameters
 from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
@@ -136,6 +138,8 @@ def _legs(mechanism: Mechanism) -> list[str]:
     info = chain_info(mechanism.chain, mechanism.platform)
     notes = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
     notes["working_mode"] = info.description
+    for end in () if mechanism.points is None else mechanism.points.ends:
+        notes[f"{end}_point"] = "m"
     if _is_generated(mechanism):
         return [*sections, _section("[reference_leg]", _leg_values(mechanism, 0), notes)]
     for leg in range(len(mechanism.legs)):
@@ -157,7 +161,14 @@ def _is_generated(mechanism: Mechanism) -> bool:
 def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
     """The table of a leg (from 0), each standard deviation beside its parameter."""
     values: _Values = {"working_mode": mechanism.legs[leg].working_mode}
+    ends = () if mechanism.points is None else mechanism.points.ends
+    info = chain_info(mechanism.chain, mechanism.platform)
+    drawn = {name: end for end in ends for name in point_parameters(info, end).values()}
     for index, name in enumerate(mechanism.parameter_names):
+        if name in drawn:
+            end = drawn[name]
+            values.setdefault(f"{end}_point", point_value(mechanism, leg, end))
+            continue
         value: float | str = mechanism.legs[leg].parameters[name]
         if mechanism.parameter_units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
             value = f"{value!r} rad"  # without its unit a file with it would be refused
@@ -176,7 +187,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
     """The other sections with notes; one that the mechanism does not have is empty."""
     workspace: _Values = {}
     coordinates = mechanism.space.units
-    settings = mechanism.workspace
+    settings = drawn_workspace(mechanism)
     if settings is not None:
         workspace = dict(
             zip(coordinates, zip(settings.lower, settings.upper, strict=True), strict=True)
@@ -213,15 +224,15 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {},
         ),
         "frames": (
-            {}
-            if mechanism.frames is None
-            else {k: v for k, v in asdict(mechanism.frames).items() if v},
+            _frames(mechanism),
             {
                 "base": "of the robot in the frame of the measuring device",
                 "target": "in the platform's frame",
                 "points": "in the platform's frame",
                 "anchors": "in the frame of the measuring device",
                 "plane": "c0, c1, c2 of z = c0 + c1 x + c2 y",
+                "base_centre": "m: of the parameters that base_point stands for",
+                "platform_centre": "m: of those that platform_point stands for",
             },
         ),
         "identification": (
@@ -231,3 +242,12 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {},
         ),
     }
+
+
+def _frames(mechanism: Mechanism) -> _Values:
+    """What stands around the robot, and the centres of points by coordinates."""
+    frames, points = drawn_frames(mechanism), mechanism.points
+    values = {} if frames is None else {k: v for k, v in asdict(frames).items() if v}
+    for end in () if points is None else points.ends:
+        values[f"{end}_centre"] = getattr(points, end)
+    return values

@@ -20,6 +20,7 @@ from symkin.io.columns import (
 from symkin.io.output_files import OutputFiles
 from symkin.io.tables import TableSource, read_table, write_table
 from symkin.planning import Plan
+from symkin.points import as_drawn, from_drawing
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
@@ -51,7 +52,7 @@ def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
         "leg": plan.leg_sets + 1,
         "order": plan.order,
         "role": [_ROLES[int(spare)] for spare in plan.spare],
-        **dict(zip(pose_names, plan.poses.T, strict=True)),
+        **dict(zip(pose_names, as_drawn(mechanism, plan.poses).T, strict=True)),
         **dict(zip(reading_names, plan.readings.T, strict=True)),
     }
 
@@ -98,7 +99,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
         leg_sets=table.whole_numbers("leg", 0, leg_count) - 1,
         order=table.whole_numbers("order", 1, table.row_count),
         spare=spare,
-        poses=read_poses(table, columns),
+        poses=from_drawing(mechanism, read_poses(table, columns)),
         readings=readings,
     )
 
@@ -116,7 +117,8 @@ def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.floa
     Returns
     -------
     ndarray, shape (N, coordinates)
-        m and rad (spatial: position and unit quaternion).
+        m and rad (spatial: position and unit quaternion), in the mechanism's own frames. A table
+        is in those of the mechanism's file, see `DrawnPoints`.
 
     Raises
     ------
@@ -124,4 +126,5 @@ def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.floa
         Naming the file, the row and the column.
     """
     table = read_table(source)
-    return read_poses(table, own_columns(table, mechanism.pose_space, len(mechanism.legs)))
+    columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
+    return from_drawing(mechanism, read_poses(table, columns))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypedDict
 
 import numpy as np
@@ -389,13 +389,7 @@ def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanis
                 f"observe has {name} = {getattr(observe, name):g}; expected 0 in a plan, since "
                 "nobody knows beforehand which rows that will be"
             )
-    flat = observe.plane == (0.0, 0.0, 0.0)
-    observed = replace(
-        observe,
-        base=observe.base or frames.base or None,
-        target=observe.target or frames.target or None,
-        plane=frames.plane if flat and frames.plane else observe.plane,
-    )
+    observed = observe.in_frames(frames)
     placed = Frames(
         base=observed.base or (),
         target=observed.target or (),

@@ -6,7 +6,8 @@ from __future__ import annotations
 import dataclasses
 
 from symkin.checks import CheckResult
-from symkin.report.content import Headline, Page, Section
+from symkin.mechanism import Mechanism
+from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (
@@ -102,6 +103,7 @@ def _doubts(result: CheckResult) -> list[str]:
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     notes += held_parameters(result.mechanism)
+    notes += _own_frames(result.mechanism)
     conditions = () if result.conditions is None else result.conditions.conditions
     failing = [each for each in conditions if not each.holds]
     if failing:
@@ -114,6 +116,23 @@ def _notes(result: CheckResult) -> list[str]:
             "not stop the protocol."
         )
     return notes
+
+
+def _own_frames(mechanism: Mechanism) -> list[str]:
+    """Where the robot's own frames are, if they are others than those of its file."""
+    points = mechanism.points
+    if points is None or not points.moved:
+        return []
+    places = [
+        f"({', '.join(significant(value) for value in getattr(points, end))}) m of the file's "
+        f"{end} frame"
+        for end in points.ends
+        if any(getattr(points, end))
+    ]
+    return [
+        f"parameters and poses are about {' and '.join(places)}, here and in Python; in files, "
+        "plans and tables poses are in the file's frames"
+    ]
 
 
 def _differences(result: CheckResult) -> Section:

@@ -25,7 +25,7 @@ from symkin.planning import Design, make_plan
 from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Result, Value, record
 from symkin.settings import DeclaredSymmetry
-from symkin.simulation import simulate
+from symkin.simulation import simulate_observed
 from symkin.study.definition import StudyDefinition
 from symkin.symmetry import generate_legs
 from symkin.workspace.sample import sample_workspace
@@ -197,7 +197,7 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
 
     def identification(design: Design, estimator: Estimator, use: PoseUse) -> Callable[[], object]:
         plan = make_plan(mechanism, poses, cell.pose_count, seed, design=design, **settings)
-        measured = simulate(mechanism, plan, seed).measurements
+        measured = simulate_observed(mechanism, plan, seed).measurements
         if design == "orbits":  # of which the last may be more than was asked for
             measured = measured.subset(np.arange(cell.pose_count))
         readings = core_measurements(measured)

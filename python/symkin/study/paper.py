@@ -23,7 +23,7 @@ from symkin.planning import Plan, make_plan, predict_accuracy
 from symkin.planning.plan import thinned
 from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Value, field, record
-from symkin.simulation import simulate
+from symkin.simulation import simulate_observed
 from symkin.study.claims import Claim, Evidence, SliceErrors, judge
 from symkin.study.definition import load_study
 from symkin.study.result import Ratio, StudyResult
@@ -128,7 +128,7 @@ def local_errors(
 def _position_errors(plan: Plan, use: PoseUse, seed: int, poses: Array) -> Array:
     """Of one robot; NaN where it cannot take a pose, everywhere if it cannot be calibrated."""
     try:
-        simulation = simulate(plan.mechanism, plan, seed)
+        simulation = simulate_observed(plan.mechanism, plan, seed)
         found = identify(plan.mechanism, simulation.measurements, "paper", poses=use)
         return evaluate(found.mechanism, actual=simulation.actual, poses=poses).errors[0]
     except SymkinError:
@@ -370,7 +370,7 @@ def _worth(mechanism: Mechanism, candidates: Array, poses: int, seed: int) -> fl
 
 
 def _iteration_figures(mechanism: Mechanism, plan: Plan, seed: int) -> dict[str, Any]:
-    measured = simulate(mechanism, plan, seed).measurements
+    measured = simulate_observed(mechanism, plan, seed).measurements
     rows = measured.leg_sets == 0
     poses, readings = measured.poses[rows], measured.readings[rows, 0]
     return {

@@ -17,7 +17,7 @@ from symkin.identification.fit import Fit, FitOptions
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan, make_plan
 from symkin.settings import Tolerances
-from symkin.simulation import Simulation, disturb, simulate
+from symkin.simulation import Simulation, disturb, simulate_observed
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapped import mapped_candidates, mapped_efficiency
 from symkin.workspace.sample import sample_workspace
@@ -197,7 +197,7 @@ class _Robot:
             "replaced": 0,
             **dict.fromkeys([name for name, kind in COLUMNS.items() if kind is float], np.nan),
             "evaluated": 0,
-            "parameter_count": self._job.mechanisms[cell.mechanism].parameters.size,
+            "parameter_count": int(self._job.mechanisms[cell.mechanism].is_estimated.sum()),
         }
         try:
             row["position_before_m"], row["orientation_before_rad"] = self._before(cell)
@@ -218,6 +218,7 @@ class _Robot:
             fit.mechanism, actual=simulation.actual, poses=self._job.poses[cell.mechanism]
         )
         off = np.abs(fit.mechanism.parameters - simulation.actual.parameters)
+        estimated = fit.mechanism.is_estimated
         return {
             "converged": fit.converged,
             "failure": fit.failure,
@@ -226,7 +227,7 @@ class _Robot:
             "position_max_m": after.position_max,
             "orientation_max_rad": after.orientation_max,
             "evaluated": after.evaluated,
-            "inside_95": float(np.mean(off < _NORMAL_95 * fit.deviations)),
+            "inside_95": float(np.mean((off < _NORMAL_95 * fit.deviations)[estimated])),
             "chi_square_ratio": fit.chi_square,
         }
 
@@ -250,7 +251,9 @@ class _Robot:
             raise SymkinError(plan)
         result: Simulation = self._once(
             ("measured", *cell.measured_key),
-            lambda: simulate(self._job.mechanism(cell), plan, self._seed, self._actual(cell)),
+            lambda: simulate_observed(
+                self._job.mechanism(cell), plan, self._seed, self._actual(cell)
+            ),
         )
         return result
 

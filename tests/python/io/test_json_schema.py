@@ -76,14 +76,17 @@ def test_every_chain_has_an_alternative(schema: Any) -> None:
 def test_a_leg_requires_exactly_the_parameters_of_its_chain(schema: Any) -> None:
     for name in ("reference_leg", "legs"):
         section = alternative(schema, "[R]RR")["properties"][name]
-        leg = section.get("items", section)
+        legs = section.get("items", section)["anyOf"]
         names = set(symkin.chain_info("[R]RR").parameter_names)
+        leg = legs[0]
         assert set(leg["required"]) == names
         curvature = (
             {"sensor_quadratic", "sensor_cosine", "sensor_sine"} if name == "legs" else set()
         )
         assert set(leg["properties"]) == names | {"working_mode"} | curvature
         assert leg["additionalProperties"] is False
+        polar = {f"{end}_{what}" for end in ("base", "platform") for what in ("radius", "angle")}
+        assert set(legs[-1]["required"]) == (names - polar) | {"base_point", "platform_point"}
 
 
 def test_the_schema_has_no_null_since_toml_has_none(schema: Any) -> None:

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""Points by coordinates in a mechanism file: how they are read, and written back."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.chains import ChainInfo, chain_info
+from symkin.errors import QuantityError, did_you_mean
+from symkin.io.kinds import Kind, Schema, WrongValueError, quantity, table
+from symkin.io.toml_file import TomlSource
+from symkin.mechanism import Mechanism
+from symkin.points import (
+    cartesian,
+    centres,
+    jacobian,
+    point_parameters,
+    polar,
+    split_covariance,
+)
+from symkin.settings import DrawnPoints
+
+__all__ = ["ends_of", "leg_kind", "point_value", "read_points"]
+
+Array = NDArray[np.float64]
+_Values = dict[str, Any]
+_ENDS = ("base", "platform")
+
+
+def ends_of(info: ChainInfo) -> dict[str, dict[str, str]]:
+    """The ends that are points, with the names of their parameters by kind."""
+    found = {end: point_parameters(info, end) for end in _ENDS}
+    return {end: names for end, names in found.items() if names}
+
+
+def leg_kind(
+    info: ChainInfo, parameters: Mapping[str, Kind], others: Mapping[str, Kind], *, estimated: bool
+) -> Kind:
+    """A leg's table, with each of its points by parameters or by coordinates.
+
+    Where `estimated`, coordinates may have standard deviations.
+    """
+    ends = ends_of(info)
+    forms: dict[tuple[str, ...], Kind] = {}
+    for drawn in itertools.chain(*(itertools.combinations(ends, n) for n in range(len(ends) + 1))):
+        replaced = {name for end in drawn for name in ends[end].values()}
+        kinds = {name: kind for name, kind in parameters.items() if name not in replaced}
+        points = {f"{end}_point": _point(len(ends[end]), estimated) for end in drawn}
+        # The azimuth that a direction is given from is by default that of the base point, which
+        # is about a centre that the user has not seen.
+        free = () if "base" in drawn else tuple(info.defaults)
+        needed = tuple(name for name in (*kinds, *points) if name not in free)
+        forms[drawn] = table({**others, **kinds, **points}, needed)
+
+    known = (*others, *parameters, *(f"{end}_point" for end in ends))
+
+    def read(raw: Any) -> Any:
+        keys = raw if isinstance(raw, dict) else {}
+        given = [end for end in _ENDS if f"{end}_point" in keys]
+        for end in given:
+            if end not in ends:
+                raise WrongValueError(_without_point(info, end), (f"{end}_point",))
+            for name in ends[end].values():
+                if name in raw:
+                    raise WrongValueError(
+                        f"stands beside {end}_point; expected one of the two", (name,)
+                    )
+        for name in keys:
+            if name not in known:
+                raise WrongValueError(f"unknown key{did_you_mean(name, known)}", (name,))
+        return forms[tuple(end for end in ends if end in given)].read(raw)
+
+    schemas = [form.schema for form in forms.values()]
+    schema: Schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+    return Kind(read, schema)
+
+
+def _without_point(info: ChainInfo, end: str) -> str:
+    if end == "platform" and info.pose_space == "translating":
+        return (
+            "a platform that never turns has no points of its own; expected base_point alone, "
+            "less the platform's point"
+        )
+    if end == "platform" and info.pose_space == "point":
+        return "the platform is a point itself; expected base_point alone"
+    return f"the {end} end of {info.name} is a guide, not a point; expected its parameters"
+
+
+def _point(size: int, estimated: bool) -> Kind:
+    """Coordinates, or a table of them with their standard deviations and correlations."""
+    value = _numbers("m", size)
+    if not estimated:
+        return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
+    kinds = {
+        "value": value,
+        "standard_deviation": _numbers("m", size, "not negative, or nan where it is held"),
+        "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
+    }
+
+    def read(raw: Any) -> dict[str, tuple[float, ...]]:
+        if not isinstance(raw, dict):
+            return {"value": value.read(raw)}
+        for name in raw:
+            if name not in kinds:
+                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
+        if "value" not in raw:
+            raise QuantityError('has no "value"')
+        made = {name: kinds[name].read(each) for name, each in raw.items()}
+        if any(each < 0 for each in made.get("standard_deviation", ())):
+            raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
+        if any(abs(each) > 1 for each in made.get("correlation", ())):
+            raise QuantityError(f"has correlation {raw['correlation']}; expected -1 to 1")
+        return made
+
+    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+
+
+def _numbers(unit: str, count: int, note: str = "") -> Kind:
+    kind = quantity(unit, note=note)
+
+    def read(raw: Any) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != count:
+            found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
+            raise QuantityError(f"has {found}; expected {count}, in {unit}")
+        held = note.endswith("held")
+        return tuple(math.nan if held and _is_nan(each) else kind.read(each) for each in raw)
+
+    items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
+    return Kind(read, items)
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def read_points(
+    source: TomlSource, file: _Values, info: ChainInfo
+) -> tuple[_Values, DrawnPoints | None]:
+    """The values of a file with all points by parameters, and in which frames they were given."""
+    listed = "legs" in file
+    legs = list(file["legs"]) if listed else [file["reference_leg"]]
+    ends = {
+        end: names
+        for end, names in ends_of(info).items()
+        if any(f"{end}_point" in leg for leg in legs)
+    }
+    given = {end: file.get("frames", {}).get(f"{end}_centre") for end in _ENDS}
+    for end, centre in given.items():
+        if centre is not None and end not in ends:
+            raise source.error(
+                ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
+            )
+    if not ends:
+        return file, None
+    for end, names in ends.items():
+        _require_everywhere(source, legs, end, names["radius"])
+    points = {end: np.array([leg[f"{end}_point"]["value"] for leg in legs]) for end in ends}
+    found = _centres(info, legs, points, listed=listed)
+    about = {end: found[end] if given[end] is None else np.array(given[end]) for end in ends}
+    made = [
+        {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
+    ]
+    correlations = {}
+    for end, names in ends.items():
+        values = polar(points[end] - about[end], names)
+        matrices = []
+        for number, leg in enumerate(legs):
+            own = {kind: float(each[number]) for kind, each in values.items()}
+            deviations, matrix = _errors_of_parameters(own, leg[f"{end}_point"])
+            matrices.append(matrix)
+            for (kind, name), deviation in zip(names.items(), deviations, strict=True):
+                made[number][name] = (own[kind], deviation) if listed else own[kind]
+        if any(np.any(matrix != np.eye(len(names))) for matrix in matrices):
+            correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
+    replaced = {"legs": made} if listed else {"reference_leg": made[0]}
+    base, platform = (tuple(about[end].tolist()) if end in about else None for end in _ENDS)
+    return file | replaced, DrawnPoints(base, platform, correlations=correlations)
+
+
+def _require_everywhere(source: TomlSource, legs: list[_Values], end: str, radius: str) -> None:
+    """Refuse legs some of which give a point by coordinates and some not."""
+    drawn = [f"{end}_point" in leg for leg in legs]
+    if not all(drawn):
+        number = drawn.index(False)
+        raise source.error(
+            ("legs", number, radius),
+            f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in none",
+        )
+
+
+def _centres(
+    info: ChainInfo, legs: list[_Values], points: dict[str, Array], *, listed: bool
+) -> dict[str, Array]:
+    """About which places the points become parameters: the origin, for a reference leg."""
+    if not listed:
+        return {end: np.zeros(each.shape[1]) for end, each in points.items()}
+    known = [{name: leg[name][0] for name in info.parameter_names if name in leg} for leg in legs]
+    return centres(info, known, [leg.get("working_mode", -1) for leg in legs], points)
+
+
+def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array]:
+    """Standard deviations and correlations of a point's parameters by those of its coordinates."""
+    size = len(values)
+    if "standard_deviation" not in point:
+        return np.full(size, np.nan), np.eye(size)
+    covariance = _covariance(point["standard_deviation"], point.get("correlation", ()))
+    inverse = np.linalg.pinv(jacobian(values))
+    return split_covariance(inverse @ covariance @ inverse.T)
+
+
+def _covariance(deviations: Sequence[float], correlation: Sequence[float]) -> Array:
+    sigma = np.nan_to_num(np.array(deviations))
+    matrix = np.eye(len(sigma))
+    if len(correlation):
+        upper = np.triu_indices(len(sigma), 1)
+        matrix[upper] = correlation
+        matrix.T[upper] = correlation
+    return np.asarray(matrix * np.outer(sigma, sigma))
+
+
+def point_value(mechanism: Mechanism, leg: int, end: str) -> Any:
+    """A leg's point (leg from 0) in the file's frame, with the errors of its coordinates if known.
+
+    Errors are carried over to first order.
+    """
+    drawn = mechanism.points
+    assert drawn is not None
+    names = ends_of(chain_info(mechanism.chain, mechanism.platform))[end]
+    own = {kind: mechanism.legs[leg].parameters[name] for kind, name in names.items()}
+    at = cartesian({kind: np.array(each) for kind, each in own.items()})
+    point = (at + np.array(getattr(drawn, end))).tolist()
+    if mechanism.deviations is None:
+        return point
+    columns = [mechanism.parameter_names.index(name) for name in names.values()]
+    sigma = np.nan_to_num(mechanism.deviations[leg, columns])
+    if not sigma.any():
+        return point
+    correlations = drawn.correlations.get(end)
+    matrix = np.eye(len(names)) if correlations is None else np.array(correlations[leg])
+    by_own = jacobian(own)
+    deviations, correlation = split_covariance(
+        by_own @ (matrix * np.outer(sigma, sigma)) @ by_own.T
+    )
+    upper = correlation[np.triu_indices(len(names), 1)]
+    return {
+        "value": point,
+        "standard_deviation": deviations.tolist(),
+        "correlation": upper.tolist(),
+    }

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: MIT
+"""Points of legs by coordinates, as drawings give them, and by the parameters of the legs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.chains import ChainInfo, chain_info
+from symkin.errors import SymkinError
+from symkin.frames import moved_workspace, transforms
+from symkin.mechanism import Leg, Mechanism
+from symkin.poses import POSE_SPACES, Transform
+from symkin.settings import DrawnPoints, Frames, WorkspaceSettings
+
+__all__ = [
+    "as_drawn",
+    "cartesian",
+    "centres",
+    "drawn_frames",
+    "drawn_workspace",
+    "from_drawing",
+    "jacobian",
+    "own_frames",
+    "own_workspace",
+    "point_parameters",
+    "polar",
+    "split_covariance",
+    "with_correlations",
+]
+
+Array = NDArray[np.float64]
+
+# A centre serves if no leg is much nearer to its axis than the legs are to each other, where small
+# errors of a point would be large ones of its azimuth, and none is much farther away.
+_NEAREST, _FARTHEST = 0.2, 4.0
+_SAME = 1e-9  # of the points' spread: the same centre
+_RING = 12  # centres that are tried around the centroid, at half the spread
+
+
+def point_parameters(info: ChainInfo, end: str) -> dict[str, str]:
+    """Names of the parameters of an end's point by their kind; empty if it has no point."""
+    kinds = ("radius", "azimuth", "polar_angle", "height")
+    roles = info.parameter_roles.items()
+    found = {role.kind: name for name, role in roles if role.end == end and role.kind in kinds}
+    return found if "radius" in found else {}
+
+
+def cartesian(values: Mapping[str, Array]) -> Array:
+    """Coordinates (..., 2 or 3) of points by their radius, azimuth, and polar angle or height."""
+    radius, azimuth = values["radius"], values["azimuth"]
+    level = radius * np.sin(values["polar_angle"]) if "polar_angle" in values else radius
+    flat = [level * np.cos(azimuth), level * np.sin(azimuth)]
+    if "polar_angle" in values:
+        flat.append(radius * np.cos(values["polar_angle"]))
+    elif "height" in values:
+        flat.append(values["height"])
+    return np.stack(flat, axis=-1)
+
+
+def polar(points: Array, kinds: Mapping[str, str]) -> dict[str, Array]:
+    """The same back, radii not negative, azimuths within half a turn."""
+    level = np.hypot(points[..., 0], points[..., 1])
+    values = {"radius": level, "azimuth": np.arctan2(points[..., 1], points[..., 0])}
+    if "polar_angle" in kinds:
+        values["radius"] = np.hypot(level, points[..., 2])
+        values["polar_angle"] = np.arctan2(level, points[..., 2])
+    elif "height" in kinds:
+        values["height"] = points[..., 2]
+    return {kind: values[kind] for kind in kinds}
+
+
+def jacobian(values: Mapping[str, float]) -> Array:
+    """Derivative of a point's coordinates (rows) by its parameters, in the order of the mapping."""
+    azimuth = values["azimuth"]
+    outward = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    along = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    tilt = values.get("polar_angle", np.pi / 2)
+    columns = {
+        "radius": np.sin(tilt) * outward + np.cos(tilt) * up,
+        "azimuth": values["radius"] * np.sin(tilt) * along,
+        "polar_angle": values["radius"] * (np.cos(tilt) * outward - np.sin(tilt) * up),
+        "height": up,
+    }
+    size = len(values)  # as many coordinates as parameters
+    return np.column_stack([columns[kind][:size] for kind in values])
+
+
+def split_covariance(covariance: Array) -> tuple[Array, Array]:
+    """Standard deviations, NaN for what has no variance, and the correlation matrix."""
+    variances = np.diag(covariance)
+    # What is held comes back from other coordinates but for rounding.
+    known = variances > 1e-24 * variances.max(initial=0.0)
+    sigma = np.sqrt(np.where(known, variances, np.nan))
+    with np.errstate(invalid="ignore"):
+        matrix = np.nan_to_num(covariance / np.outer(sigma, sigma))
+    np.fill_diagonal(matrix, 1.0)
+    return sigma, matrix
+
+
+def with_correlations(mechanism: Mechanism, covariance: Array | None) -> Mechanism:
+    """Keep how the errors of each point's parameters go together; None: nobody knows.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    covariance : ndarray, shape (legs p, legs p), or None
+        Of all parameters.
+
+    Returns
+    -------
+    Mechanism
+    """
+    points = mechanism.points
+    if points is None:
+        return mechanism
+    found: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {}
+    if covariance is not None:
+        info = chain_info(mechanism.chain, mechanism.platform)
+        of_leg = np.arange(len(mechanism.legs)) * len(mechanism.parameter_names)
+        for end in points.ends:
+            names = point_parameters(info, end).values()
+            own = np.array([mechanism.parameter_names.index(name) for name in names])
+            blocks = (covariance[np.ix_(first + own, first + own)] for first in of_leg)
+            matrices = (split_covariance(block)[1].tolist() for block in blocks)
+            found[end] = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
+    return mechanism.replace(points=dataclasses.replace(points, correlations=found))
+
+
+def centres(
+    info: ChainInfo, legs: list[dict[str, float]], modes: list[int], points: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Find for each end the centre about which its points (legs, size) become parameters.
+
+    The origin if it serves and is the centre of the legs' symmetry, if they have one; else that
+    centre; else the centroid, or a place near it that is above or below no leg.
+    """
+    found = {end: _place(each) for end, each in points.items()}
+    try:
+        symmetric = _centres_of_symmetry(info, legs, modes, points, found)
+    except SymkinError:  # what is wrong with the legs is said where they become a mechanism
+        symmetric = {}
+    return {end: _place(each, symmetric.get(end)) for end, each in points.items()}
+
+
+def _centres_of_symmetry(
+    info: ChainInfo,
+    legs: list[dict[str, float]],
+    modes: list[int],
+    points: Mapping[str, Array],
+    about: Mapping[str, Array],
+) -> dict[str, Array]:
+    """What the legs' rotations turn about, at height 0; nothing if there are none."""
+    from symkin.symmetry import detect_symmetry
+
+    parameters = [dict(leg) for leg in legs]
+    for end, drawn in points.items():
+        kinds = point_parameters(info, end)
+        for kind, values in polar(drawn - about[end], kinds).items():
+            for leg, value in zip(parameters, values.tolist(), strict=True):
+                leg[kinds[kind]] = value
+    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
+    made = Mechanism(
+        "drawn",
+        [Leg(info.name, each, mode) for each, mode in zip(parameters, modes, strict=True)],
+        platform=platform,
+    )
+    group = detect_symmetry(made).structure
+    if group.rotations == 1:
+        return {}
+    centre = {"base": group.frame.base_centre, "platform": group.frame.platform_centre}
+    level = {end: np.array(about[end]) for end in points}
+    for end, each in level.items():
+        each[:2] += centre[end]
+        each[2:] = 0.0
+    return level
+
+
+def _place(points: Array, symmetric: Array | None = None) -> Array:
+    """The first of the centres that serves."""
+    centroid = points.mean(axis=0)
+    spread = float(np.sqrt(np.mean(np.sum((points - centroid) ** 2, axis=1))))
+    origin = np.zeros(points.shape[1])
+    if spread <= _SAME * np.abs(points).max(initial=0.0):
+        return origin  # all in one place, which no centre makes better
+    tried = [centroid]
+    for turn in (np.arange(_RING) + 0.5) * (2 * np.pi / _RING):
+        aside = centroid.copy()
+        aside[:2] += 0.5 * spread * np.array([np.cos(turn), np.sin(turn)])
+        tried.append(aside)
+    if symmetric is not None:
+        at_height = symmetric.copy()
+        at_height[2:] = centroid[2:]
+        tried = [symmetric, at_height, *tried]
+    if symmetric is None or np.abs(symmetric).max() <= _SAME * spread:
+        tried = [origin, *tried]
+    axes = [float(np.hypot(*(points - each).T[:2]).min()) for each in tried]
+    reach = [float(np.linalg.norm(points - each, axis=1).max()) for each in tried]
+    for centre, nearest, farthest in zip(tried, axes, reach, strict=True):
+        if nearest >= _NEAREST * spread and farthest <= _FARTHEST * spread:
+            return np.asarray(centre)
+    return np.asarray(tried[int(np.argmax(axes))])
+
+
+def _shift(centre: tuple[float, ...] | None) -> Array:
+    """A centre as a translation in space."""
+    moved = np.zeros(3)
+    moved[: len(centre or ())] = centre or ()
+    return moved
+
+
+def _motions(points: DrawnPoints) -> tuple[Transform, Transform]:
+    """From the mechanism's frames of base and platform to those of its file."""
+    ends = (points.base, points.platform)
+    base, platform = (Transform(np.eye(3), _shift(each)) for each in ends)
+    return base, platform
+
+
+def as_drawn(mechanism: Mechanism, poses: Array) -> Array:
+    """Return poses in a mechanism's own frames as the frames of its file have them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Whose `points` say where the frames are.
+    poses : ndarray, shape (N, coordinates)
+        m and rad (spatial: position and quaternion).
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
+    return _carried(mechanism, poses, inverse=False)
+
+
+def from_drawing(mechanism: Mechanism, poses: Array) -> Array:
+    """Return poses in the frames of a mechanism's file in its own: `as_drawn` back.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    poses : ndarray, shape (N, coordinates)
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+    """
+    return _carried(mechanism, poses, inverse=True)
+
+
+def _carried(mechanism: Mechanism, poses: Array, *, inverse: bool) -> Array:
+    points = mechanism.points
+    if points is None or not points.moved:
+        return poses
+    base, platform = _motions(points)
+    if inverse:
+        base, platform = base.inverse, platform.inverse
+    # The frames' axes are parallel, so that orientations stay as they are.
+    carried = base @ transforms(mechanism.pose_space, poses) @ platform.inverse
+    made = np.array(poses, dtype=float)
+    made[:, : mechanism.space.size] = carried.translation[:, : mechanism.space.size]
+    return made
+
+
+def own_workspace(
+    pose_space: str, settings: WorkspaceSettings | None, points: DrawnPoints
+) -> WorkspaceSettings | None:
+    """Home and box of a file in the mechanism's frames; the box is the one around its image."""
+    if settings is None or not points.moved:
+        return settings
+    base, platform = _motions(points)
+    return _workspace_in(pose_space, settings, base.inverse, platform.inverse)
+
+
+def drawn_workspace(mechanism: Mechanism) -> WorkspaceSettings | None:
+    """Home and box as the file of a mechanism has them, or would have them."""
+    points, settings = mechanism.points, mechanism.workspace
+    if points is None or settings is None or not points.moved:
+        return settings
+    carried = _workspace_in(mechanism.pose_space, settings, *_motions(points))
+    given, before = points.workspace, own_workspace(mechanism.pose_space, points.workspace, points)
+    if given is None or before is None:
+        return carried
+    # What has not changed stays as the file has it: a box that is carried to and fro grows.
+    if (before.lower, before.upper) == (settings.lower, settings.upper):
+        carried = dataclasses.replace(carried, lower=given.lower, upper=given.upper)
+    if before.home == settings.home:
+        carried = dataclasses.replace(carried, home=given.home)
+    return carried
+
+
+def _workspace_in(
+    pose_space: str, settings: WorkspaceSettings, base: Transform, platform: Transform
+) -> WorkspaceSettings:
+    if platform.translation.any() and POSE_SPACES[pose_space].turns:
+        return moved_workspace(pose_space, settings, base, platform)
+    size = POSE_SPACES[pose_space].size
+    shift = np.zeros(len(settings.lower))
+    shift[:size] = (base.translation - platform.translation)[:size]
+    lower, upper, home = (
+        tuple((np.array(each) + shift).tolist())
+        for each in (settings.lower, settings.upper, settings.home or np.zeros(len(shift)))
+    )
+    return dataclasses.replace(settings, lower=lower, upper=upper, home=home)
+
+
+def own_frames(pose_space: str, frames: Frames, points: DrawnPoints) -> Frames | None:
+    """What a file says of frames, for the mechanism's own; None if nothing."""
+    base, platform = _motions(points)
+    return _frames_in(pose_space, frames, base, platform) if points.moved else _or_none(frames)
+
+
+def drawn_frames(mechanism: Mechanism) -> Frames | None:
+    """The frames of a mechanism as its file has them, or would have them."""
+    points = mechanism.points
+    if points is None or mechanism.frames is None or not points.moved:
+        return mechanism.frames
+    base, platform = _motions(points)
+    return _frames_in(mechanism.pose_space, mechanism.frames, base.inverse, platform.inverse)
+
+
+def _frames_in(
+    pose_space: str, frames: Frames, base: Transform, platform: Transform
+) -> Frames | None:
+    """Frames for base and platform frames that stand elsewhere, by translations, than before."""
+    space = POSE_SPACES[pose_space]
+    count, size = len(space.frame_components), space.size
+    outer, inner = (np.array(each or (0.0,) * count) for each in (frames.base, frames.target))
+    turn = np.zeros((1, 3))
+    turn[0, 3 - (count - size) :] = outer[size:]
+    turned = transforms("spatial", np.hstack([np.zeros((1, 3)), turn])).rotation[0]
+    outer[:size] += (turned @ base.translation)[:size]
+    inner[:size] -= platform.translation[:size]
+    plane: tuple[float, ...] = ()
+    if space.in_space:  # z = 0 if nobody says so, in these frames or in those
+        c0, c1, c2 = frames.plane or (0.0, 0.0, 0.0)
+        x, y, z = base.translation.tolist()
+        plane = (c0 + c1 * x + c2 * y - z, c1, c2)
+    points = tuple(
+        tuple((np.array(each) - platform.translation[:size]).tolist()) for each in frames.points
+    )
+    made = Frames(
+        tuple(outer.tolist()) if outer.any() else (),
+        tuple(inner.tolist()) if inner.any() else (),
+        points,
+        frames.anchors,
+        plane if any(plane) else (),
+    )
+    return _or_none(made)
+
+
+def _or_none(frames: Frames) -> Frames | None:
+    return frames if any(vars(frames).values()) else None
