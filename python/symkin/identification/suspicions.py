@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
+from symkin.identification.hypotheses import motion_in_words, with_frames
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
@@ -30,6 +31,7 @@ __all__ = [
     "doubts_of",
     "estimated_noise",
     "notes_of",
+    "symptoms_of",
     "without_blunders",
 ]
 
@@ -87,6 +89,21 @@ class Blunder(NamedTuple):
 
 def doubts_of(found: JointIdentification) -> Iterator[str]:
     """Say why not to trust an estimate, the worst first."""
+    proposed = [each for each in found.hypotheses if each.proposed]
+    if not proposed:
+        yield from found.symptoms
+        return
+    # What a mistake does to the estimate is not worth telling beside the mistake.
+    before = next(each.per_degree for each in found.hypotheses if not each.what)
+    causes = ", or as well: ".join(each.what for each in proposed)
+    after = max(each.per_degree for each in proposed)
+    evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
+    evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
+    yield f"likely cause: {causes} ({evidence})"
+
+
+def symptoms_of(found: JointIdentification) -> Iterator[str]:
+    """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
     if found.aside:
         shown = ", ".join(str(numbers[row]) for row in found.aside[:8])
@@ -95,6 +112,7 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"no pose explains row{'s' * (len(found.aside) > 1)} {shown}{more}, which "
             f"{'is' if len(found.aside) == 1 else 'are'} left out"
         )
+    yield from found.turns
     yield from _blunders_in_words(found)
     alarming = [each for each in found.alternatives if each.alarms]
     alarming.sort(key=lambda each: (each.p_value, -each.statistic))
@@ -205,14 +223,13 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
     if options.free is not None or options.fixed or options.shared:
         all_free = dataclasses.replace(options, free=None, fixed=(), shared=())
         wider.append(("held", options, all_free))
-    if not options.frames and np.isfinite(found.measurements.poses).any():
-        # Without priors, end points that are free follow any frame.
-        held = dataclasses.replace(
-            options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
-        )
-        # A target on a platform that never turns does what the base's frame does.
-        frames = ("base", "target") if found.nominal.space.turns else ("base",)
-        wider.append(("frames", held, dataclasses.replace(held, frames=frames)))
+    # Without priors, end points that are free follow any frame.
+    held = dataclasses.replace(
+        options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
+    )
+    framed = with_frames(found.nominal, found.measurements, held)
+    if framed is not None:
+        wider.append(("frames", held, framed))
     made = (_compared(found, *each) for each in wider)
     return [each for each in made if each is not None]
 
@@ -251,11 +268,11 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
         _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
-        shift, angle = _motion(fit.setup.base)
+        asked = [f"--frames {frame}" for frame in other.options.frames]
+        asked += [f"--fixed {each}" for each in set(other.options.fixed) - set(found.options.fixed)]
         return (
             f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
-            f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
-            + " ".join(f"--frames {frame}" for frame in other.options.frames)
+            f"{motion_in_words(fit.setup.base)}; identify with {' '.join(asked)}"
         )
     if other.what == "held":
         return (
@@ -287,12 +304,6 @@ def _help(found: JointIdentification, other: Alternative) -> str:
         f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
         f"{1e3 * rms[1]:.3g} mm"
     )
-
-
-def _motion(frame: _core.Frame) -> tuple[str, float]:
-    shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
-    cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
-    return shift, float(np.degrees(np.arccos(cosine)))
 
 
 def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
