@@ -14,15 +14,16 @@ import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import symkin
+from symkin.chains import turn_of
 from symkin.identification import JointIdentification
-from symkin.identification.mistakes import with_modes
+from symkin.identification.hypotheses import in_modes
 from symkin.observed import Observed
 from symkin.settings import Frames, NoiseSettings
 
@@ -65,7 +66,7 @@ class Mistake(NamedTuple):
     name: str
     make: Callable[[symkin.Mechanism, symkin.Measurements, int], symkin.Measurements]
     words: Callable[[int], str]
-    needs: str = ""  # "rad", "m", or "frames" that nobody knows of
+    needs: str = ""  # "turn" of a joint, "rad", "m", a "mode", or "frames" that nobody knows of
 
 
 def of_leg(change: Callable[[Any], Any]) -> Callable[..., symkin.Measurements]:
@@ -113,7 +114,7 @@ MISTAKES = [
     Mistake("all signs", of_all(np.negative), lambda _: "have the opposite sign"),
     Mistake("two legs", swapped, lambda _: "are in the columns of legs"),
     Mistake("a mode", same, lambda leg: f"leg {leg + 1} stands in working mode", "mode"),
-    Mistake("all modes", same, lambda _: "stand in working mode", "modes"),
+    Mistake("all modes", same, lambda _: "set working_mode", "modes"),
     Mistake("a unit", of_leg(np.degrees), lambda leg: f"of leg {leg + 1} look like degrees", "rad"),
     Mistake("all units", of_all(np.degrees), lambda _: "look like degrees", "rad"),
     Mistake(
@@ -124,33 +125,49 @@ MISTAKES = [
         "half a turn",
         of_leg(lambda r: r + math.pi),
         lambda leg: f"of leg {leg + 1} was set to zero half a turn",
-        "rad",
+        "turn",
     ),
     Mistake(
         "a turn",
         of_leg(lambda r: r + 2 * math.pi),
         lambda leg: f"leg {leg + 1}: all readings are a whole turn away",
-        "rad",
+        "turn",
     ),
-    Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "rad"),
+    Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "turn"),
     Mistake("a frame", same, lambda _: "the frame of the measurements is not", "frames"),
 ]
 
 
-def outcome(case: Case, mistake: Mistake, plan: symkin.Plan, seed: int) -> str:
+@cache
+def robot_of(case: int, flipped: tuple[int, ...]) -> tuple[symkin.Mechanism, symkin.Plan] | None:
+    """The robot with some legs in other modes, and a plan; None if it has no workspace then."""
+    robot = mechanism_of(CASES[case])
+    if flipped:
+        modes = [-m if leg in flipped else m for leg, m in enumerate(robot.working_modes)]
+        robot = in_modes(robot, modes)[0]
+    per_leg = max(len(robot.parameter_names), CASES[case].poses // len(robot.legs))
+    sample = symkin.sample_workspace(robot, 3000, seed=1)
+    try:
+        return robot, symkin.make_plan(robot, sample, per_leg)
+    except symkin.SymkinError:
+        return None
+
+
+def outcome(number: int, mistaken: int, seed: int) -> str:
     """What is proposed for one robot: right, shared, wrong, none, or a doubt without cause."""
+    case, mistake = CASES[number], MISTAKES[mistaken]
     mechanism = mechanism_of(case)
     leg = seed % len(mechanism.legs)
-    observed, robot = case.observed, mechanism
+    every = tuple(range(len(mechanism.legs)))
+    flipped = {"mode": (leg,), "modes": every}.get(mistake.needs, ())
+    planned = robot_of(number, flipped)
+    if planned is None:
+        return "not simulated"
+    robot, plan = planned
+    observed = case.observed
     if mistake.needs == "frames":
-        space = mechanism.pose_space
-        observed = replace(observed, base=MOVED.get(space, MOVED_IN_SPACE))
-    elif mistake.needs in ("mode", "modes"):
-        modes = [
-            -mode if mistake.needs == "modes" or number == leg else mode
-            for number, mode in enumerate(mechanism.working_modes)
-        ]
-        robot = with_modes(mechanism, modes)
+        moved = MOVED.get(mechanism.pose_space, MOVED_IN_SPACE)
+        observed = replace(observed, base=moved)
     try:
         taken = symkin.simulate(robot, plan, 1000 + seed, observe=observed).measurements
     except symkin.SymkinError:
@@ -161,16 +178,16 @@ def outcome(case: Case, mistake: Mistake, plan: symkin.Plan, seed: int) -> str:
             mechanism.replace(frames=case.known), measured, max_iterations=40, **case.options
         )
     except symkin.SymkinError as error:
-        said = [str(error)] if "Likely cause" in str(error) else []
+        said = [str(error).partition("Likely cause: ")[2]]
     else:
         assert isinstance(found, JointIdentification)
-        said = [each for each in found.doubts if each.startswith(("likely cause", "leg"))]
+        said = [each for each in found.doubts[:1] if each.startswith(("likely cause", "leg"))]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
-    if not said:
+    if not any(said):
         return "none"
     right = mistake.words(leg) in said[0]
-    return ("shared" if " or as well" in said[0] else "right") if right else "wrong"
+    return ("shared" if " or as well: " in said[0] else "right") if right else "wrong"
 
 
 def mechanism_of(case: Case) -> symkin.Mechanism:
@@ -187,26 +204,19 @@ def main() -> None:
     with ProcessPoolExecutor(processes) as pool:
         for case in CASES:
             mechanism = mechanism_of(case)
-            per_leg = max(len(mechanism.parameter_names), case.poses // len(mechanism.legs))
-            sample = symkin.sample_workspace(mechanism, 3000, seed=1)
-            plan = symkin.make_plan(mechanism, sample, per_leg)
-            turning, modes = mechanism.reading_unit == "rad", "[R]" in mechanism.chain
-            possible = {"": True, "rad": turning, "m": not turning, "mode": modes, "modes": modes}
+            turning, modes = turn_of(mechanism, 0) is not None, "[R]" in mechanism.chain
+            unit = mechanism.reading_unit
+            possible = {"": True, "turn": turning, "rad": unit == "rad", "m": unit == "m"}
+            possible |= {"mode": modes, "modes": modes}
             possible["frames"] = case.what == "positions"
             for mistake in MISTAKES:
                 row = f"{case.robot} {case.what}: {mistake.name}"
                 asked = sys.argv[3:]
                 if not possible[mistake.needs] or (asked and not any(a in row for a in asked)):
                     continue
-                number = MISTAKES.index(mistake)
-                task = partial(outcome_of, CASES.index(case), number, plan)
+                task = partial(outcome, CASES.index(case), MISTAKES.index(mistake))
                 counts = collections.Counter(pool.map(task, range(robots)))
                 print(f"{row:42}" + "".join(f"{counts[name]:14}" for name in columns), flush=True)
-
-
-def outcome_of(case: int, mistake: int, plan: symkin.Plan, seed: int) -> str:
-    """As `outcome`, by numbers, which can be sent to a process."""
-    return outcome(CASES[case], MISTAKES[mistake], plan, seed)
 
 
 if __name__ == "__main__":

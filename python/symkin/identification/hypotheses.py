@@ -20,15 +20,23 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import turn_of
-from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError, named_legs
+from symkin.errors import SymkinError, named_legs
 from symkin.identification.mistakes import FACTORS, conventions, turns_in_words, with_modes
 from symkin.identification.problem import JointOptions, Problem
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.result import Value, record
 from symkin.settings import NoiseSettings
+from symkin.workspace.sample import best_homes
 
-__all__ = ["Hypothesis", "explained_jointly", "hypotheses_of", "motion_in_words", "with_frames"]
+__all__ = [
+    "Hypothesis",
+    "explained_jointly",
+    "hypotheses_of",
+    "in_modes",
+    "motion_in_words",
+    "with_frames",
+]
 
 Array = NDArray[np.float64]
 
@@ -112,13 +120,13 @@ def explained_jointly(
     """Say of observations that allow no estimate what may be wrong with them."""
     try:
         yield
-    except (FailedFitError, NotIdentifiableError) as error:
+    except SymkinError as error:
         tried = hypotheses_of(mechanism, measurements, options)
         causes = [each.what for each in tried if each.proposed]
         if not causes:
             raise
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. Likely cause: {' - or as well: '.join(causes)}",)
+        error.args = (f"{error}. Likely cause: {', or as well: '.join(causes)}",)
         raise
 
 
@@ -162,10 +170,12 @@ def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[
         return []
     _, least, share = min(found, key=lambda each: each[1])
     # Where the model lacks something, all are worse by as much.
+    found.sort(key=lambda each: each[1])
     near = [each for each, value, _ in found if value <= least + _AS_GOOD * max(share, 1.0)]
     fewest = min(each.wide for each in near)
-    near = [each for each in near if each.wide == fewest]
-    return near if len(near) <= _NAMED else []
+    # The same correction may have been tried from several starts.
+    rivals = {each.words: each for each in reversed(near) if each.wide == fewest}
+    return list(rivals.values()) if len(rivals) <= _NAMED else []
 
 
 def _per_degree(fit: _core.JointFit | None) -> float:
@@ -238,10 +248,6 @@ def _modes(stated: _Correction) -> Iterator[_Correction]:
     home = nominal.inverse_kinematics(nominal.home[None])
     for legs in _sets(len(modes)):
         flipped = [-mode if leg in legs else mode for leg, mode in enumerate(modes)]
-        robot = with_modes(nominal, flipped)
-        other = robot.inverse_kinematics(robot.home[None])[0]
-        if not np.isfinite(other).all() or np.array_equal(other, home[0]):
-            continue
         parts = []
         for mode in (-1, 1):
             own = [leg for leg in legs if flipped[leg] == mode]
@@ -250,7 +256,28 @@ def _modes(stated: _Correction) -> Iterator[_Correction]:
                 parts.append(
                     f"{named_legs(own)} {verb} in working mode {mode:+d}: set working_mode = {mode}"
                 )
-        yield stated._replace(words="; ".join(parts), mechanism=robot)
+        for robot in in_modes(nominal, flipped):
+            # A chain with one root does not care.
+            if not np.array_equal(robot.inverse_kinematics(nominal.home[None]), home):
+                yield stated._replace(words="; ".join(parts), mechanism=robot)
+
+
+def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
+    """The mechanism in other working modes, with a home on either side of the singularities.
+
+    Its own home, as long as the new modes leave it a good one.
+    """
+    robot = with_modes(mechanism, list(modes))
+    settings = robot.workspace
+    if settings is None:
+        return [robot]
+    condition = robot.singularity_measures(robot.home[None])[2][0]
+    if condition <= settings.conditioning_limit:
+        return [robot]
+    return [
+        robot.replace(workspace=dataclasses.replace(settings, home=tuple(home)))
+        for home, _ in best_homes(robot)
+    ]
 
 
 def _readings(stated: _Correction) -> Iterator[_Correction]:
@@ -314,11 +341,13 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
 
         return of
 
-    given = stated.options.prior if not isinstance(stated.options.prior, str) else None
+    given = {} if stated.options.prior in (None, "tolerances") else stated.options.prior
+    if isinstance(given, str):
+        return
     for legs in _sets(count, alone=True):
         for name, width in widths.items():
             if name in named:
-                priors = {**(given or {}), **{f"leg{leg + 1}.{name}": width for leg in legs}}
+                priors = {**given, **{f"leg{leg + 1}.{name}": width for leg in legs}}
                 options = dataclasses.replace(stated.options, prior=priors)
                 yield stated._replace(words=words(legs, name), options=options, wide=len(legs))
 
