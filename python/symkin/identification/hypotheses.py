@@ -11,8 +11,10 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -203,6 +205,12 @@ def _corrections(stated: _Correction) -> Iterator[_Correction]:
     yield from _sensors(stated)
     yield from _observed(stated)
     yield from _frames(stated)
+    options = stated.options
+    if options.free is not None or options.fixed or options.shared:
+        yield stated._replace(
+            words="parameters that are held or shared are not as they are said to be: free them",
+            options=dataclasses.replace(options, free=None, fixed=(), shared=()),
+        )
 
 
 def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
@@ -239,7 +247,7 @@ def _orders(stated: _Correction) -> Iterator[_Correction]:
         moved = [leg for leg in own if order[leg] != leg]
         columns = ", ".join(str(order[leg] + 1) for leg in moved)
         words = f"the readings of {named_legs(moved)} are in the columns of legs {columns}"
-        yield _with_readings(stated, words, lambda values, order=order: values[:, order])
+        yield _with_readings(stated, words, operator.itemgetter((slice(None), order)))
 
 
 def _modes(stated: _Correction) -> Iterator[_Correction]:
@@ -298,7 +306,7 @@ def _readings(stated: _Correction) -> Iterator[_Correction]:
         for factor, unit in FACTORS.items():
             if ("metres" in unit) == (nominal.reading_unit == "m"):
                 words = f"the readings of {named_legs(legs)} look like {unit}"
-                yield _with_readings(stated, words, changed(legs, lambda own, by=factor: own / by))
+                yield _with_readings(stated, words, changed(legs, partial(_over, factor)))
         turn = turn_of(nominal, legs[0])
         if turn is not None:
             words = (
@@ -307,7 +315,11 @@ def _readings(stated: _Correction) -> Iterator[_Correction]:
                 "drawing's zero"
             )
             half = np.array([turn_of(nominal, leg) or 0.0 for leg in legs]) / 2
-            yield _with_readings(stated, words, changed(legs, lambda own, by=half: own - by))
+            yield _with_readings(stated, words, changed(legs, partial(np.add, -half)))
+
+
+def _over(factor: float, values: Array) -> Array:
+    return values / factor
 
 
 def _sensors(stated: _Correction) -> Iterator[_Correction]:

@@ -136,7 +136,7 @@ def _used(found: Fit, leg: int) -> NDArray[np.intp]:
 def _taken(found: Fit) -> Taken:
     measurements = found.measurements
     readings = np.full(measurements.readings.shape, np.nan)
-    for leg in range(readings.shape[1]):
+    for leg in range(len(found.legs)):
         rows = _used(found, leg)
         readings[rows, leg] = measurements.readings[rows, leg]
     numbers = measurements.row_numbers

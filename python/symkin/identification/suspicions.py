@@ -43,6 +43,7 @@ _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
+_OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 
 
 @record
@@ -105,12 +106,16 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
     """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
-    if found.aside:
-        shown = ", ".join(str(numbers[row]) for row in found.aside[:8])
-        more = f" and {len(found.aside) - 8} more" if len(found.aside) > 8 else ""
+    # Where no more is observed than a pose has coordinates, noise alone may leave none, and nothing
+    # is lost with it.
+    told = _observed_count(found.measurements) > found.measurements.space.dof
+    aside = [row for row in found.aside if told[row]]
+    if aside:
+        shown = ", ".join(str(numbers[row]) for row in aside[:8])
+        more = f" and {len(aside) - 8} more" if len(aside) > 8 else ""
         yield (
-            f"no pose explains row{'s' * (len(found.aside) > 1)} {shown}{more}, which "
-            f"{'is' if len(found.aside) == 1 else 'are'} left out"
+            f"no pose explains row{'s' * (len(aside) > 1)} {shown}{more}, which "
+            f"{'is' if len(aside) == 1 else 'are'} left out"
         )
     yield from found.turns
     yield from _blunders_in_words(found)
@@ -150,6 +155,19 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
             f"the observations say nothing of {_listed(unknown)}: the standard deviation is more "
             f"than {_UNKNOWN} times the tolerance, so the drawing knows better"
         )
+
+
+def _observed_count(taken: Measurements) -> NDArray[np.intp]:
+    """How many scalars were observed of each row; a rotation in space counts as three."""
+    count = np.zeros(len(taken.poses), dtype=np.intp)
+    for name in _OBSERVED:
+        values = getattr(taken, name)
+        if values is not None:
+            known = np.isfinite(values).reshape(len(values), -1)
+            count += known.sum(axis=1)
+            if name in ("poses", "reported") and known.shape[1] == 7:
+                count -= known[:, 6]
+    return count
 
 
 def notes_of(found: JointIdentification) -> Iterator[str]:
@@ -421,13 +439,12 @@ def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Mea
     def copied(name: str) -> Array:
         return changes.setdefault(name, np.array(getattr(measurements, name)))
 
-    names = ("readings", "poses", "reported", "points", "distances", "heights")
     if row < 0:
-        for name in names:
+        for name in _OBSERVED:
             if getattr(measurements, name) is not None:
                 copied(name)[pose] = np.nan
     else:
-        kind, index = names[rows.kind[row]], int(rows.index[row])
+        kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
         values = copied(kind)[pose : pose + 1].reshape(1, -1)
         quaternion = kind in ("poses", "reported") and values.shape[1] == 7 and index >= 3
         values[0, 3:] = np.nan if quaternion else values[0, 3:]
