@@ -24,6 +24,8 @@ from symkin.identification.calibrated import (
     with_usable_home,
 )
 from symkin.identification.heights import Heights, heights_of
+from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
+from symkin.identification.mistakes import Taken, lost_turns, other_modes
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
     Alternative,
@@ -32,6 +34,7 @@ from symkin.identification.suspicions import (
     doubts_of,
     estimated_noise,
     notes_of,
+    symptoms_of,
     without_blunders,
 )
 from symkin.identification.unknowns import (
@@ -209,6 +212,13 @@ class JointIdentification(Result):
         cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions
     ) -> JointIdentification:
         """Estimate what is unknown; the arguments and errors are those of `identify`."""
+        with explained_jointly(mechanism, measurements, options):
+            return cls._of(mechanism, measurements, options)
+
+    @classmethod
+    def _of(
+        cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions
+    ) -> JointIdentification:
         problem, fit, gauge = Problem.of(mechanism, measurements, options).resolved()
         rejected: tuple[tuple[int, str], ...] = ()
         if options.loss_per == "reading":
@@ -286,6 +296,27 @@ class JointIdentification(Result):
     def alternatives(self) -> tuple[Alternative, ...]:
         """Wider models, and how much better they explain the same observations."""
         return tuple(alternatives_of(self))
+
+    @cached_property
+    def turns(self) -> tuple[str, ...]:
+        """Readings that are turns, or a working mode, away from the calibrated model, in words."""
+        readings = np.where(np.isfinite(self.reading_errors), self.measurements.readings, np.nan)
+        numbers = self.measurements.row_numbers
+        taken = Taken(self.nominal, self.mechanism, self.latent_poses, readings, numbers)
+        # Where residuals are not explained, neither are the poses that tell modes apart.
+        return (*(() if self.unexplained else other_modes(taken)), *lost_turns(taken))
+
+    @cached_property
+    def symptoms(self) -> tuple[str, ...]:
+        """What speaks against the estimate, whatever the cause."""
+        return tuple(symptoms_of(self))
+
+    @cached_property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """Corrections that were tried since something speaks against it; empty otherwise."""
+        if self.converged and not self.symptoms:
+            return ()
+        return hypotheses_of(self.nominal, self.measurements, self.options)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,19 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 
-__all__ = ["coarse_readings", "explained", "likely_causes", "signs_of_mistakes"]
+__all__ = [
+    "FACTORS",
+    "Taken",
+    "coarse_readings",
+    "conventions",
+    "explained",
+    "likely_causes",
+    "lost_turns",
+    "other_modes",
+    "signs_of_mistakes",
+    "turns_in_words",
+    "with_modes",
+]
 
 Array = NDArray[np.float64]
 
@@ -38,7 +51,7 @@ _MUCH_BETTER = 9.0
 _NEAR_FACTOR = 0.1
 # Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
 _ZERO_OFF = 20
-_FACTORS = {
+FACTORS = {
     180 / math.pi: "degrees that were stated as radians",
     math.pi / 180: "radians that were stated as degrees",
     2 * math.pi: "radians that were stated as turns",
@@ -46,6 +59,21 @@ _FACTORS = {
     1e-3: "metres that were stated as millimetres",
     1e3: "millimetres that were stated as metres",
 }
+
+
+class Taken(NamedTuple):
+    """Readings at poses in the robot's own frame; NaN where an estimate does not use them."""
+
+    nominal: Mechanism
+    calibrated: Mechanism
+    poses: Array
+    readings: Array
+    row_numbers: NDArray[np.intp]
+
+    def rows(self, leg: int) -> NDArray[np.intp]:
+        """Rows, from 0, whose reading of a leg is used."""
+        poses = np.isfinite(self.poses).all(axis=1)
+        return np.flatnonzero(poses & np.isfinite(self.readings[:, leg]))
 
 
 @contextmanager
@@ -62,10 +90,11 @@ def explained(mechanism: Mechanism, measurements: Measurements) -> Iterator[None
 
 def signs_of_mistakes(found: Fit) -> list[str]:
     """Name what speaks against the measurements, whatever the residuals are."""
+    taken = _taken(found)
     return [
-        *_other_modes(found),
+        *other_modes(taken),
         *_out_of_reach(found),
-        *_lost_turns(found),
+        *lost_turns(taken),
         *_copies(found),
     ]
 
@@ -104,24 +133,34 @@ def _used(found: Fit, leg: int) -> NDArray[np.intp]:
     return np.setdiff1d(fit.rows, fit.rejected)
 
 
-def _other_modes(found: Fit) -> Iterator[str]:
+def _taken(found: Fit) -> Taken:
+    measurements = found.measurements
+    readings = np.full(measurements.readings.shape, np.nan)
+    for leg in range(len(found.legs)):
+        rows = _used(found, leg)
+        readings[rows, leg] = measurements.readings[rows, leg]
+    numbers = measurements.row_numbers
+    return Taken(found.nominal, found.mechanism, measurements.poses, readings, numbers)
+
+
+def other_modes(taken: Taken) -> Iterator[str]:
     """Readings that belong to the other root of the closure at the estimate."""
-    calibrated, measurements = found.mechanism, found.measurements
-    flipped = _with_modes(calibrated, [-mode for mode in calibrated.working_modes])
-    own = calibrated.inverse_kinematics(measurements.poses)
-    other = flipped.inverse_kinematics(measurements.poses)
+    calibrated = taken.calibrated
+    flipped = with_modes(calibrated, [-mode for mode in calibrated.working_modes])
+    own = calibrated.inverse_kinematics(taken.poses)
+    other = flipped.inverse_kinematics(taken.poses)
     all_wrong: dict[int, list[int]] = {}
     for leg, mode in enumerate(calibrated.working_modes):
-        rows = _used(found, leg)
+        rows = taken.rows(leg)
         turn = turn_of(calibrated, leg)
-        readings = measurements.readings[rows, leg]
+        readings = taken.readings[rows, leg]
         to_own = np.abs(shortest(readings - own[rows, leg], turn))
         to_other = np.abs(shortest(readings - other[rows, leg], turn))
         wrong = to_other < to_own
         if wrong.sum() > len(rows) // 2:
             all_wrong.setdefault(mode, []).append(leg)
         elif wrong.any():
-            first = measurements.row_numbers[rows[np.argmax(wrong)]]
+            first = taken.row_numbers[rows[np.argmax(wrong)]]
             yield (
                 f"leg {leg + 1}: {wrong.sum()} of {len(rows)} readings (the first in row {first}) "
                 f"are those of the other working mode ({-mode:+d})"
@@ -151,21 +190,20 @@ def _out_of_reach(found: Fit) -> Iterator[str]:
             )
 
 
-def _lost_turns(found: Fit) -> Iterator[str]:
+def lost_turns(taken: Taken) -> Iterator[str]:
     """Readings that are turns away from each other, or from where the model has them."""
-    measurements = found.measurements
-    roots = found.mechanism.inverse_kinematics(measurements.poses)
-    for leg in range(len(found.legs)):
-        turn = turn_of(found.nominal, leg)
-        rows = _used(found, leg)
-        readings = measurements.readings[rows, leg]
+    roots = taken.calibrated.inverse_kinematics(taken.poses)
+    for leg in range(taken.readings.shape[1]):
+        turn = turn_of(taken.nominal, leg)
+        rows = taken.rows(leg)
+        readings = taken.readings[rows, leg]
         if turn is None or len(rows) < 2:
             continue
         by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
         away = np.round((readings - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():
             yield (
-                f"leg {leg + 1}: all readings are {_turns_in_words(away[0])} away from the "
+                f"leg {leg + 1}: all readings are {turns_in_words(away[0])} away from the "
                 "sensor's zero that the mechanism has, which the gain and the offset then have to "
                 "explain"
             )
@@ -175,7 +213,7 @@ def _lost_turns(found: Fit) -> Iterator[str]:
             turns = np.round((readings - unbroken) / turn)
             turns -= np.median(turns)
             if turns.any() and _largest_gap(readings) > 1.5 * _largest_gap(unbroken):
-                numbers = measurements.row_numbers[rows[turns != 0]]
+                numbers = taken.row_numbers[rows[turns != 0]]
                 listed = ", ".join(map(str, numbers[:5])) + (" ..." if len(numbers) > 5 else "")
                 yield (
                     f"leg {leg + 1}: {len(numbers)} of {len(rows)} readings are a turn away from "
@@ -258,7 +296,7 @@ def _better_readings(
         return []
     readings = measurements.readings[complete]
     trials: list[tuple[str, Array, list[_Match]]] = []
-    for name, poses in _conventions(nominal, measurements.poses):
+    for name, poses in conventions(nominal, measurements.poses):
         matches = _matches(nominal, poses[complete], readings)
         if matches is not None:
             trials.append((name, poses, matches))
@@ -291,7 +329,7 @@ def _evidence(
             for leg, match in enumerate(matches)
         ]
     )
-    robot = _with_modes(nominal, [match.mode for match in matches])
+    robot = with_modes(nominal, [match.mode for match in matches])
     try:
         tried = Fit.of(robot, replace(measurements, readings=corrected))
     except SymkinError:
@@ -342,8 +380,8 @@ def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
     units: dict[str, list[int]] = {}
     for leg, match in enumerate(matches):
         factor = abs(_factor(match.slope))
-        if factor in _FACTORS:
-            units.setdefault(_FACTORS[factor], []).append(leg)
+        if factor in FACTORS:
+            units.setdefault(FACTORS[factor], []).append(leg)
         elif abs(math.log(abs(match.slope))) > _NEAR_FACTOR:
             words.append(
                 f"the readings of leg {leg + 1} grow {abs(match.slope):.3g} times as fast as the "
@@ -358,7 +396,7 @@ def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
             turn = turn_of(nominal, leg)
             off = f"{zero:+.3g} {nominal.reading_unit}"
             if turn is not None:
-                off += f", {_turns_in_words(round(2 * zero / turn) / 2)},"
+                off += f", {turns_in_words(round(2 * zero / turn) / 2)},"
             words.append(
                 f"the sensor of leg {leg + 1} was set to zero {off} off the drawing's zero"
             )
@@ -367,7 +405,7 @@ def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
 
 def _factor(slope: float) -> float:
     """The change of sign and unit that a slope speaks of; 1 if it is near that."""
-    for factor in _FACTORS:
+    for factor in FACTORS:
         if abs(math.log(abs(slope) / factor)) < _NEAR_FACTOR:
             return math.copysign(factor, slope)
     return math.copysign(1.0, slope)
@@ -389,7 +427,7 @@ def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
     return match.shift if far else 0.0
 
 
-def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
+def conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
     """Ways in which poses may have been written down."""
     yield "", poses
     position = nominal.space.size
@@ -433,7 +471,7 @@ def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] 
     best: dict[tuple[int, int], _Match] = {}
     modes = sorted({-1, 1}, key=lambda mode: mode != nominal.working_modes[0])
     for mode in modes:
-        with_mode = _with_modes(nominal, [mode] * count)
+        with_mode = with_modes(nominal, [mode] * count)
         expected = with_mode.inverse_kinematics(poses)
         for leg in range(count):
             reached = np.isfinite(expected[:, leg])
@@ -486,7 +524,7 @@ def _line(wanted: Array, readings: Array) -> tuple[float, float, float]:
     return slope, middle, float(np.sum((y - slope * x - shift) ** 2)) / total
 
 
-def _with_modes(mechanism: Mechanism, modes: list[int]) -> Mechanism:
+def with_modes(mechanism: Mechanism, modes: list[int]) -> Mechanism:
     """The mechanism in other working modes."""
     legs = [
         replace(leg, working_mode=mode) for leg, mode in zip(mechanism.legs, modes, strict=True)
@@ -502,7 +540,7 @@ def _continuous(values: Array, turn: float | None) -> Array:
     return centre + shortest(values - centre, turn)
 
 
-def _turns_in_words(turns: float) -> str:
+def turns_in_words(turns: float) -> str:
     """So many turns, such as ``"half a turn"``."""
     if abs(turns) == 0.5:
         return "half a turn"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
+from symkin.identification.hypotheses import motion_in_words, with_frames
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
@@ -31,6 +32,7 @@ __all__ = [
     "doubts_of",
     "estimated_noise",
     "notes_of",
+    "symptoms_of",
     "without_blunders",
 ]
 
@@ -42,6 +44,7 @@ _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
+_OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 
 
 @record
@@ -88,14 +91,34 @@ class Blunder(NamedTuple):
 
 def doubts_of(found: JointIdentification) -> Iterator[str]:
     """Say why not to trust an estimate, the worst first."""
+    proposed = [each for each in found.hypotheses if each.proposed]
+    if not proposed:
+        yield from found.symptoms
+        return
+    # What a mistake does to the estimate is not worth telling beside the mistake.
+    before = next(each.per_degree for each in found.hypotheses if not each.what)
+    causes = ", or as well: ".join(each.what for each in proposed)
+    after = max(each.per_degree for each in proposed)
+    evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
+    evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
+    yield f"likely cause: {causes} ({evidence})"
+
+
+def symptoms_of(found: JointIdentification) -> Iterator[str]:
+    """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
-    if found.aside:
-        shown = ", ".join(str(numbers[row]) for row in found.aside[:8])
-        more = f" and {len(found.aside) - 8} more" if len(found.aside) > 8 else ""
+    # Where no more is observed than a pose has coordinates, noise alone may leave none, and nothing
+    # is lost with it.
+    told = _observed_count(found.measurements) > found.measurements.space.dof
+    aside = [row for row in found.aside if told[row]]
+    if aside:
+        shown = ", ".join(str(numbers[row]) for row in aside[:8])
+        more = f" and {len(aside) - 8} more" if len(aside) > 8 else ""
         yield (
-            f"no pose explains row{'s' * (len(found.aside) > 1)} {shown}{more}, which "
-            f"{'is' if len(found.aside) == 1 else 'are'} left out"
+            f"no pose explains row{'s' * (len(aside) > 1)} {shown}{more}, which "
+            f"{'is' if len(aside) == 1 else 'are'} left out"
         )
+    yield from found.turns
     yield from _blunders_in_words(found)
     alarming = [each for each in found.alternatives if each.alarms]
     alarming.sort(key=lambda each: (each.p_value, -each.statistic))
@@ -133,6 +156,19 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
             f"the observations say nothing of {_listed(unknown)}: the standard deviation is more "
             f"than {_UNKNOWN} times the tolerance, so the drawing knows better"
         )
+
+
+def _observed_count(taken: Measurements) -> NDArray[np.intp]:
+    """How many scalars were observed of each row; a rotation in space counts as three."""
+    count = np.zeros(len(taken.poses), dtype=np.intp)
+    for name in _OBSERVED:
+        values = getattr(taken, name)
+        if values is not None:
+            known = np.isfinite(values).reshape(len(values), -1)
+            count += known.sum(axis=1)
+            if name in ("poses", "reported") and known.shape[1] == 7:
+                count -= known[:, 6]
+    return count
 
 
 def notes_of(found: JointIdentification) -> Iterator[str]:
@@ -207,14 +243,13 @@ def alternatives_of(found: JointIdentification) -> list[Alternative]:
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
     if options.free is not None or options.fixed or options.shared:
         wider.append(("held", options, _all_free(options)))
-    if not options.frames and np.isfinite(found.measurements.poses).any():
-        # Without priors, end points that are free follow any frame.
-        held = dataclasses.replace(
-            options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
-        )
-        # A target on a platform that never turns does what the base's frame does.
-        frames = ("base", "target") if found.nominal.space.turns else ("base",)
-        wider.append(("frames", held, dataclasses.replace(held, frames=frames)))
+    # Without priors, end points that are free follow any frame.
+    held = dataclasses.replace(
+        options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
+    )
+    framed = with_frames(found.nominal, found.measurements, held)
+    if framed is not None:
+        wider.append(("frames", held, framed))
     made = (_compared(found, *each) for each in wider)
     return [each for each in made if each is not None]
 
@@ -293,11 +328,11 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
         _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
-        shift, angle = _motion(fit.setup.base)
+        asked = [f"--frames {frame}" for frame in other.options.frames]
+        asked += [f"--fixed {each}" for each in set(other.options.fixed) - set(found.options.fixed)]
         return (
             f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
-            f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
-            + " ".join(f"--frames {frame}" for frame in other.options.frames)
+            f"{motion_in_words(fit.setup.base)}; identify with {' '.join(asked)}"
         )
     if other.what == "held":
         return (
@@ -329,12 +364,6 @@ def _help(found: JointIdentification, other: Alternative) -> str:
         f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
         f"{1e3 * rms[1]:.3g} mm"
     )
-
-
-def _motion(frame: _core.Frame) -> tuple[str, float]:
-    shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
-    cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
-    return shift, float(np.degrees(np.arccos(cosine)))
 
 
 def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
@@ -452,13 +481,12 @@ def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Mea
     def copied(name: str) -> Array:
         return changes.setdefault(name, np.array(getattr(measurements, name)))
 
-    names = ("readings", "poses", "reported", "points", "distances", "heights")
     if row < 0:
-        for name in names:
+        for name in _OBSERVED:
             if getattr(measurements, name) is not None:
                 copied(name)[pose] = np.nan
     else:
-        kind, index = names[rows.kind[row]], int(rows.index[row])
+        kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
         values = copied(kind)[pose : pose + 1].reshape(1, -1)
         quaternion = kind in ("poses", "reported") and values.shape[1] == 7 and index >= 3
         values[0, 3:] = np.nan if quaternion else values[0, 3:]

@@ -108,7 +108,7 @@ class Layout(Value):
             free; if nothing is free.
         """
         scalars = tuple(_core.unknown_names(mechanism.core, setup))
-        units = tuple(_unit(mechanism, name) for name in scalars)
+        units = _units(mechanism, scalars)
         one_of("sensor", sensor, Sensor)
         always_held = _always_held(mechanism, scalars)
         names = _Names(scalars, _CURVATURE[sensor], always_held)
@@ -136,7 +136,9 @@ class Layout(Value):
     @property
     def column_tolerances(self) -> Array:
         """Tolerance of each column; zero where there is none."""
-        return np.array([self.tolerances[self.members(i)].max() for i in range(len(self.names))])
+        found, of_column = np.zeros(len(self.names)), self.column >= 0
+        np.maximum.at(found, self.column[of_column], self.tolerances[of_column])
+        return found
 
     @property
     def column_units(self) -> tuple[str, ...]:
@@ -312,32 +314,38 @@ def _name(names: _Names, members: Sequence[int]) -> str:
     return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
 
 
-def _unit(mechanism: Mechanism, name: str) -> str:
-    block, _, own = name.partition(".")
-    if block.startswith("leg"):
-        units = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
-        joint = units["sensor_offset"]
-        return {
-            **units,
-            "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
-            "sensor_cosine": joint,
-            "sensor_sine": joint,
-        }[own]
-    if block == "plane":
-        return "m" if own == "c0" else ""
-    return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+    """Of each scalar."""
+    of_legs = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
+    joint = of_legs["sensor_offset"]
+    of_legs |= {
+        "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
+        "sensor_cosine": joint,
+        "sensor_sine": joint,
+    }
+
+    def unit(name: str) -> str:
+        block, _, own = name.partition(".")
+        if block.startswith("leg"):
+            return of_legs[own]
+        if block == "plane":
+            return "m" if own == "c0" else ""
+        return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+
+    return tuple(map(unit, scalars))
 
 
 def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
-    names, reasons = list(mechanism.parameter_names), []
+    columns = {name: i for i, name in enumerate(mechanism.parameter_names)}
+    roles, estimated = mechanism.parameter_roles, mechanism.is_estimated
+    reasons = []
     for name in scalars:
         block, _, own = name.partition(".")
         reason = ""
-        if block.startswith("leg") and own in names:
-            leg, parameter = int(block[3:]) - 1, names.index(own)
-            if mechanism.parameter_roles[parameter].is_constant:
+        if block.startswith("leg") and own in columns:
+            if roles[columns[own]].is_constant:
                 reason = CONSTANT
-            elif not mechanism.is_estimated[leg, parameter]:
+            elif not estimated[int(block[3:]) - 1, columns[own]]:
                 reason = REDUNDANT
         reasons.append(reason)
     return tuple(reasons)
@@ -345,20 +353,21 @@ def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...
 
 def _tolerances(mechanism: Mechanism, scalars: Sequence[str], largest_reading: float) -> Array:
     """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
-    by_leg = parameter_tolerances(mechanism)
-    joint = mechanism.tolerances.length
-    if _unit(mechanism, "leg1.sensor_offset") == "rad":
-        joint = mechanism.tolerances.angle
+    names = mechanism.parameter_names
+    angular = mechanism.parameter_units[names.index("sensor_offset")] == "rad"
+    joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
     curved = dict.fromkeys(_TERMS, joint) | {
         "sensor_quadratic": joint / max(largest_reading, 1e-9) ** 2
     }
+    by_leg = [
+        dict(zip(names, row, strict=True)) | curved
+        for row in parameter_tolerances(mechanism).tolist()
+    ]
     values = np.zeros(len(scalars))
     for i, name in enumerate(scalars):
         block, _, own = name.partition(".")
         if block.startswith("leg"):
-            row = by_leg[int(block[3:]) - 1]
-            own_values = dict(zip(mechanism.parameter_names, row.tolist(), strict=True))
-            values[i] = (own_values | curved)[own]
+            values[i] = by_leg[int(block[3:]) - 1][own]
         elif block.startswith("point"):
             values[i] = mechanism.tolerances.length
     return values

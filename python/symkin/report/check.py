@@ -7,7 +7,7 @@ import dataclasses
 
 from symkin.checks import CheckResult
 from symkin.mechanism import Mechanism
-from symkin.report.content import Group, Headline, Page, Section, Table
+from symkin.report.content import Headline, Page, Section
 from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
 from symkin.report.symmetry import (

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WorkspaceSample",
+    "best_homes",
     "closure_deviation",
     "coordinate_names",
     "inside_box",
@@ -254,7 +255,7 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
         raise _refusal(
             mechanism,
             f"{home} is {what} {named_legs([leg])}, and reach_margin is "
-            f"{reach_margin:g} m; {_another(mechanism, reach_margin)}, or lower reach_margin",
+            f"{reach_margin:g} m; {_another(mechanism)}, or lower reach_margin",
         )
     condition = float(mechanism.singularity_measures(mechanism.home)[2][0])
     if not condition <= settings.conditioning_limit:
@@ -265,13 +266,20 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
         limit = f"conditioning_limit is {settings.conditioning_limit:g}"
         raise _refusal(
             mechanism,
-            f"{home} {what}, and {limit}; {_another(mechanism, reach_margin)}"
+            f"{home} {what}, and {limit}; {_another(mechanism)}"
             + ("" if singular else ", or raise conditioning_limit"),
         )
 
 
-def _another(mechanism: Mechanism, reach_margin: float) -> str:
-    """What to try: a well-conditioned pose of the box, if it has one."""
+def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
+    """Well-conditioned poses of the box, the best on each side of the parallel singularities.
+
+    Returns
+    -------
+    list of (list of float, float)
+        Coordinates, as `WorkspaceSettings.home` has them, and the condition number; best first.
+        Empty if none of many poses would do.
+    """
     settings = mechanism.workspace
     assert settings is not None
     random = np.random.default_rng(0)
@@ -280,17 +288,30 @@ def _another(mechanism: Mechanism, reach_margin: float) -> str:
     readings = mechanism.inverse_kinematics(poses)
     limits = mechanism.joint_limits
     usable = ((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1)
-    usable &= (_core.reach_margin(mechanism.core, poses) >= reach_margin).all(axis=1)
-    conditions = np.where(usable, mechanism.singularity_measures(poses)[2], np.nan)
-    if not usable.any() or not np.nanmin(conditions) <= settings.conditioning_limit:
+    margins = _core.reach_margin(mechanism.core, poses)
+    usable &= (margins >= least_reach_margin(mechanism)).all(axis=1)
+    _, sides, conditions = mechanism.singularity_measures(poses)
+    usable &= conditions <= settings.conditioning_limit
+    found = []
+    for side in (sides > 0, sides < 0):
+        if (usable & side).any():
+            best = int(np.argmin(np.where(usable & side, conditions, np.inf)))
+            found.append((values[best].tolist(), float(conditions[best])))
+    return sorted(found, key=lambda each: each[1])
+
+
+def _another(mechanism: Mechanism) -> str:
+    """What to try: a well-conditioned pose of the box, if it has one."""
+    homes = best_homes(mechanism)
+    if not homes:
         return (
             f"none of {_TRIED} poses of the workspace box would do either: change the box, or the "
             "geometry"
         )
-    best = int(np.nanargmin(conditions))
+    values, condition = homes[0]
     return (
-        f"try another home, such as {_listed(values[best].tolist())} (m, rad), whose condition "
-        f"number is {conditions[best]:.3g}"
+        f"try another home, such as {_listed(values)} (m, rad), whose condition number is "
+        f"{condition:.3g}"
     )
 
 

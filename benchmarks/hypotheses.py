@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: MIT
+"""How often the right correction of a mistake is proposed, where `joint` is needed.
+
+    python benchmarks/hypotheses.py [ROBOTS] [PROCESSES] [CASE ...]
+
+Simulates robots with errors and noise as declared, makes one mistake with each robot's data, and
+identifies. A row prints in how many of the robots the right correction was proposed (alone, or with
+others that the data cannot tell from it), only wrong ones, or none. A case is a word of its row.
+"""
+
+import collections
+import math
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import cache, partial
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import symkin
+from symkin.chains import turn_of
+from symkin.identification import JointIdentification
+from symkin.identification.hypotheses import in_modes
+from symkin.observed import Observed
+from symkin.settings import Frames, NoiseSettings
+
+SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
+ANCHOR = ((2.0, 1.0),)
+MOVED = {"planar": (0.3, -0.2, 0.5), "point": (0.3, -0.2, 0.5)}
+MOVED_IN_SPACE = (0.3, -0.2, 0.1, 0.1, 0.0, 0.5)
+FAR = {"base": (1.0, -0.5, 3.0), "target": (0.05, 0.0, 0.17)}
+FAR_IN_SPACE = {
+    "base": (1.0, -0.5, 0.3, 0.0, 0.0, 2.9),
+    "target": (0.05, 0.0, 0.0, 0.1, 0.0, 0.17),
+}
+
+
+class Case(NamedTuple):
+    """What is observed of a robot, and what is told of its surroundings."""
+
+    robot: str
+    what: str
+    observed: Observed
+    options: Mapping[str, Any] = MappingProxyType({})
+    known: Frames = Frames()
+    poses: int = 60
+
+
+FRAMES = {"frames": ["base", "target"]}
+CASES = [
+    Case("3RRR", "positions", Observed("position")),
+    Case("3RRR", "tracker", Observed("pose", **FAR), FRAMES),
+    Case("5bar", "distances", Observed("distance", anchors=ANCHOR), known=Frames(anchors=ANCHOR)),
+    Case("5bar", "tracker", Observed("position", base=FAR["base"]), {"frames": ["base"]}),
+    Case("hexapod_jugglebot", "positions", Observed("position")),
+    Case("hexapod_jugglebot", "tracker", Observed("pose", **FAR_IN_SPACE), FRAMES),
+]
+
+
+class Mistake(NamedTuple):
+    """A change of what was measured of a robot, and the words of its correction."""
+
+    name: str
+    make: Callable[[symkin.Mechanism, symkin.Measurements, int], symkin.Measurements]
+    words: Callable[[int], str]
+    needs: str = ""  # "turn" of a joint, "rad", "m", a "mode", or "frames" that nobody knows of
+
+
+def of_leg(change: Callable[[Any], Any]) -> Callable[..., symkin.Measurements]:
+    """A change of one leg's readings."""
+
+    def made(_: object, measured: symkin.Measurements, leg: int) -> symkin.Measurements:
+        readings = np.array(measured.readings)
+        readings[:, leg] = change(readings[:, leg])
+        return replace(measured, readings=readings)
+
+    return made
+
+
+def of_all(change: Callable[[Any], Any]) -> Callable[..., symkin.Measurements]:
+    """A change of all readings."""
+    return lambda _, measured, __: replace(measured, readings=change(measured.readings))
+
+
+def swapped(_: object, measured: symkin.Measurements, leg: int) -> symkin.Measurements:
+    readings = np.array(measured.readings)
+    other = (leg + 1) % readings.shape[1]
+    readings[:, [leg, other]] = readings[:, [other, leg]]
+    return replace(measured, readings=readings)
+
+
+def in_millimetres(_: object, measured: symkin.Measurements, __: int) -> symkin.Measurements:
+    poses = np.array(measured.poses)
+    poses[:, : measured.space.size] *= 1e3
+    distances = None if measured.distances is None else 1e3 * measured.distances
+    return replace(measured, poses=poses, distances=distances)
+
+
+def some_turned(values: Any) -> Any:
+    return values + 2 * math.pi * (np.arange(len(values)) % 7 == 0)
+
+
+def same(_: object, measured: symkin.Measurements, __: int) -> symkin.Measurements:
+    return measured
+
+
+LEGS = "the readings of leg {} "
+MISTAKES = [
+    Mistake("none", same, lambda _: ""),
+    Mistake("a sign", of_leg(np.negative), lambda leg: f"of leg {leg + 1} have the opposite sign"),
+    Mistake("all signs", of_all(np.negative), lambda _: "have the opposite sign"),
+    Mistake("two legs", swapped, lambda _: "are in the columns of legs"),
+    Mistake("a mode", same, lambda leg: f"leg {leg + 1} stands in working mode", "mode"),
+    Mistake("all modes", same, lambda _: "set working_mode", "modes"),
+    Mistake("a unit", of_leg(np.degrees), lambda leg: f"of leg {leg + 1} look like degrees", "rad"),
+    Mistake("all units", of_all(np.degrees), lambda _: "look like degrees", "rad"),
+    Mistake(
+        "a unit", of_leg(lambda r: 1e3 * r), lambda leg: f"of leg {leg + 1} look like metres", "m"
+    ),
+    Mistake("lengths", in_millimetres, lambda _: "lengths that were observed are millimetres"),
+    Mistake(
+        "half a turn",
+        of_leg(lambda r: r + math.pi),
+        lambda leg: f"of leg {leg + 1} was set to zero half a turn",
+        "turn",
+    ),
+    Mistake(
+        "a turn",
+        of_leg(lambda r: r + 2 * math.pi),
+        lambda leg: f"leg {leg + 1}: all readings are a whole turn away",
+        "turn",
+    ),
+    Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "turn"),
+    Mistake("a frame", same, lambda _: "the frame of the measurements is not", "frames"),
+]
+
+
+@cache
+def robot_of(case: int, flipped: tuple[int, ...]) -> tuple[symkin.Mechanism, symkin.Plan] | None:
+    """The robot with some legs in other modes, and a plan; None if it has no workspace then."""
+    robot = mechanism_of(CASES[case])
+    if flipped:
+        modes = [-m if leg in flipped else m for leg, m in enumerate(robot.working_modes)]
+        robot = in_modes(robot, modes)[0]
+    per_leg = max(len(robot.parameter_names), CASES[case].poses // len(robot.legs))
+    sample = symkin.sample_workspace(robot, 3000, seed=1)
+    try:
+        return robot, symkin.make_plan(robot, sample, per_leg)
+    except symkin.SymkinError:
+        return None
+
+
+def outcome(number: int, mistaken: int, seed: int) -> str:
+    """What is proposed for one robot: right, shared, wrong, none, or a doubt without cause."""
+    case, mistake = CASES[number], MISTAKES[mistaken]
+    mechanism = mechanism_of(case)
+    leg = seed % len(mechanism.legs)
+    every = tuple(range(len(mechanism.legs)))
+    flipped = {"mode": (leg,), "modes": every}.get(mistake.needs, ())
+    planned = robot_of(number, flipped)
+    if planned is None:
+        return "not simulated"
+    robot, plan = planned
+    observed = case.observed
+    if mistake.needs == "frames":
+        moved = MOVED.get(mechanism.pose_space, MOVED_IN_SPACE)
+        observed = replace(observed, base=moved)
+    try:
+        taken = symkin.simulate(robot, plan, 1000 + seed, observe=observed).measurements
+    except symkin.SymkinError:
+        return "not simulated"
+    measured = mistake.make(mechanism, taken.for_all_legs(), leg)
+    try:
+        found = symkin.identify(
+            mechanism.replace(frames=case.known), measured, max_iterations=40, **case.options
+        )
+    except symkin.SymkinError as error:
+        said = [str(error).partition("Likely cause: ")[2]]
+    else:
+        assert isinstance(found, JointIdentification)
+        said = [each for each in found.doubts[:1] if each.startswith(("likely cause", "leg"))]
+        if mistake.name == "none":
+            return "right" if not found.doubts else "wrong" if said else "doubt"
+    if not any(said):
+        return "none"
+    right = mistake.words(leg) in said[0]
+    return ("shared" if " or as well: " in said[0] else "right") if right else "wrong"
+
+
+def mechanism_of(case: Case) -> symkin.Mechanism:
+    mechanism = symkin.load_mechanism(case.robot)
+    return mechanism.replace(noise=SPATIAL) if case.robot.startswith("hexa") else mechanism
+
+
+def main() -> None:
+    """Print a row for each case and mistake."""
+    robots = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    processes = int(sys.argv[2]) if len(sys.argv) > 2 else 2
+    columns = ("right", "shared", "wrong", "none", "doubt", "not simulated")
+    print(f"{robots} robots a row\n{'':42}" + "".join(f"{name:>14}" for name in columns))
+    with ProcessPoolExecutor(processes) as pool:
+        for case in CASES:
+            mechanism = mechanism_of(case)
+            turning, modes = turn_of(mechanism, 0) is not None, "[R]" in mechanism.chain
+            unit = mechanism.reading_unit
+            possible = {"": True, "turn": turning, "rad": unit == "rad", "m": unit == "m"}
+            possible |= {"mode": modes, "modes": modes}
+            possible["frames"] = case.what == "positions"
+            for mistake in MISTAKES:
+                row = f"{case.robot} {case.what}: {mistake.name}"
+                asked = sys.argv[3:]
+                if not possible[mistake.needs] or (asked and not any(a in row for a in asked)):
+                    continue
+                task = partial(outcome, CASES.index(case), MISTAKES.index(mistake))
+                counts = collections.Counter(pool.map(task, range(robots)))
+                print(f"{row:42}" + "".join(f"{counts[name]:14}" for name in columns), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,436 @@
+# SPDX-License-Identifier: MIT
+"""What may have been mistaken where anything is observed: each correction is tried by a refit.
+
+Signs, order, zeros, gains and units of the readings, working modes, units and conventions of what
+was observed, frames that nobody mentioned. All are judged alike: by chi-square with the drawing's
+tolerances as priors, so that an estimate far from the drawing counts as much as residuals do.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import operator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.chains import turn_of
+from symkin.errors import SymkinError, named_legs
+from symkin.identification.mistakes import FACTORS, conventions, turns_in_words, with_modes
+from symkin.identification.problem import JointOptions, Problem
+from symkin.measurements import Measurements
+from symkin.mechanism import Mechanism
+from symkin.result import Value, record
+from symkin.settings import NoiseSettings
+from symkin.workspace.sample import best_homes
+
+__all__ = [
+    "Hypothesis",
+    "explained_jointly",
+    "hypotheses_of",
+    "in_modes",
+    "motion_in_words",
+    "with_frames",
+]
+
+Array = NDArray[np.float64]
+
+# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
+_MUCH_BETTER = 9.0
+_AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
+_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
+_FIRST = (12, 6)  # poses and steps of a first look, which what is mistaken does not survive
+_SECOND = (40, 40)
+_FOLLOWED = 8  # corrections that get a second look
+_ASIDE = 0.1  # share of the poses that may remain without explanation
+_NAMED = 3
+_FEW_LEGS = 4  # of which any combination is tried
+_WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
+
+
+@record
+class Hypothesis(Value):
+    """A mistake that may have been made, and what a refit says once it is corrected.
+
+    Attributes
+    ----------
+    what : str
+        The mistake in words; empty for everything being as it is stated.
+    chi_square : float
+        Of observations and tolerances together; infinite where no estimate was found.
+    degrees_of_freedom : int
+        Its degrees of freedom; 0 where no estimate was found.
+    proposed : bool
+        Whether it, or one that cannot be told from it, explains the data and what is stated does
+        not.
+    """
+
+    what: str
+    chi_square: float
+    degrees_of_freedom: int
+    proposed: bool
+
+    @property
+    def per_degree(self) -> float:
+        """Chi-square per degree of freedom."""
+        return self.chi_square / max(self.degrees_of_freedom, 1)
+
+
+class _Correction(NamedTuple):
+    """What to fit instead; `words` may depend on the fit. `wide` counts unknowns besides."""
+
+    words: str | Callable[[_core.JointFit], str]
+    mechanism: Mechanism
+    measurements: Measurements
+    options: JointOptions
+    wide: int = 0
+
+    def fit(self, steps: int, *, whole: bool = True) -> _core.JointFit | None:
+        """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
+        options = dataclasses.replace(
+            self.options, gauge="prior", loss="none", loss_per="pose", max_iterations=steps
+        )
+        if not isinstance(options.noise, NoiseSettings):
+            options = dataclasses.replace(options, noise=None)
+        try:
+            problem = Problem.of(self.mechanism, self.measurements, options)
+            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit()
+        except SymkinError:
+            return None
+        explained = len(fit.aside) <= _ASIDE * len(self.measurements.poses)
+        good = explained and fit.goodness.degrees_of_freedom > 0 and (fit.converged or not whole)
+        return fit if good else None
+
+    def some(self, most: int) -> _Correction:
+        """With few of the poses, evenly spread."""
+        count = len(self.measurements.poses)
+        rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+        return self._replace(measurements=self.measurements.subset(rows))
+
+
+@contextmanager
+def explained_jointly(
+    mechanism: Mechanism, measurements: Measurements, options: JointOptions
+) -> Iterator[None]:
+    """Say of observations that allow no estimate what may be wrong with them."""
+    try:
+        yield
+    except SymkinError as error:
+        tried = hypotheses_of(mechanism, measurements, options)
+        causes = [each.what for each in tried if each.proposed]
+        if not causes:
+            raise
+        # Its fields name directions, so the error stays the same object.
+        error.args = (f"{error}. Likely cause: {', or as well: '.join(causes)}",)
+        raise
+
+
+def hypotheses_of(
+    nominal: Mechanism, measurements: Measurements, options: JointOptions
+) -> tuple[Hypothesis, ...]:
+    """Try corrections of what people mistake most often, the best first.
+
+    Each is tried on a few of the poses, what comes out best on more, and the best on all. What
+    explains the data as well as another but has unknowns besides is left to the other.
+
+    Returns
+    -------
+    tuple of Hypothesis
+        Among them that of no mistake.
+    """
+    stated = _Correction("", nominal, measurements, options)
+    poses, steps = _FIRST
+    looks = ((each, each.some(poses).fit(steps, whole=False)) for each in _corrections(stated))
+    first = sorted(looks, key=lambda look: _per_degree(look[1]))[:_FOLLOWED]
+    poses, steps = _SECOND
+    tried = [(each, each.some(poses).fit(steps)) for each, _ in first]
+    rivals = _rivals(tried)
+    settled = [(each, each.fit(_SECOND[1])) for each in (stated, *rivals)]
+    before = _per_degree(settled[0][1])
+    best = {id(each) for each in _rivals(settled[1:])}
+    told = []
+    for each, fit in (settled[0], *(pair for pair in settled[1:] if pair[1])):
+        after = _per_degree(fit)
+        explains = after * _MUCH_BETTER < before and after < max(_MUCH_BETTER, before / _HUGE)
+        told.append(_told(each, fit, proposed=id(each) in best and explains))
+    kept = {id(each) for each in rivals}
+    told += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
+    return tuple(sorted(told, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
+    """The best correction, and those that the data do not tell from it; none if these are many."""
+    found = [(each, fit.goodness.chi_square, _per_degree(fit)) for each, fit in tried if fit]
+    if not found:
+        return []
+    _, least, share = min(found, key=lambda each: each[1])
+    # Where the model lacks something, all are worse by as much.
+    found.sort(key=lambda each: each[1])
+    near = [each for each, value, _ in found if value <= least + _AS_GOOD * max(share, 1.0)]
+    fewest = min(each.wide for each in near)
+    # The same correction may have been tried from several starts.
+    rivals = {each.words: each for each in reversed(near) if each.wide == fewest}
+    return list(rivals.values()) if len(rivals) <= _NAMED else []
+
+
+def _per_degree(fit: _core.JointFit | None) -> float:
+    return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
+
+
+def _told(
+    correction: _Correction, fit: _core.JointFit | None, *, proposed: bool = False
+) -> Hypothesis:
+    words = correction.words
+    if not isinstance(words, str):
+        words = "" if fit is None else words(fit)
+    return Hypothesis(
+        what=words,
+        chi_square=math.inf if fit is None else fit.goodness.chi_square,
+        degrees_of_freedom=0 if fit is None else fit.goodness.degrees_of_freedom,
+        proposed=proposed,
+    )
+
+
+def _corrections(stated: _Correction) -> Iterator[_Correction]:
+    yield from _orders(stated)
+    yield from _modes(stated)
+    yield from _readings(stated)
+    yield from _sensors(stated)
+    yield from _observed(stated)
+    yield from _frames(stated)
+    options = stated.options
+    if options.free is not None or options.fixed or options.shared:
+        yield stated._replace(
+            words="parameters that are held or shared are not as they are said to be: free them",
+            options=dataclasses.replace(options, free=None, fixed=(), shared=()),
+        )
+
+
+def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
+    """Legs that a mistake may be of: any of few legs, one or all of many or if it comes `alone`."""
+    if alone or count > _FEW_LEGS:
+        return [(leg,) for leg in range(count)] + [tuple(range(count))] * (count > 1)
+    every = range(1, count + 1)
+    return [legs for size in every for legs in itertools.combinations(range(count), size)]
+
+
+def _with_readings(
+    stated: _Correction, words: str, change: Callable[[Array], Array]
+) -> _Correction:
+    """With other readings; their standard deviations change as differences of readings do."""
+    measured = stated.measurements
+    changes: dict[str, Array] = {"readings": change(np.array(measured.readings))}
+    if measured.reading_deviations is not None:
+        nothing = np.zeros_like(measured.reading_deviations)
+        moved = change(np.array(measured.reading_deviations)) - change(nothing)
+        changes["reading_deviations"] = np.abs(moved)
+    made = dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    return stated._replace(words=words, measurements=made)
+
+
+def _orders(stated: _Correction) -> Iterator[_Correction]:
+    """The columns of the readings in another order: any of few, of many two exchanged."""
+    count = stated.measurements.readings.shape[1]
+    own = tuple(range(count))
+    orders = set(itertools.permutations(own)) if count <= _FEW_LEGS else {own[::-1]}
+    for i, j in itertools.combinations(own, 2):
+        orders.add(tuple(j if leg == i else i if leg == j else leg for leg in own))
+    orders |= {own[shift:] + own[:shift] for shift in own}
+    for order in sorted(orders - {own}):
+        moved = [leg for leg in own if order[leg] != leg]
+        columns = ", ".join(str(order[leg] + 1) for leg in moved)
+        words = f"the readings of {named_legs(moved)} are in the columns of legs {columns}"
+        yield _with_readings(stated, words, operator.itemgetter((slice(None), order)))
+
+
+def _modes(stated: _Correction) -> Iterator[_Correction]:
+    nominal = stated.mechanism
+    modes = nominal.working_modes
+    home = nominal.inverse_kinematics(nominal.home[None])
+    for legs in _sets(len(modes)):
+        flipped = [-mode if leg in legs else mode for leg, mode in enumerate(modes)]
+        parts = []
+        for mode in (-1, 1):
+            own = [leg for leg in legs if flipped[leg] == mode]
+            if own:
+                verb = "stands" if len(own) == 1 else "stand"
+                parts.append(
+                    f"{named_legs(own)} {verb} in working mode {mode:+d}: set working_mode = {mode}"
+                )
+        for robot in in_modes(nominal, flipped):
+            # A chain with one root does not care.
+            if not np.array_equal(robot.inverse_kinematics(nominal.home[None]), home):
+                yield stated._replace(words="; ".join(parts), mechanism=robot)
+
+
+def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
+    """The mechanism in other working modes, with a home on either side of the singularities.
+
+    Its own home, as long as the new modes leave it a good one.
+    """
+    robot = with_modes(mechanism, list(modes))
+    settings = robot.workspace
+    if settings is None:
+        return [robot]
+    condition = robot.singularity_measures(robot.home[None])[2][0]
+    if condition <= settings.conditioning_limit:
+        return [robot]
+    return [
+        robot.replace(workspace=dataclasses.replace(settings, home=tuple(home)))
+        for home, _ in best_homes(robot)
+    ]
+
+
+def _readings(stated: _Correction) -> Iterator[_Correction]:
+    """Signs, units and half turns."""
+    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
+
+    def changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
+        def of_all(values: Array) -> Array:
+            values[:, legs] = change(values[:, legs])
+            return values
+
+        return of_all
+
+    for legs in _sets(count):
+        words = f"the readings of {named_legs(legs)} have the opposite sign"
+        yield _with_readings(stated, words, changed(legs, np.negative))
+    for legs in _sets(count, alone=True):
+        for factor, unit in FACTORS.items():
+            if ("metres" in unit) == (nominal.reading_unit == "m"):
+                words = f"the readings of {named_legs(legs)} look like {unit}"
+                yield _with_readings(stated, words, changed(legs, partial(_over, factor)))
+        turn = turn_of(nominal, legs[0])
+        if turn is not None:
+            words = (
+                f"the sensor{'s' * (len(legs) > 1)} of {named_legs(legs)} "
+                f"{'was' if len(legs) == 1 else 'were'} set to zero {turns_in_words(0.5)} off the "
+                "drawing's zero"
+            )
+            half = np.array([turn_of(nominal, leg) or 0.0 for leg in legs]) / 2
+            yield _with_readings(stated, words, changed(legs, partial(np.add, -half)))
+
+
+def _over(factor: float, values: Array) -> Array:
+    return values / factor
+
+
+def _sensors(stated: _Correction) -> Iterator[_Correction]:
+    """Gains and zeros that the tolerances do not explain, of one leg or of all."""
+    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
+    gains = nominal.sensor_gains
+    named = list(nominal.parameter_names)
+    angular = dict(zip(named, nominal.parameter_units, strict=True))["sensor_offset"] == "rad"
+    widths = {
+        "sensor_gain": _WIDE_GAIN * float(np.abs(gains).max()),
+        "sensor_offset": math.pi if angular else nominal.characteristic_length,
+    }
+
+    def words(legs: Sequence[int], name: str) -> Callable[[_core.JointFit], str]:
+        def of(fit: _core.JointFit) -> str:
+            found = fit.setup.parameters[list(legs), named.index(name)]
+            drawn = nominal.parameters[list(legs), named.index(name)]
+            if name == "sensor_gain":
+                rates = ", ".join(f"{abs(rate):.3g}" for rate in drawn / found)
+                return (
+                    f"the readings of {named_legs(legs)} grow {rates} times as fast as the "
+                    "drawing's: sensor_gain or the unit is wrong"
+                )
+            shifts = ", ".join(f"{shift:+.3g}" for shift in (drawn - found) / gains[list(legs)])
+            return (
+                f"the sensor{'s' * (len(legs) > 1)} of {named_legs(legs)} "
+                f"{'was' if len(legs) == 1 else 'were'} set to zero {shifts} "
+                f"{nominal.reading_unit} off the drawing's zero: identify with a wide prior of "
+                "sensor_offset"
+            )
+
+        return of
+
+    given = {} if stated.options.prior in (None, "tolerances") else stated.options.prior
+    if isinstance(given, str):
+        return
+    for legs in _sets(count, alone=True):
+        for name, width in widths.items():
+            if name in named:
+                priors = {**given, **{f"leg{leg + 1}.{name}": width for leg in legs}}
+                options = dataclasses.replace(stated.options, prior=priors)
+                yield stated._replace(words=words(legs, name), options=options, wide=len(legs))
+
+
+def _observed(stated: _Correction) -> Iterator[_Correction]:
+    """What was observed in another unit or convention."""
+    measured = stated.measurements
+    for factor, unit in ((1e-3, "millimetres"), (1e3, "a thousandth of what they should be")):
+        lengths = _scaled(measured, factor)
+        if lengths is not None:
+            words = f"lengths that were observed are {unit}" + ", not metres" * (factor < 1)
+            yield stated._replace(words=words, measurements=lengths)
+    for words, poses in conventions(stated.mechanism, measured.poses):
+        same = np.array_equal(poses, measured.poses, equal_nan=True)
+        if not same and not words.startswith("positions"):
+            made = dataclasses.replace(measured, poses=poses)
+            yield stated._replace(words=f"in the measured poses {words}", measurements=made)
+
+
+def _scaled(measured: Measurements, factor: float) -> Measurements | None:
+    """With other lengths, reported poses but for what a controller reports; None without any."""
+    size = measured.space.size
+    changes: dict[str, Array] = {}
+    for name in ("poses", "pose_deviations"):
+        if getattr(measured, name) is not None:
+            changes[name] = np.array(getattr(measured, name))
+            changes[name][:, :size] *= factor
+    for kind in ("point", "distance", "height"):
+        for name in (f"{kind}s", f"{kind}_deviations"):
+            if getattr(measured, name) is not None:
+                changes[name] = factor * getattr(measured, name)
+    lengths = (changes["poses"][:, :size], *(v for k, v in changes.items() if k != "poses"))
+    if not any(np.isfinite(each).any() for each in lengths):
+        return None
+    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+
+
+def _frames(stated: _Correction) -> Iterator[_Correction]:
+    options = with_frames(stated.mechanism, stated.measurements, stated.options)
+    if options is None:
+        return
+
+    def words(fit: _core.JointFit) -> str:
+        asked = [f"--frames {frame}" for frame in options.frames]
+        asked += [f"--fixed {name}" for name in options.fixed if name not in stated.options.fixed]
+        return (
+            "the frame of the measurements is not the drawing's: shifted by about "
+            f"{motion_in_words(fit.setup.base)}; identify with {' '.join(asked)}"
+        )
+
+    yield stated._replace(words=words, options=options)
+
+
+def with_frames(
+    mechanism: Mechanism, measurements: Measurements, options: JointOptions
+) -> JointOptions | None:
+    """The same with unknown frames of device and target; None where these cannot be found."""
+    space = mechanism.space
+    if options.frames or not np.isfinite(measurements.poses[:, : space.size]).any():
+        return None
+    # A target on a platform that never turns does what the base's frame does.
+    if not space.turns:
+        return dataclasses.replace(options, frames=("base",))
+    fixed = options.fixed
+    if not np.isfinite(measurements.poses[:, space.size :]).any():
+        fixed += ("target.phi",) if len(space.rotation) == 1 else ("target.r?",)
+    return dataclasses.replace(options, frames=("base", "target"), fixed=fixed)
+
+
+def motion_in_words(frame: _core.Frame) -> str:
+    """How far a frame is from where it would be without any: in mm and degrees."""
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
+    cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
+    return f"({shift}) mm and turned by about {np.degrees(np.arccos(cosine)):.3g} degrees"
