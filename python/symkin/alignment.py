@@ -89,7 +89,7 @@ class Alignment(Result):
         The same of every pose: position, then angle or rotation vector.
     length : float
         At which a rotation was made comparable with a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     """
 
@@ -202,7 +202,7 @@ def align_frames(
         the result says.
     length : float
         At which a rotation counts as much as a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses; by default the one with so many coordinates, planar if two have.
 
     Returns
@@ -265,8 +265,8 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     table : Table
         Of `read_table`.
     names : sequence of str
-        Two columns of a point; three of a planar pose; six of a position and a rotation vector, or
-        angles; seven of a position and a quaternion x, y, z, w.
+        Two columns of a point; three of a planar pose; four of a quaternion x, y, z, w alone; six
+        of a position and a rotation vector, or angles; seven of a position and a quaternion.
     angles : str, optional
         Axes of three angles: ``"XYZ"`` each as it has turned, ``"xyz"`` fixed.
 
@@ -283,9 +283,9 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     from symkin.settings import MeasurementColumns
 
     names = [name.strip() for name in names]
-    size = {2: 2, 3: 2, 6: 3, 7: 3}.get(len(names))
+    size = {2: 2, 3: 2, 4: 0, 6: 3, 7: 3}.get(len(names))
     if size is None:
-        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 6 or 7")
+        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 4, 6 or 7")
     if angles is not None and (
         len(names) != 6 or len(angles) != 3 or angles.lower().strip("xyz")
         or not (angles.islower() or angles.isupper())
@@ -352,9 +352,11 @@ def _taken(way: Convention, device: Array, space: str) -> Transform | None:
     if way == "as measured":
         return transforms(space, device)
     if way == "scalar first":
-        if space != "spatial":
+        kind = POSE_SPACES[space]
+        if not kind.has_quaternion:
             return None
-        return transforms(space, np.hstack([device[:, :3], np.roll(device[:, 3:], -1, axis=1)]))
+        turned = np.roll(device[:, kind.size :], -1, axis=1)
+        return transforms(space, np.hstack([device[:, : kind.size], turned]))
     if not POSE_SPACES[space].turns and way != "mirrored":
         return None
     poses = transforms(space, device)

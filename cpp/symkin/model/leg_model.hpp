@@ -94,7 +94,8 @@ class LegModel {
   virtual std::vector<std::unique_ptr<ceres::CostFunction>> reading_costs(
       int working_mode, ConstRows poses, ConstVector readings) const = 0;
 
-  // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3).
+  // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3). Of a
+  // spherical leg, the joints' axes where they leave the unit sphere.
   virtual RowMatrix joint_centres(ConstVector parameters, ConstVector pose,
                                   double reading) const = 0;
 

@@ -253,8 +253,9 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
         _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
         shift, angle = _motion(fit.setup.base)
         return (
-            f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
-            f"({shift}) mm and turned by about {angle:.3g} degrees; identify with "
+            f"the frame of the measurements is not the drawing's ({evidence}): "
+            + (f"shifted by about ({shift}) mm and " if found.nominal.space.moves else "")
+            + f"turned by about {angle:.3g} degrees; identify with "
             + " ".join(f"--frames {frame}" for frame in other.options.frames)
         )
     if other.what == "held":
@@ -285,7 +286,7 @@ def _help(found: JointIdentification, other: Alternative) -> str:
         return ""
     return (
         f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
-        f"{1e3 * rms[1]:.3g} mm"
+        f"{1e3 * rms[1]:.3g} m{found.nominal.space.closure_unit}"
     )
 
 

@@ -25,6 +25,7 @@
 #include "symkin/chains/rrp.hpp"
 #include "symkin/chains/rrr.hpp"
 #include "symkin/chains/rus.hpp"
+#include "symkin/chains/spherical.hpp"
 #include "symkin/chains/ups.hpp"
 
 namespace symkin::testing {
@@ -55,6 +56,7 @@ void add(Models& models, ChainList<Legs...> /*chains*/) {
   const auto platform = [](PoseSpace space) {
     return space == PoseSpace::point         ? Platform::point
            : space == PoseSpace::translating ? Platform::translating
+           : space == PoseSpace::spherical   ? Platform::spherical
                                              : Platform::rigid;
   };
   (models.emplace(
@@ -81,6 +83,7 @@ const Models& plain_models() {
     add_family<UpsChains>(all);
     add_family<PusChains>(all);
     add_family<RusChains>(all);
+    add_family<SphericalChains>(all);
     return all;
   }();
   return models;

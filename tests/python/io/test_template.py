@@ -14,6 +14,7 @@ CASES = [
         ("rigid", (3, 4, 5, 6)),
         ("point", (2, 3, 4, 5, 6)),
         ("translating", (3, 4)),
+        ("spherical", (3, 4)),
     )
     for chain in symkin.chains(platform)
     for legs in ((6,) if symkin.chain_info(chain, platform).pose_space == "spatial" else counts)
@@ -46,13 +47,16 @@ def test_a_template_is_a_mechanism_with_a_workspace(
         ("[P]RR", 2, "point"),
         ("U[P]S", 6, "rigid"),
         ("U[P]S", 4, "translating"),
+        ("[R]RR", 3, "spherical"),
     ],
 )
 def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, int, str]) -> None:
     path = tmp_path / "robot.toml"
     path.write_text(mechanism_template(*case).replace("= 20000", "= 500"))
     result = symkin.load_mechanism(path).run()
-    assert result.after.position_rms < result.before.position_rms / 3
+    for kind, _ in result.nominal.space.errors:
+        before, after = (getattr(each, f"{kind}_rms") for each in (result.before, result.after))
+        assert after < before / 3
 
 
 @pytest.mark.parametrize(
@@ -63,7 +67,8 @@ def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, 
         (("[R]RR", 1, "point"), "1 legs for a point platform; expected 2 to 64"),
         (("[P]PR", 4, "point"), "two of them would be the same; expected 2 or an odd number"),
         (("U[P]S", 5), "5 legs for a spatial platform; expected 6"),
-        (("[R]RR", 3, "rigd"), 'expected "rigid", "point" or "translating"'),
+        (("[R]RR", 3, "rigd"), 'expected "rigid", "point", "translating" or "spherical"'),
+        (("U[P]S", 3, "spherical"), "turn about one centre"),
     ],
 )
 def test_a_template_that_cannot_be_is_refused(arguments: tuple[object, ...], words: str) -> None:
