@@ -21,6 +21,7 @@ void bind_chains(py::module_& module) {
 
   py::enum_<ParameterKind>(module, "ParameterKind")
       .value("length", ParameterKind::length)
+      .value("arc", ParameterKind::arc)
       .value("eccentricity", ParameterKind::eccentricity)
       .value("radius", ParameterKind::radius)
       .value("azimuth", ParameterKind::azimuth)
@@ -43,7 +44,8 @@ void bind_chains(py::module_& module) {
       .value("travel_on_platform", ActiveJoint::travel_on_platform)
       .value("distance", ActiveJoint::distance)
       .value("travel_from_point", ActiveJoint::travel_from_point)
-      .value("angle_about_axis", ActiveJoint::angle_about_axis);
+      .value("angle_about_axis", ActiveJoint::angle_about_axis)
+      .value("angle_from_meridian", ActiveJoint::angle_from_meridian);
 
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })

@@ -42,9 +42,12 @@ class ActiveJoint:
       travel_from_point
     
       angle_about_axis
+    
+      angle_from_meridian
     """
-    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>, 'travel_from_point': <ActiveJoint.travel_from_point: 6>, 'angle_about_axis': <ActiveJoint.angle_about_axis: 7>}
+    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>, 'travel_from_point': <ActiveJoint.travel_from_point: 6>, 'angle_about_axis': <ActiveJoint.angle_about_axis: 7>, 'angle_from_meridian': <ActiveJoint.angle_from_meridian: 8>}
     angle_about_axis: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_about_axis: 7>
+    angle_from_meridian: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_from_meridian: 8>
     angle_in_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_base: 0>
     angle_in_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_platform: 1>
     distance: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.distance: 5>
@@ -702,6 +705,8 @@ class ParameterKind:
     
       length
     
+      arc
+    
       eccentricity
     
       radius
@@ -728,21 +733,22 @@ class ParameterKind:
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'eccentricity': <ParameterKind.eccentricity: 1>, 'radius': <ParameterKind.radius: 2>, 'azimuth': <ParameterKind.azimuth: 3>, 'polar_angle': <ParameterKind.polar_angle: 4>, 'height': <ParameterKind.height: 5>, 'direction_azimuth': <ParameterKind.direction_azimuth: 6>, 'direction_distance': <ParameterKind.direction_distance: 7>, 'reference_azimuth': <ParameterKind.reference_azimuth: 8>, 'guide_elevation': <ParameterKind.guide_elevation: 9>, 'axis_elevation': <ParameterKind.axis_elevation: 10>, 'swing': <ParameterKind.swing: 11>, 'gain': <ParameterKind.gain: 12>, 'offset': <ParameterKind.offset: 13>}
-    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 10>
-    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 3>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 6>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 7>
-    eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 1>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 12>
-    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 9>
-    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 5>
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'radius': <ParameterKind.radius: 3>, 'azimuth': <ParameterKind.azimuth: 4>, 'polar_angle': <ParameterKind.polar_angle: 5>, 'height': <ParameterKind.height: 6>, 'direction_azimuth': <ParameterKind.direction_azimuth: 7>, 'direction_distance': <ParameterKind.direction_distance: 8>, 'reference_azimuth': <ParameterKind.reference_azimuth: 9>, 'guide_elevation': <ParameterKind.guide_elevation: 10>, 'axis_elevation': <ParameterKind.axis_elevation: 11>, 'swing': <ParameterKind.swing: 12>, 'gain': <ParameterKind.gain: 13>, 'offset': <ParameterKind.offset: 14>}
+    arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
+    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 11>
+    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 4>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 7>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 8>
+    eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 2>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 13>
+    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 10>
+    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 6>
     length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 13>
-    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 4>
-    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 2>
-    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 8>
-    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 11>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 14>
+    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 5>
+    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 3>
+    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 9>
+    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 12>
     @typing.overload
     def __eq__(self, other: ParameterKind) -> bool:
         ...

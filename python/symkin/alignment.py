@@ -59,13 +59,17 @@ class ConventionFit(Value):
     position_rms, orientation_rms : float
         What is left of the distance (m) and of the angle (rad).
     cost : float
-        Root mean square of both (m), a rotation counting as the way at `Alignment.length`.
+        Root mean square of both (m), a rotation counting as the way at `Alignment.length`; of a
+        platform that only turns in rad.
+    closure_unit : {"m", "rad"}
+        Of it.
     """
 
     convention: Convention
     position_rms: float = field(unit="m")
     orientation_rms: float = field(unit="rad")
-    cost: float = field(unit="m")
+    cost: float = field(unit="closure")
+    closure_unit: str = field(private=True, default="m")
 
 
 @record
@@ -89,7 +93,7 @@ class Alignment(Result):
         The same of every pose: position, then angle or rotation vector.
     length : float
         At which a rotation was made comparable with a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     """
 
@@ -118,19 +122,21 @@ class Alignment(Result):
 
     def _doubts(self) -> Iterator[str]:
         best, *others = self.conventions
+        unit = f"m{POSE_SPACES[self.pose_space].closure_unit}"
         near = [each for each in others if each.cost < _PLAINLY * best.cost]
         if near:
             names = ", ".join(f'"{each.convention}"' for each in near)
             yield (
-                f'the poses fit "{best.convention}" ({1e3 * best.cost:.3g} mm), but hardly better '
-                f"than {names} ({1e3 * near[0].cost:.3g} mm): measure poses that tilt and move more"
+                f'the poses fit "{best.convention}" ({1e3 * best.cost:.3g} {unit}), but hardly '
+                f"better than {names} ({1e3 * near[0].cost:.3g} {unit}): measure poses that tilt "
+                "and move more"
             )
         elif others and best.convention != "as measured":
             plain = next(each for each in others if each.convention == "as measured")
             yield (
                 f'the poses were not taken as they are, but as "{best.convention}", which leaves '
-                f"{1e3 * best.cost:.3g} mm instead of {1e3 * plain.cost:.3g} mm: correct the "
-                "table, or say so with --convention"
+                f"{1e3 * best.cost:.3g} {unit} instead of {1e3 * plain.cost:.3g} {unit}: correct "
+                "the table, or say so with --convention"
             )
         deviations = np.concatenate([self.base_deviations, self.target_deviations])
         if np.isinf(deviations).any():
@@ -202,7 +208,7 @@ def align_frames(
         the result says.
     length : float
         At which a rotation counts as much as a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses; by default the one with so many coordinates, planar if two have.
 
     Returns
@@ -265,8 +271,8 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     table : Table
         Of `read_table`.
     names : sequence of str
-        Two columns of a point; three of a planar pose; six of a position and a rotation vector, or
-        angles; seven of a position and a quaternion x, y, z, w.
+        Two columns of a point; three of a planar pose; four of a quaternion x, y, z, w alone; six
+        of a position and a rotation vector, or angles; seven of a position and a quaternion.
     angles : str, optional
         Axes of three angles: ``"XYZ"`` each as it has turned, ``"xyz"`` fixed.
 
@@ -283,9 +289,9 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     from symkin.settings import MeasurementColumns
 
     names = [name.strip() for name in names]
-    size = {2: 2, 3: 2, 6: 3, 7: 3}.get(len(names))
+    size = {2: 2, 3: 2, 4: 0, 6: 3, 7: 3}.get(len(names))
     if size is None:
-        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 6 or 7")
+        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 4, 6 or 7")
     if angles is not None and (
         len(names) != 6 or len(angles) != 3 or angles.lower().strip("xyz")
         or not (angles.islower() or angles.isupper())
@@ -352,11 +358,15 @@ def _taken(way: Convention, device: Array, space: str) -> Transform | None:
     if way == "as measured":
         return transforms(space, device)
     if way == "scalar first":
-        if space != "spatial":
+        kind = POSE_SPACES[space]
+        if not kind.has_quaternion:
             return None
-        return transforms(space, np.hstack([device[:, :3], np.roll(device[:, 3:], -1, axis=1)]))
+        turned = np.roll(device[:, kind.size :], -1, axis=1)
+        return transforms(space, np.hstack([device[:, : kind.size], turned]))
     if not POSE_SPACES[space].turns and way != "mirrored":
         return None
+    if not POSE_SPACES[space].moves and way in ("mirrored", "conjugate"):
+        return None  # frames do the same as a mirror; without a position a conjugate is the inverse
     poses = transforms(space, device)
     turned = np.swapaxes(poses.rotation, 1, 2)
     if way == "inverse":
@@ -380,8 +390,9 @@ def _aligned(
     left = moved(frames[0], poses, frames[1], wanted)
     position = _rms(left[:, :3])
     orientation = _rms(left[:, 3:]) if POSE_SPACES[space].turns else 0.0
-    cost = math.hypot(position, length * orientation)
-    return ConventionFit(way, position, orientation, cost), *frames, wanted
+    kind = POSE_SPACES[space]
+    cost = math.hypot(position, length * orientation) if kind.moves else orientation
+    return ConventionFit(way, position, orientation, cost, kind.closure_unit), *frames, wanted
 
 
 def _deviations(

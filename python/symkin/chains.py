@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 _Value = TypeVar("_Value")
-PLATFORMS = ("rigid", "point", "translating")
+PLATFORMS = ("rigid", "point", "translating", "spherical")
 
 
 class ParameterRole(NamedTuple):
@@ -41,10 +41,11 @@ class ParameterRole(NamedTuple):
     end : {"base", "platform", "none"}
         The end of the leg in whose frame it is given; none for links and sensor.
     kind : str
-        "length" or "eccentricity" of a link; "radius", "azimuth", "polar_angle" or "height" of a
-        point; "direction_azimuth" or "direction_distance" of a guide in the plane;
-        "guide_elevation" or "axis_elevation" and "swing" of a direction in space, and the
-        "reference_azimuth" that it is given from; "gain" or "offset" of the sensor.
+        "length", "arc" or "eccentricity" of a link; "radius", "azimuth", "polar_angle" or "height"
+        of a point; "azimuth" and "polar_angle" of an axis through the centre; "direction_azimuth"
+        or "direction_distance" of a guide in the plane; "guide_elevation" or "axis_elevation" and
+        "swing" of a direction in space, and the "reference_azimuth" that it is given from; "gain"
+        or "offset" of the sensor.
     """
 
     end: str
@@ -102,7 +103,7 @@ class ChainInfo:
     ----------
     name : str
         Joints from base to platform, the actuated one in brackets.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses, see `Mechanism`.
     parameter_names : tuple of str
         Of the leg's geometry, then of its sensor.
@@ -154,9 +155,9 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     ----------
     chain : str
         Such as ``"[R]RR"``.
-    platform : {"rigid", "point", "translating"}
-        A platform that turns, a point that only moves in the plane (five-bar), or one that moves in
-        space and never turns (delta).
+    platform : {"rigid", "point", "translating", "spherical"}
+        A platform that turns, a point that only moves in the plane (five-bar), one that moves in
+        space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
 
     Returns
     -------

@@ -405,6 +405,8 @@ def _undefined(mechanism: Mechanism, leg: int) -> Iterator[str]:
     joints = mechanism.chain.replace("[", "").replace("]", "")
     for (end, remedy), joint in zip(_SHIFT.items(), (joints[0], joints[-1]), strict=True):
         radius = values.get(f"{end}_radius")
+        if radius is None and not mechanism.space.moves:
+            yield from _undefined_axis(mechanism, leg, end)
         if radius is None or joint == "P":  # the normal of a guide has its angle anywhere
             continue
         polar = values.get(f"{end}_polar_angle")
@@ -420,3 +422,18 @@ def _undefined(mechanism: Mechanism, leg: int) -> Iterator[str]:
             continue
         verb = "are" if len(names) > 1 else "is"
         yield f"leg {leg + 1}: {where}, where {' and '.join(names)} {verb} undefined; {remedy}"
+
+
+def _undefined_axis(mechanism: Mechanism, leg: int, end: str) -> Iterator[str]:
+    """Of an axis along Z its meridian, from which the angle of a link on the base counts."""
+    polar = mechanism.legs[leg].parameters[f"{end}_polar_angle"]
+    if abs(math.sin(polar)) > mechanism.tolerances.angle:
+        return
+    what = "where base_azimuth does what sensor_offset does"
+    if end == "platform":
+        what = "where platform_azimuth is undefined"
+    yield (
+        f"leg {leg + 1}: {end}_polar_angle is {math.degrees(polar):g} deg: its {end} axis is on Z, "
+        f"{what}; turn the {end} frame"
+        + (", in the mechanism and in the measured poses alike" if end == "base" else "")
+    )

@@ -207,7 +207,7 @@ class _Figures:
     tested: int  # poses whose images were looked at
     mismatches: int  # those in the workspace with images outside, or the reverse
     deviation: float  # largest of the readings at images, of what keeps the modes; NaN for none
-    closure: float  # largest of a leg at its inverse kinematics, m
+    closure: float  # largest of a leg at its inverse kinematics, m or rad
     home: float  # largest of home readings from images of each other; NaN if no leg is an image
     gains: float  # largest relative difference
 
@@ -301,8 +301,9 @@ def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
     chain = f"{legs} legs {mechanism.chain}, {_BY_CONSTRUCTION}"
     yield Condition(4, 2, "all legs have the same structure", True, chain)
-    closes, closure = measured.closure <= _ROUNDING, f"largest closure {measured.closure:.1e} m"
-    yield Condition(4, 3, "each leg closes as g - q = 0", closes, closure, f"{_ROUNDING:.0e} m")
+    closes, of = measured.closure <= _ROUNDING, mechanism.space.closure_unit
+    closure, limit = f"largest closure {measured.closure:.1e} {of}", f"{_ROUNDING:.0e} {of}"
+    yield Condition(4, 3, "each leg closes as g - q = 0", closes, closure, limit)
     text = "the structure has a symmetry group"
     yield Condition(4, 4, text, measured.symmetric, *measured.structure)
     yield Condition(
@@ -336,7 +337,8 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     text = f"one closure a leg, {_BY_CONSTRUCTION}"
     yield Condition(5, 3, "geometric model, perfect joints", True, text)
     for number, end in (4, "base"), (5, "platform"):
-        text = f"{end} points in polar coordinates"
+        ends = "points" if mechanism.space.moves else "axes"
+        text = f"{end} {ends} in polar coordinates"
         yield Condition(5, number, text, True, _polar(names, end))
     gain = names[mechanism.parameter_roles.index(("none", "gain"))]
     gains = f"{gain} differs by {measured.gains:.1e} of its size"

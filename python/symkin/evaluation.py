@@ -89,7 +89,7 @@ class Evaluation(Result):
         Where the poses stand in their source, or from 1.
     characteristic_length : float
         Length that makes rotations comparable with translations, m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     name : str
         Of the model.
@@ -98,8 +98,8 @@ class Evaluation(Result):
     partial : int
         Poses left out since they were measured in part.
     closures : ndarray, shape (N, legs), or None
-        How far each leg is from closing at all measurements, m; NaN where it was not read. None for
-        a robot that was not measured.
+        How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
+        not read. None for a robot that was not measured.
     """
 
     position_rms: float = field(unit="m")
@@ -158,7 +158,7 @@ class Evaluation(Result):
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
-        """Root mean square of all closures, and of each leg's, m; NaN for a leg never read."""
+        """Root mean square of all closures, and of each leg's, m or rad; NaN if never read."""
         if self.closures is None:
             return None
         counts = np.isfinite(self.closures).sum(axis=0)
@@ -207,11 +207,13 @@ class Evaluation(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return its figures, without the single poses."""
-        names, closures = self.difference_names, self.closure_rms
+        names, closures, unit = self.difference_names, self.closure_rms, self.space.closure_unit
         return {
             **super().to_dict(),
             "mean_difference": plain(dict(zip(names, self.means, strict=True))),
-            "closures": plain(closures and {"rms_m": closures[0], "legs_rms_m": closures[1]}),
+            "closures": plain(
+                closures and {f"rms_{unit}": closures[0], f"legs_rms_{unit}": closures[1]}
+            ),
             "aligned": plain(self.aligned),
         }
 

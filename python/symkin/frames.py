@@ -50,10 +50,12 @@ _MOVED = 5.0  # expected displacements of a frame, beyond which it is another on
 
 def transforms(pose_space: str, poses: Array) -> Transform:
     """Poses, or coordinates of a workspace's bounds, as motions from platform to base frame."""
-    if poses.shape[1] == 7:
-        return Transform(rotations_from_quaternions(poses[:, 3:]), poses[:, :3])
+    space = POSE_SPACES[pose_space]
     tangents = np.zeros((len(poses), 6))
-    tangents[:, POSE_SPACES[pose_space].components] = poses
+    if space.has_quaternion and poses.shape[1] == space.coordinates:
+        tangents[:, : space.size] = poses[:, : space.size]
+        return Transform(rotations_from_quaternions(poses[:, space.size :]), tangents[:, :3])
+    tangents[:, space.components] = poses
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
 
 
@@ -65,7 +67,10 @@ def poses_of(pose_space: str, motions: Transform) -> Array:
 
 
 def frame(pose_space: str, values: Sequence[float]) -> Transform:
-    """A frame of a file, ``x, y, phi`` or ``x, y, z, rx, ry, rz``; without values, no motion."""
+    """A frame of a file; without values, no motion.
+
+    It has ``x, y, phi``, ``x, y, z, rx, ry, rz`` or, of a spherical platform, ``rx, ry, rz``.
+    """
     if not len(values):
         return _STAYS
     rows = np.zeros((1, 6))
@@ -114,7 +119,7 @@ def align(
         One motion from platform to base frame for each of N poses.
     length : float
         m.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         A planar pose is moved in its plane. A platform that never turns has no tool frame, since
         the base frame does the same.
 
@@ -169,7 +174,7 @@ class _Problem(NamedTuple):
         yield _STAYS, _STAYS
         turns, wanted_turns = self.poses.rotation, self.wanted.rotation
         count = len(turns)
-        if len(self.base_free) == 6:
+        if 3 in self.base_free:
             # From R_Y = R_B R_P R_T: kron(R_P, R_Y) vec(R_T) = vec(R_B') for all poses alike.
             product = np.einsum("nab,ncd->acbd", turns, wanted_turns).reshape(9, 9)
             stacked = np.linalg.svd(product)[0][:, 0].reshape(3, 3).T
@@ -180,7 +185,7 @@ class _Problem(NamedTuple):
         matrix = np.concatenate([points, every, wanted_turns], axis=2).reshape(3 * count, 15)
         solution = np.linalg.lstsq(matrix, self.wanted.translation.ravel(), rcond=1e-9)[0]
         turn = solution[:9].reshape(3, 3)
-        yield self._turned(turn if len(self.base_free) == 6 else _in_plane(turn))
+        yield self._turned(turn if 3 in self.base_free else _in_plane(turn))
 
     def _turned(self, near_base: Array) -> tuple[Transform, Transform]:
         """Frames turned as this matrix nearly says; the first step moves them."""
@@ -256,12 +261,17 @@ def _nearest_rotation(matrix: Array) -> Array:
 
 
 def anchor(mechanism: Mechanism, end: str) -> str:
-    """Whether an end of the legs is a "point", a guide's "line" or its "direction" alone."""
+    """Whether an end of the legs is a "point", a guide's "line" or its "direction" alone.
+
+    Or an "axis" through the centre.
+    """
     kinds = {role.kind for role in mechanism.parameter_roles if role.end == end}
     if "radius" in kinds:
         return "point"
     if "direction_distance" in kinds:
         return "line"
+    if "polar_angle" in kinds:
+        return "axis"
     return "direction" if kinds else "none"
 
 
@@ -306,8 +316,8 @@ def _moved(
     vectors = vectors_from_rotations(found.rotation)
     if pose_space == "planar":
         vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
-    elif near is not None and pose_space == "spatial":
-        vectors = _on_the_branch_of(near[3:], vectors)
+    elif near is not None and POSE_SPACES[pose_space].has_quaternion:
+        vectors = _on_the_branch_of(near[-3:], vectors)
     found_tangents = np.hstack([found.translation, vectors])
     return np.asarray(found_tangents[:, POSE_SPACES[pose_space].components])
 
@@ -323,6 +333,8 @@ def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     before, after = (_anchor_points(each, end) for each in (nominal, made))
     if kind == "point":
         motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
+    elif kind == "axis":
+        motion = Transform(_nearest_rotation(after.T @ before), np.zeros(3))
     else:
         motion = _motion_of_lines(nominal, made, end)
     displaced = before @ motion.rotation.T + motion.translation - before

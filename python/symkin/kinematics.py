@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError
-from symkin.poses import wrong_quaternion
+from symkin.poses import POSE_SPACES, wrong_quaternion
 
 __all__ = ["Kinematics"]
 
@@ -182,7 +182,8 @@ class Kinematics:
     def _poses(self, poses: ArrayLike) -> Array:
         """Poses as rows; a quaternion that stands for no rotation is refused."""
         rows = _rows(poses)
-        wrong = wrong_quaternion(rows) if self.straight.pose_space == "spatial" else None
+        turned = POSE_SPACES[self.straight.pose_space].has_quaternion
+        wrong = wrong_quaternion(rows) if turned else None
         if wrong is not None:
             raise MechanismError(
                 f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"

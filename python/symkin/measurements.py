@@ -54,9 +54,9 @@ class Measurements(Result):
     Attributes
     ----------
     poses : ndarray, shape (N, coordinates)
-        ``x, y, phi`` (planar), ``x, y`` (point), ``x, y, z, qx, qy, qz, qw`` (spatial) or
-        ``x, y, z`` (translating); m, rad. NaN for a coordinate that was not measured, a quaternion
-        only as a whole.
+        ``x, y, phi`` (planar), ``x, y`` (point), ``x, y, z, qx, qy, qz, qw`` (spatial),
+        ``x, y, z`` (translating), ``qx, qy, qz, qw`` (spherical); m, rad. NaN for a coordinate that
+        was not measured, a quaternion only as a whole.
     readings : ndarray, shape (N, legs)
         In the sensor's unit, rad or m; NaN for a reading that was not taken.
     leg_sets : ndarray of int, shape (N,)
@@ -67,7 +67,7 @@ class Measurements(Result):
         or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.

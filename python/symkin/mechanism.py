@@ -53,8 +53,8 @@ class Mechanism(Kinematics):
     """A parallel mechanism: legs of one chain between a base and a platform, and its settings.
 
     Arrays of poses have one pose a row: ``x, y, phi`` (planar), ``x, y`` (point platform), ``x, y,
-    z, qx, qy, qz, qw`` (spatial, unit quaternion from platform to base frame) or ``x, y, z``
-    (translating platform); m and rad.
+    z, qx, qy, qz, qw`` (spatial, unit quaternion from platform to base frame), ``x, y, z``
+    (translating platform) or ``qx, qy, qz, qw`` (spherical platform); m and rad.
     Pose derivatives and errors have the position first, then the angle or the rotation vector in
     the base frame.
 
@@ -64,9 +64,9 @@ class Mechanism(Kinematics):
         For messages and reports.
     legs : sequence of Leg
         All of one chain; at least as many as the platform has degrees of freedom.
-    platform : {"rigid", "point", "translating"}
-        A platform that turns, a point that only moves in the plane (five-bar), or one that moves in
-        space and never turns (delta).
+    platform : {"rigid", "point", "translating", "spherical"}
+        A platform that turns, a point that only moves in the plane (five-bar), one that moves in
+        space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
     reading_unit : {"rad", "m"}, optional
         Unit of the sensors, by default the active joint's. A motor that winds a cable reads "rad"
         while its joint is a length; the gain is then m/rad.
@@ -254,7 +254,7 @@ class Mechanism(Kinematics):
 
     @property
     def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point", "spatial" or "translating"."""
+        """Kind of the poses: "planar", "point", "spatial", "translating" or "spherical"."""
         return self.straight.pose_space
 
     @property

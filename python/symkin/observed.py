@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, one_of
-from symkin.frames import transforms
+from symkin.frames import frame, transforms
 from symkin.measurements import Measurements
 from symkin.poses import (
     POSE_SPACES,
@@ -186,7 +186,7 @@ class Observed:
         if "height" in self.kinds:
             if size != 3:
                 raise SymkinError(
-                    "a height above a plane is observed in space; this robot is planar"
+                    f"a height above a plane is observed in space; this robot is {space}"
                 )
             normal = np.array([-self.plane[1], -self.plane[2], 1.0])
             above = in_base.translation @ normal - self.plane[0]
@@ -207,10 +207,11 @@ class Observed:
         given, count = getattr(self, name), len(POSE_SPACES[space].frame_components)
         values = np.zeros(count) if given is None else np.array(given, dtype=float)
         if values.shape != (count,) or not np.isfinite(values).all():
-            names = "x, y, z, rx, ry, rz" if count == 6 else "x, y, phi"
-            raise SymkinError(f"{name} is {given}; expected {names} in m and rad")
-        frame = transforms("spatial" if count == 6 else "planar", values[None])
-        return Transform(frame.rotation[0], frame.translation[0])
+            names = {6: "x, y, z, rx, ry, rz in m and rad", 3: "rx, ry, rz in rad"}[count]
+            if not POSE_SPACES[space].in_space:
+                names = "x, y, phi in m and rad"
+            raise SymkinError(f"{name} is {given}; expected {names}")
+        return frame(space, values.tolist())
 
     def _of(self, name: str, size: int) -> Array:
         """Points in space, shape (n, 3)."""
@@ -237,7 +238,7 @@ def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
     if space == "planar":
         angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, 2]
         return np.column_stack([position, angle])
-    rotation = rotations_from_vectors(errors[:, 3:]) @ poses.rotation
+    rotation = rotations_from_vectors(errors[:, size:]) @ poses.rotation
     return np.hstack(
         [position, quaternions_from_rotation_vectors(vectors_from_rotations(rotation))]
     )

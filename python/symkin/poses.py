@@ -32,7 +32,7 @@ class PoseSpace(NamedTuple):
 
     Attributes
     ----------
-    name : {"planar", "point", "spatial", "translating"}
+    name : {"planar", "point", "spatial", "translating", "spherical"}
         As `Mechanism.pose_space` says it.
     position : tuple of str
         Coordinates of the position, m.
@@ -64,8 +64,24 @@ class PoseSpace(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many of the columns are the position: 2 in the plane, 3 in space."""
+        """How many of the columns are the position: 2 in the plane, 3 in space, or none."""
         return len(self.position)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the platform does, or only turns."""
+        return bool(self.position)
+
+    @property
+    def closure_unit(self) -> str:
+        """Unit of a leg's closure and of the margin to the end of its reach: "m" or "rad"."""
+        return "m" if self.moves else "rad"
+
+    @property
+    def errors(self) -> list[tuple[str, str]]:
+        """What can be in error of a pose, "position" and "orientation", with the units."""
+        position, orientation = ("position", "m"), ("orientation", "rad")
+        return [position] * self.moves + [orientation] * self.turns
 
     @property
     def turns(self) -> bool:
@@ -75,7 +91,12 @@ class PoseSpace(NamedTuple):
     @property
     def in_space(self) -> bool:
         """Whether it leaves the plane."""
-        return self.size == 3
+        return self.size != 2
+
+    @property
+    def has_quaternion(self) -> bool:
+        """Whether the last four columns are a unit quaternion."""
+        return len(self.orientation) == 4
 
     @property
     def components(self) -> list[int]:
@@ -86,17 +107,21 @@ class PoseSpace(NamedTuple):
     @property
     def frame_components(self) -> list[int]:
         """Which of them the motion of a frame has: it turns where the platform does not."""
+        if not self.moves:
+            return self.components
         return list(range(6)) if self.in_space else [0, 1, 5]
 
 
 _PLANE, _SPACE = ("x", "y"), ("x", "y", "z")
+_VECTOR, _QUATERNION = ("rx", "ry", "rz"), ("qx", "qy", "qz", "qw")
 POSE_SPACES = {
     each.name: each
     for each in (
         PoseSpace("planar", _PLANE, ("phi",), ("phi",)),
         PoseSpace("point", _PLANE),
-        PoseSpace("spatial", _SPACE, ("rx", "ry", "rz"), ("qx", "qy", "qz", "qw")),
+        PoseSpace("spatial", _SPACE, _VECTOR, _QUATERNION),
         PoseSpace("translating", _SPACE),
+        PoseSpace("spherical", (), _VECTOR, _QUATERNION),
     )
 }
 
@@ -149,7 +174,7 @@ def space_named(name: str, coordinates: int) -> PoseSpace:
     for space in POSE_SPACES.values():
         if space.coordinates == coordinates:
             return space
-    raise MeasurementError(f"poses of {coordinates} coordinates; expected 2, 3 or 7")
+    raise MeasurementError(f"poses of {coordinates} coordinates; expected 2, 3, 4 or 7")
 
 
 def cross_matrices(vectors: Array) -> Array:
@@ -207,14 +232,14 @@ def quaternions_from_rotation_vectors(vectors: Array) -> Array:
 
 
 def wrong_quaternion(poses: Array) -> tuple[int, float] | None:
-    """Return the first of spatial poses whose quaternion is not of unit length, and its norm.
+    """Return the first of poses whose quaternion is not of unit length, and its norm.
 
     A norm within 1e-3 of 1 is rounded, and is brought to 1 by the core; NaN is no pose at all.
     """
-    if poses.ndim != 2 or poses.shape[1] != 7:
+    if poses.ndim != 2 or poses.shape[1] not in (4, 7):
         return None
     with np.errstate(over="ignore", invalid="ignore"):
-        norms = np.linalg.norm(poses[:, 3:], axis=1)
+        norms = np.linalg.norm(poses[:, -4:], axis=1)
         wrong = np.flatnonzero(np.abs(norms - 1) > 1e-3)
     return (int(wrong[0]), float(norms[wrong[0]])) if len(wrong) else None
 
@@ -224,7 +249,7 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
 
     Parameters
     ----------
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     values : array_like, shape (..., dof)
         Position (m), then angle or rotation vector (rad).
@@ -234,7 +259,9 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
     ndarray, shape (..., coordinates)
     """
     values = np.ascontiguousarray(values, dtype=np.float64)
-    if pose_space != "spatial":
+    space = POSE_SPACES[pose_space]
+    if not space.has_quaternion:
         return values
-    quaternions = quaternions_from_rotation_vectors(values[..., 3:].reshape(-1, 3))
-    return np.concatenate([values[..., :3], quaternions.reshape(*values.shape[:-1], 4)], axis=-1)
+    position, vectors = values[..., : space.size], values[..., space.size :]
+    quaternions = quaternions_from_rotation_vectors(vectors.reshape(-1, 3))
+    return np.concatenate([position, quaternions.reshape(*values.shape[:-1], 4)], axis=-1)

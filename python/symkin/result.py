@@ -33,7 +33,8 @@ def field(*, unit: str = "", number: bool = False, private: bool = False, **argu
     Parameters
     ----------
     unit : str
-        Appended to its key: ``position_rms`` in m is ``position_rms_m``.
+        Appended to its key: ``position_rms`` in m is ``position_rms_m``. In it "closure" stands for
+        the object's `closure_unit`, since legs on a sphere miss closing by an angle.
     number : bool
         Whether it is an index, or some, that people count from 1.
     private : bool
@@ -125,7 +126,9 @@ class Value:
         for each in dataclasses.fields(self):  # type: ignore[arg-type]
             if each.metadata.get("private"):
                 continue
-            unit = each.metadata.get("unit")
+            unit = each.metadata.get("unit", "")
+            if "closure" in unit:
+                unit = unit.replace("closure", self.closure_unit)  # type: ignore[attr-defined]
             value = plain(getattr(self, each.name), each.name)
             if each.metadata.get("number"):
                 value = _counted(value)

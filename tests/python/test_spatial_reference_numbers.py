@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Legs in space, deltas, Hexa and hexaglide against numbers that were made independently."""
+"""Legs in space and shipped mechanisms against numbers that were made independently."""
 
 import json
 from functools import cache
@@ -16,12 +16,13 @@ SHIPPED = {
     "rotary_delta": "rotary_delta_flexpicker",
     "hexa": "hexa_servo",
     "hexaglide": "hexaglide_vertical",
+    "agile_eye": "agile_eye",
 }
 CHAINS = [
     f"{chain} {platform}"
     for chain in ("[P]US", "[R]US", "U[P]S")
     for platform in ("rigid", "translating")
-]
+] + ["[R]RR spherical"]
 
 
 @cache

@@ -40,6 +40,7 @@ const chains::Models& all_models() {
 Platform platform_of(PoseSpace space) {
   return space == PoseSpace::point         ? Platform::point
          : space == PoseSpace::translating ? Platform::translating
+         : space == PoseSpace::spherical   ? Platform::spherical
                                            : Platform::rigid;
 }
 
@@ -93,6 +94,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
                        "orientation");
   }
   const auto names = chain_names(platform);
+  if (platform == Platform::spherical && (carried(Platform::rigid) || carried(Platform::point))) {
+    throw InvalidInput("chain " + quoted +
+                       " cannot carry a spherical platform, whose links turn about one centre; "
+                       "expected \"" +
+                       names.front() + "\"");
+  }
   const auto nearest =
       std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
         return edit_distance(chain, a) < edit_distance(chain, b);
@@ -122,8 +129,11 @@ Platform platform_named(std::string_view name) {
   if (name == "translating") {
     return Platform::translating;
   }
+  if (name == "spherical") {
+    return Platform::spherical;
+  }
   throw InvalidInput("unknown platform \"" + std::string(name) +
-                     "\"; expected \"rigid\", \"point\" or \"translating\"");
+                     "\"; expected \"rigid\", \"point\", \"translating\" or \"spherical\"");
 }
 
 std::vector<std::string> chain_names(Platform platform) {

@@ -16,7 +16,7 @@ const LegModel& leg_model(std::string_view chain, Platform platform = Platform::
 // Names of the chains for a platform.
 std::vector<std::string> chain_names(Platform platform = Platform::rigid);
 
-// "rigid", "point" or "translating"; throws InvalidInput otherwise.
+// "rigid", "point", "translating" or "spherical"; throws InvalidInput otherwise.
 Platform platform_named(std::string_view name);
 
 }  // namespace symkin

@@ -40,6 +40,11 @@ auto dot(const Vec3<A>& a, const Vec3<B>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+template <typename A, typename B>
+auto cross(const Vec3<A>& a, const Vec3<B>& b) {
+  return Vec3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
 template <typename T>
 T norm(const Vec3<T>& a) {
   using std::sqrt;
@@ -102,6 +107,14 @@ Vec3<T> position(const std::array<T, 3>& xyz) {
   return {xyz[0], xyz[1], xyz[2]};
 }
 
+template <typename A, typename B>
+auto operator*(const Turn<A>& turn, const Vec3<B>& a) {
+  const auto along = [&](const std::array<A, 3>& row) {
+    return row[0] * a.x + row[1] * a.y + row[2] * a.z;
+  };
+  return Vec3{along(turn[0]), along(turn[1]), along(turn[2])};
+}
+
 // Points as a drawing takes them.
 template <typename... Points>
 std::array<Eigen::Vector3d, sizeof...(Points)> centres_in_space(const Points&... points) {
@@ -156,12 +169,7 @@ struct OnRigid : Design, Design::ForRigid {
   static auto leg_vector(const Geometry<G>& geometry, const Pose<T>& pose) {
     const Vec3<G> b = point_at(std::get<kOwn>(geometry), std::get<kOwn + 1>(geometry),
                                std::get<kOwn + 2>(geometry));
-    const auto turned_by = [&](const std::array<T, 3>& row) {
-      return row[0] * b.x + row[1] * b.y + row[2] * b.z;
-    };
-    return position(pose.position) - Design::base_point(own(geometry)) +
-           Vec3{turned_by(pose.rotation[0]), turned_by(pose.rotation[1]),
-                turned_by(pose.rotation[2])};
+    return position(pose.position) - Design::base_point(own(geometry)) + pose.rotation * b;
   }
 };
 

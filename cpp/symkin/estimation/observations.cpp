@@ -74,7 +74,12 @@ void Observations::check(const Mechanism& mechanism, const Setup& setup) const {
     }
   }
   if (heights.any() && position_size(space) != 3) {
-    throw InvalidInput("heights above a plane are for mechanisms in space; this one is planar");
+    throw InvalidInput("heights above a plane are for platforms that move in space; this one is " +
+                       std::string(to_string(space)));
+  }
+  if ((points.any() || distances.any()) && position_size(space) == 0) {
+    throw InvalidInput(
+        "points and distances are for platforms that move; a spherical one only turns");
   }
 }
 

@@ -343,6 +343,9 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     }
     const Index rest = seen.size() - dimensions;
     const bool turned = rest > 0 && seen.tail(rest).allFinite();
+    if (dimensions == 0 && !turned) {
+      continue;
+    }
     Vector known = identity_pose(space);
     known.head(dimensions) = seen.head(dimensions);
     if (turned) {
@@ -354,23 +357,27 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     rows.push_back(i);
   }
   if (pairs.size() < kLeast) {
-    throw InvalidInput("the frames need at least " + std::to_string(kLeast) +
-                       " poses whose position was measured and that can be computed from the "
-                       "readings; there are " +
+    throw InvalidInput("the frames need at least " + std::to_string(kLeast) + " poses whose " +
+                       (dimensions > 0 ? "position" : "orientation") +
+                       " was measured and that can be computed from the readings; there are " +
                        std::to_string(pairs.size()));
   }
 
   const FramePair given{setup.base, setup.target};
   std::vector<FramePair> starts{given};
   if (base) {
-    starts.push_back(by_positions(pairs, given, target, planar));
+    if (dimensions > 0) {
+      starts.push_back(by_positions(pairs, given, target, planar));
+    }
     if (all_turned) {
       starts.push_back(completed(pairs, starts.back(), target));
       if (target) {
         if (!planar) {  // all turns about one axis leave it open
           starts.push_back(completed(pairs, by_orientations(pairs, given), true));
         }
-        starts.push_back(completed(pairs, by_lever_arm(pairs, given, planar), true));
+        if (dimensions > 0) {
+          starts.push_back(completed(pairs, by_lever_arm(pairs, given, planar), true));
+        }
       } else {
         Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
         for (const SeenPose& pair : pairs) {

@@ -67,7 +67,7 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
       set(list.anchor(i) + axis, "anchor" + std::to_string(i + 1) + "." + kAxes[axis]);
     }
   }
-  for (Index i = 0; !planar && i < 3; ++i) {
+  for (Index i = 0; position_size(space) == 3 && i < 3; ++i) {
     set(list.plane() + i, "plane.c" + std::to_string(i));
   }
   return names;

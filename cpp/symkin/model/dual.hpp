@@ -78,6 +78,12 @@ struct Dual {
     const T half_inverse = T(0.5) / root;
     return of(root, [&](std::size_t i) { return half_inverse * x.v[i]; });
   }
+  friend Dual atan2(const Dual& y, const Dual& x) {
+    using std::atan2;
+    const T inverse = 1.0 / (x.a * x.a + y.a * y.a);
+    return of(atan2(y.a, x.a),
+              [&](std::size_t i) { return inverse * (x.a * y.v[i] - y.a * x.v[i]); });
+  }
   friend Dual cos(const Dual& x) { return cosine_and_sine(x)[0]; }
   friend Dual sin(const Dual& x) { return cosine_and_sine(x)[1]; }
 

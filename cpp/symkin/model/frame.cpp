@@ -32,6 +32,7 @@ const std::vector<Index>& pose_slots(PoseSpace space) {
   static const std::vector<Index> planar{0, 1, 5};
   static const std::vector<Index> point{0, 1};
   static const std::vector<Index> translating{0, 1, 2};
+  static const std::vector<Index> spherical{3, 4, 5};
   static const std::vector<Index> spatial{0, 1, 2, 3, 4, 5};
   switch (space) {
     case PoseSpace::planar:
@@ -40,6 +41,8 @@ const std::vector<Index>& pose_slots(PoseSpace space) {
       return point;
     case PoseSpace::translating:
       return translating;
+    case PoseSpace::spherical:
+      return spherical;
     case PoseSpace::spatial:
       break;
   }
@@ -48,7 +51,9 @@ const std::vector<Index>& pose_slots(PoseSpace space) {
 
 const std::vector<Index>& frame_slots(PoseSpace space) {
   // A frame turns where the platform does not.
-  return pose_slots(position_size(space) == 2 ? PoseSpace::planar : PoseSpace::spatial);
+  return pose_slots(position_size(space) == 2   ? PoseSpace::planar
+                    : position_size(space) == 0 ? PoseSpace::spherical
+                                                : PoseSpace::spatial);
 }
 
 Frame frame_of_pose(PoseSpace space, const double* pose) {
@@ -56,8 +61,8 @@ Frame frame_of_pose(PoseSpace space, const double* pose) {
   frame.position.head(position_size(space)) = Eigen::Map<const Vector>(pose, position_size(space));
   if (space == PoseSpace::planar) {
     frame.rotation = rotation_of({0, 0, pose[2]});
-  } else if (space == PoseSpace::spatial) {
-    frame.rotation = SpatialPose<double>::rotation_matrix(pose);
+  } else if (has_quaternion(space)) {
+    frame.rotation = rotation_matrix(pose + position_size(space));
   }
   return frame;
 }
@@ -66,9 +71,9 @@ void pose_of_frame(PoseSpace space, const Frame& frame, double* pose) {
   Eigen::Map<Vector>(pose, position_size(space)) = frame.position.head(position_size(space));
   if (space == PoseSpace::planar) {
     pose[2] = std::atan2(frame.rotation(1, 0), frame.rotation(0, 0));
-  } else if (space == PoseSpace::spatial) {
+  } else if (has_quaternion(space)) {
     const Eigen::Quaterniond turn(frame.rotation);
-    Eigen::Map<Eigen::Vector4d>(pose + 3) = turn.coeffs();
+    Eigen::Map<Eigen::Vector4d>(pose + position_size(space)) = turn.coeffs();
   }
 }
 

@@ -81,7 +81,8 @@ class LegModel {
   // dq/dpsi at a reading: unit of the active joint per unit of the sensor.
   virtual double sensor_gain(ConstVector parameters, double reading) const = 0;
 
-  // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3).
+  // Joint centres in the base frame, base to platform, for drawings: joints x 2 (or 3). Of a
+  // spherical leg, the joints' axes where they leave the unit sphere.
   virtual RowMatrix joint_centres(ConstVector parameters, ConstVector pose,
                                   double reading) const = 0;
 

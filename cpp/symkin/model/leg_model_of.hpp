@@ -35,7 +35,7 @@ class LegModelOf final : public LegModel {
     const auto joints = Leg::joint_centres(
         Sensed::template geometry<double>(parameters.data()), Sensed::Pose::constant(pose.data()),
         Sensed::joint(Sensed::sensor(parameters.data()).active_joint(reading)));
-    RowMatrix centres(static_cast<Index>(joints.size()), position_size(Sensed::Pose::kSpace));
+    RowMatrix centres(static_cast<Index>(joints.size()), joints.front().size());
     for (std::size_t i = 0; i < joints.size(); ++i) {
       centres.row(static_cast<Index>(i)) = joints[i].transpose();
     }

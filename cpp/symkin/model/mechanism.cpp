@@ -26,6 +26,9 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
     if (role.kind == ParameterKind::length && value <= 0) {
       throw ImpossibleLeg(what + "; expected a positive length");
     }
+    if (role.kind == ParameterKind::arc && !(value > 0 && value < kPi)) {
+      throw ImpossibleLeg(what + "; expected an arc between 0 and pi rad");
+    }
     if (role.kind == ParameterKind::gain && value == 0) {
       throw ImpossibleLeg(what + "; a sensor with zero gain shows nothing");
     }

@@ -22,7 +22,7 @@ class Mechanism {
  public:
   // Throws InvalidInput that names the leg and the parameter: at least as many closures as degrees
   // of freedom, finite parameters, positive lengths (a radius or a guide offset may be zero or
-  // negative), gains other than zero, modes +1 or -1.
+  // negative), arcs between 0 and pi, gains other than zero, modes +1 or -1.
   Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs);
 
   const std::string& name() const { return name_; }

@@ -10,6 +10,8 @@ namespace symkin {
 inline constexpr ParameterInfo kProximalLength{"proximal_length",
                                                {End::none, ParameterKind::length}};
 inline constexpr ParameterInfo kDistalLength{"distal_length", {End::none, ParameterKind::length}};
+inline constexpr ParameterInfo kProximalArc{"proximal_arc", {End::none, ParameterKind::arc}};
+inline constexpr ParameterInfo kDistalArc{"distal_arc", {End::none, ParameterKind::arc}};
 inline constexpr ParameterInfo kGuideOffset{"guide_offset",
                                             {End::none, ParameterKind::eccentricity}};
 

@@ -8,7 +8,8 @@
 namespace symkin {
 namespace {
 
-Eigen::Quaterniond quaternion(const double* pose) { return {pose[6], pose[3], pose[4], pose[5]}; }
+// (x, y, z, w)
+Eigen::Quaterniond quaternion(const double* row) { return {row[3], row[0], row[1], row[2]}; }
 
 Eigen::Vector3d to_rotation_vector(Eigen::Quaterniond q) {
   if (q.w() < 0) {
@@ -29,6 +30,8 @@ auto of_type(PoseSpace space, const Visitor& visit) {
       return visit(PointPose<double>());
     case PoseSpace::translating:
       return visit(TranslatingPose<double>());
+    case PoseSpace::spherical:
+      return visit(SphericalPose<double>());
     case PoseSpace::spatial:
       break;
   }
@@ -55,8 +58,8 @@ Index position_size(PoseSpace space) {
 
 Vector identity_pose(PoseSpace space) {
   Vector pose = Vector::Zero(coordinate_count(space));
-  if (space == PoseSpace::spatial) {
-    pose[6] = 1;
+  if (has_quaternion(space)) {
+    pose[pose.size() - 1] = 1;
   }
   return pose;
 }
@@ -72,9 +75,11 @@ void pose_difference(PoseSpace space, const double* to, const double* from, doub
   }
   if (space == PoseSpace::planar) {
     difference[2] = wrap_angle(to[2] - from[2]);
-  } else if (space == PoseSpace::spatial) {
-    Eigen::Map<Eigen::Vector3d>(difference + 3) = to_rotation_vector(
-        (quaternion(to).normalized() * quaternion(from).normalized().conjugate()).normalized());
+  } else if (has_quaternion(space)) {
+    Eigen::Map<Eigen::Vector3d>(difference + position) =
+        to_rotation_vector((quaternion(to + position).normalized() *
+                            quaternion(from + position).normalized().conjugate())
+                               .normalized());
   }
 }
 

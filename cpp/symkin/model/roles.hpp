@@ -11,11 +11,13 @@ namespace symkin {
 //   point        x, y                       2 coordinates, 2 degrees of freedom
 //   spatial      x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
 //   translating  x, y, z                    3 coordinates, 3 degrees of freedom
-enum class PoseSpace { planar, point, spatial, translating };
+//   spherical    qx, qy, qz, qw             4 coordinates, 3 degrees of freedom (unit quaternion)
+enum class PoseSpace { planar, point, spatial, translating, spherical };
 
 // The platform that the legs carry: one that turns, a point that only moves in the plane
-// (five-bar), or one in space that never turns (delta).
-enum class Platform { rigid, point, translating };
+// (five-bar), one in space that never turns (delta), or one that turns about a fixed point (Agile
+// Eye).
+enum class Platform { rigid, point, translating, spherical };
 
 // The end of a leg that a parameter belongs to, whose frame it is given in and with which it turns.
 enum class End {
@@ -30,10 +32,11 @@ enum class End {
 // of the axis that a crank turns about, is given by two small angles from an azimuth of its own.
 enum class ParameterKind {
   length,              // m, of a link: positive
+  arc,                 // rad, of a link on a sphere: between 0 and pi
   eccentricity,        // m, of a guide from the joint that it turns about; of either sign
   radius,              // m, of a point from the origin
-  azimuth,             // rad, of a point about Z
-  polar_angle,         // rad, of a point from Z
+  azimuth,             // rad, of a point or an axis about Z
+  polar_angle,         // rad, of a point or an axis from Z
   height,              // m, of a point along Z
   direction_azimuth,   // rad, about Z, of the normal of a guide in the plane
   direction_distance,  // m, of a guide from the origin along its normal; of either sign
@@ -73,7 +76,7 @@ constexpr bool is_constant(ParameterKind kind) { return kind == ParameterKind::r
 // An angle of the geometry. Whether an offset is one, the active joint says.
 constexpr bool is_angle(ParameterKind kind) {
   return turns(kind) || is_mirrored(kind) || kind == ParameterKind::polar_angle ||
-         kind == ParameterKind::guide_elevation;
+         kind == ParameterKind::guide_elevation || kind == ParameterKind::arc;
 }
 
 constexpr bool is_sensor(ParameterKind kind) {
@@ -88,19 +91,21 @@ struct ParameterInfo {
 
 // What the active joint variable q measures, hence its unit and how a symmetry acts on it.
 enum class ActiveJoint {
-  angle_in_base,       // rad, direction of a link in the base frame
-  angle_in_platform,   // rad, direction of a link in the platform frame
-  elbow_angle,         // rad, between two links
-  travel_on_base,      // m, signed, along a guide on the base, from its foot
-  travel_on_platform,  // m, signed, along a guide on the platform, from its foot
-  distance,            // m, to a point or a line
-  travel_from_point,   // m, signed, along a guide in space, from a point of it
-  angle_about_axis,    // rad, of a crank about an axis in space, from a direction that it brings
+  angle_in_base,        // rad, direction of a link in the base frame
+  angle_in_platform,    // rad, direction of a link in the platform frame
+  elbow_angle,          // rad, between two links
+  travel_on_base,       // m, signed, along a guide on the base, from its foot
+  travel_on_platform,   // m, signed, along a guide on the platform, from its foot
+  distance,             // m, to a point or a line
+  travel_from_point,    // m, signed, along a guide in space, from a point of it
+  angle_about_axis,     // rad, of a crank about an axis in space, from a direction that it brings
+  angle_from_meridian,  // rad, of a link about an axis through the centre, from the meridian
 };
 
 constexpr bool is_angle(ActiveJoint joint) {
   return joint == ActiveJoint::angle_in_base || joint == ActiveJoint::angle_in_platform ||
-         joint == ActiveJoint::elbow_angle || joint == ActiveJoint::angle_about_axis;
+         joint == ActiveJoint::elbow_angle || joint == ActiveJoint::angle_about_axis ||
+         joint == ActiveJoint::angle_from_meridian;
 }
 
 // A reflection changes the sign of the reading.

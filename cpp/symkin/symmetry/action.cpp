@@ -56,17 +56,25 @@ Eigen::Matrix3d spatial(const Eigen::Matrix2d& planar) {
   return matrix;
 }
 
+Eigen::Matrix3d turned(const Isometries& image, const double* quaternion) {
+  return spatial(image.base) * rotation_matrix(quaternion) * spatial(image.platform).transpose();
+}
+
 // r' + R' (P b + p) = B (r + R b) + s for every platform point b, with the base isometry (B, s)
 // and the platform isometry (P, p): hence R' = B R P^T and r' = B r + s - R' p.
 void transform_spatial(const Isometries& image, double* pose) {
-  const Eigen::Matrix3d base = spatial(image.base);
-  const Eigen::Matrix3d rotation =
-      base * SpatialPose<double>::rotation_matrix(pose) * spatial(image.platform).transpose();
+  const Eigen::Matrix3d rotation = turned(image, pose + 3);
   Eigen::Map<Eigen::Vector3d> position(pose);
-  position = base * position;
+  position = spatial(image.base) * position;
   position.head<2>() += image.base_shift;
   position -= rotation.leftCols<2>() * image.platform_shift;
   Eigen::Map<Eigen::Vector4d>(pose + 3) = Eigen::Quaterniond(rotation).coeffs();
+}
+
+// The centre stays where it is.
+void transform_spherical(const Isometries& image, double* quaternion) {
+  Eigen::Map<Eigen::Vector4d>(quaternion).noalias() =
+      Eigen::Quaterniond(turned(image, quaternion)).coeffs();
 }
 
 // In the plane, or at whatever height the platform is.
@@ -137,6 +145,8 @@ RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, P
   for (Index i = 0; i < result.rows(); ++i) {
     if (space == PoseSpace::spatial) {
       transform_spatial(image, result.row(i).data());
+    } else if (space == PoseSpace::spherical) {
+      transform_spherical(image, result.row(i).data());
     } else {
       transform_planar(image, has_orientation(space), result.row(i).data());
     }

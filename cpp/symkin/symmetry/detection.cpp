@@ -70,12 +70,16 @@ Eigen::Vector2d centre(const Mechanism& mechanism, End which) {
              : Eigen::Vector2d(sum / static_cast<double>(legs));
 }
 
-// A leg's end as seen from the centre, in the plane: a point's place, a guide's direction.
+// A leg's end as seen from the centre, in the plane: a point's place, a guide's direction, where an
+// axis through the centre leaves the unit sphere.
 Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, End which,
                          const Eigen::Vector2d& from) {
   const LegEnd<const double> end = end_of(mechanism, leg, which);
   if (end.has_point()) {
     return place_of(end) - from;
+  }
+  if (end.polar_angle != nullptr) {
+    return std::sin(*end.polar_angle) * along(*end.azimuth);
   }
   return end.direction != nullptr ? along(*end.direction) : Eigen::Vector2d::Zero();
 }

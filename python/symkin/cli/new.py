@@ -41,10 +41,10 @@ def new(
         typer.Option(metavar="N", min=1, help="By default as few as the platform needs."),
     ] = None,
     platform: Annotated[
-        Literal["rigid", "point", "translating"],
+        Literal["rigid", "point", "translating", "spherical"],
         typer.Option(
-            help="A platform that turns, a point that only moves in the plane (five-bar), or one "
-            "that moves in space and never turns (delta)."
+            help="A platform that turns, a point that only moves in the plane (five-bar), one "
+            "that moves in space and never turns (delta), or one that only turns (Agile Eye)."
         ),
     ] = "rigid",
 ) -> None:

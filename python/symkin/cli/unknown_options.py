@@ -132,7 +132,7 @@ def observed(
     own = mechanism.frames or Frames()
     wanted = kinds or ["pose"]
     size = mechanism.space.size
-    frame = ("m", "m", "m", "rad", "rad", "rad") if size == 3 else ("m", "m", "rad")
+    frame = ("m",) * size + ("rad",) * (len(mechanism.space.frame_components) - size)
     return Observed(
         tuple(wanted),  # type: ignore[arg-type]  # which it checks
         _quantities("--base", base, frame) if base else None,

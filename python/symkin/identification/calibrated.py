@@ -139,7 +139,9 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     ]
     values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
     for end in ("base", "platform"):
-        if (end, "polar_angle") in roles:
+        # The angle of a link is counted from its axis' meridian, which would be another one.
+        counted = end == "base" and anchor(mechanism, end) == "axis"
+        if (end, "polar_angle") in roles and not counted:
             _take_nearer_polar_angle(values, signs, near, names, end)
     return values, signs.ravel()
 

@@ -62,7 +62,9 @@ class ResidualTest(Value):
     limit : float
         Below which `p_value` alarms: `FALSE_ALARMS` over the number of tests of the suspect.
     size : float
-        Root mean square of what the terms explain of the legs' closures, m.
+        Root mean square of what the terms explain of the legs' closures, m or rad.
+    closure_unit : {"m", "rad"}
+        Of the closures.
     """
 
     suspect: str
@@ -72,7 +74,8 @@ class ResidualTest(Value):
     degrees_of_freedom: tuple[int, int]
     p_value: float
     limit: float
-    size: float = field(unit="rms_m")
+    size: float = field(unit="rms_closure")
+    closure_unit: str = field(private=True, default="m")
 
     @property
     def alarms(self) -> bool:
@@ -178,7 +181,7 @@ def diagnose(found: Fit) -> Diagnosis:
 
 def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
     legs = tuple(range(len(found.nominal.legs)))
-    names = coordinate_names(found.nominal)
+    names, closure_unit = coordinate_names(found.nominal), found.nominal.space.closure_unit
     terms = [*names, *(f"{name}^2" for name in names)]
     counts: dict[_core.Suspect, int] = {}
     for test in result.tests:
@@ -197,6 +200,7 @@ def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
             p_value=test.p_value,
             limit=FALSE_ALARMS / counts[test.suspect],
             size=test.size,
+            closure_unit=closure_unit,
         )
         for test in result.tests
     )
@@ -339,7 +343,7 @@ def _single_legs(alarms: Sequence[ResidualTest], found: Fit) -> str:
 
 
 def _size(alarms: Sequence[ResidualTest]) -> str:
-    return f"{max(test.size for test in alarms) * 1e3:.3g} mm rms"
+    return f"{max(test.size for test in alarms) * 1e3:.3g} m{alarms[0].closure_unit} rms"
 
 
 _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit], str]] = {

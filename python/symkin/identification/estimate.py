@@ -71,9 +71,9 @@ class CrossValidation(Result):
     converged : bool
         Whether every identification did.
     residual_rms, residual_max : float
-        Closures, m.
+        Closures, m or rad.
     residuals : ndarray, shape (N, legs)
-        m, NaN where a leg does not use the pose, or was not read.
+        NaN where a leg does not use the pose, or was not read.
     row_numbers : ndarray of int, shape (N,)
         Where the poses stand in the source.
     evaluation : Evaluation or None
@@ -82,17 +82,20 @@ class CrossValidation(Result):
     observed_rms : mapping of str to float
         How well each observation of a pose is predicted from the others of that pose, by kind, as
         ``readings_rad`` and ``pose_m``; empty for identification leg by leg.
+    closure_unit : {"m", "rad"}
+        Of the closures.
     """
 
     folds: int
     blocks: bool
     converged: bool
-    residual_rms: float = field(unit="m")
-    residual_max: float = field(unit="m")
+    residual_rms: float = field(unit="closure")
+    residual_max: float = field(unit="closure")
     residuals: Array = field(private=True)
     row_numbers: NDArray[np.intp] = field(private=True)
     evaluation: Evaluation | None
     observed_rms: Mapping[str, float] = field(default_factory=dict)
+    closure_unit: str = field(private=True, default="m")
 
     @property
     def name(self) -> str:
@@ -107,7 +110,10 @@ class CrossValidation(Result):
 
     def columns(self) -> Mapping[str, Any]:
         """Return the closures at unseen poses, a row a pose."""
-        legs = {f"closure_{leg}_m": values for leg, values in enumerate(self.residuals.T, 1)}
+        legs = {
+            f"closure_{leg}_{self.closure_unit}": values
+            for leg, values in enumerate(self.residuals.T, 1)
+        }
         return {"row": self.row_numbers, **legs}
 
 
@@ -210,6 +216,7 @@ measurements, options
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, diagnosis = self.measurements, self.diagnosis
+        unit = self.nominal.space.closure_unit
         return {
             "command": "identify",
             "mechanism": self.nominal.name,
@@ -227,9 +234,9 @@ measurements, options
                 "goodness_of_fit": plain(self.goodness),
                 "residual_tests": plain(diagnosis.tests),
                 "outliers": plain(diagnosis.outliers),
-                "residual_before_rms_m": plain(self.nominal_residual_rms),
-                "residual_after_rms_m": plain(self.residual_rms),
-                "residual_after_max_m": plain(self.residual_max),
+                f"residual_before_rms_{unit}": plain(self.nominal_residual_rms),
+                f"residual_after_rms_{unit}": plain(self.residual_rms),
+                f"residual_after_max_{unit}": plain(self.residual_max),
                 "legs": [self._leg(leg) for leg in range(len(self.legs))],
                 "covariance": plain(self.covariance),
             },
@@ -562,6 +569,7 @@ def cross_validate(
         whole = np.intersect1d(complete, unseen)
         differences[whole] = pose_differences(found.mechanism, measurements.subset(whole))
     return CrossValidation(
+        closure_unit=mechanism.space.closure_unit,
         folds=folds,
         blocks=blocks,
         converged=converged,
@@ -628,6 +636,7 @@ def joint_cross_validation(
     known = np.isfinite(residuals).any()
     kept = whole & read
     return CrossValidation(
+        closure_unit=mechanism.space.closure_unit,
         folds=folds,
         blocks=blocks,
         converged=converged,

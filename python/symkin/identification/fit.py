@@ -91,7 +91,7 @@ class LegFit(Value):
 
     @property
     def residual_rms(self) -> float:
-        """Root mean square of the closures, m."""
+        """Root mean square of the closures, m or rad."""
         return float(np.sqrt(np.mean(self.residuals**2))) if self.residuals.size else float("nan")
 
 

@@ -127,7 +127,7 @@ class Fleet(Result):
         for number, which in enumerate(fits):
             columns[f"chi_square{which}"] = self.chi_square[:, number]
             columns[f"degrees_of_freedom{which}"] = self.degrees_of_freedom[:, number]
-        columns["residual_rms_m"] = self.residual_rms
+        columns[f"residual_rms_{self.nominal.space.closure_unit}"] = self.residual_rms
         columns["rejected"] = self.rejected
         units = self.nominal.parameter_units
         for what, values in (("", self.parameters), ("_deviation", self.deviations)):

@@ -27,6 +27,7 @@ from symkin.identification.mistakes import FACTORS, conventions, turns_in_words,
 from symkin.identification.problem import JointOptions, Problem
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
+from symkin.poses import PoseSpace
 from symkin.result import Value, record
 from symkin.settings import NoiseSettings
 from symkin.workspace.sample import best_homes
@@ -406,8 +407,9 @@ def _frames(stated: _Correction) -> Iterator[_Correction]:
         asked = [f"--frames {frame}" for frame in options.frames]
         asked += [f"--fixed {name}" for name in options.fixed if name not in stated.options.fixed]
         return (
-            "the frame of the measurements is not the drawing's: shifted by about "
-            f"{motion_in_words(fit.setup.base)}; identify with {' '.join(asked)}"
+            "the frame of the measurements is not the drawing's: "
+            f"{motion_in_words(stated.mechanism.space, fit.setup.base)}; identify with "
+            f"{' '.join(asked)}"
         )
 
     yield stated._replace(words=words, options=options)
@@ -418,7 +420,7 @@ def with_frames(
 ) -> JointOptions | None:
     """The same with unknown frames of device and target; None where these cannot be found."""
     space = mechanism.space
-    if options.frames or not np.isfinite(measurements.poses[:, : space.size]).any():
+    if options.frames or not np.isfinite(measurements.poses[:, : space.size or None]).any():
         return None
     # A target on a platform that never turns does what the base's frame does.
     if not space.turns:
@@ -429,8 +431,9 @@ def with_frames(
     return dataclasses.replace(options, frames=("base", "target"), fixed=fixed)
 
 
-def motion_in_words(frame: _core.Frame) -> str:
+def motion_in_words(space: PoseSpace, frame: _core.Frame) -> str:
     """How far a frame is from where it would be without any: in mm and degrees."""
     shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
+    moved = f"shifted by about ({shift}) mm and " if space.moves else ""
     cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
-    return f"({shift}) mm and turned by about {np.degrees(np.arccos(cosine)):.3g} degrees"
+    return f"{moved}turned by about {np.degrees(np.arccos(cosine)):.3g} degrees"

@@ -439,8 +439,10 @@ class JointIdentification(Result):
                 "noise_is_estimated": self.options.noise == "estimate",
                 "aside_rows": plain(numbers[list(self.aside)]),
                 "rejected": [[int(numbers[row]), what] for row, what in self.rejected],
-                "residual_before_rms_m": plain(self.nominal_residual_rms),
-                "residual_after_rms_m": plain(self.residual_rms),
+                f"residual_before_rms_{self.nominal.space.closure_unit}": plain(
+                    self.nominal_residual_rms
+                ),
+                f"residual_after_rms_{self.nominal.space.closure_unit}": plain(self.residual_rms),
             },
             "heights": plain(self.heights),
             "evaluation": {"before": plain(self.before), "after": plain(self.after)},

@@ -177,7 +177,9 @@ def _out_of_reach(found: Fit) -> Iterator[str]:
     calibrated, measurements = found.mechanism, found.measurements
     margins = _core.reach_margin(calibrated.core, measurements.poses)
     noise = found.noise
-    allowed = 6 * max(noise.position, noise.orientation * calibrated.characteristic_length)
+    moves = calibrated.space.moves
+    length = calibrated.characteristic_length if moves else 1.0
+    allowed = 6 * max(noise.position if moves else 0.0, noise.orientation * length)
     for leg in range(len(calibrated.legs)):
         rows = _used(found, leg)
         beyond = rows[margins[rows, leg] < -max(allowed, 6 * found.residual_rms)]
@@ -186,7 +188,8 @@ def _out_of_reach(found: Fit) -> Iterator[str]:
             yield (
                 f"leg {leg + 1}: the calibrated model cannot take {len(beyond)} of {len(rows)} "
                 f"measured poses; that of row {measurements.row_numbers[worst]} is "
-                f"{-margins[worst, leg] * 1e3:.3g} mm beyond its reach"
+                f"{-margins[worst, leg] * 1e3:.3g} m{calibrated.space.closure_unit} beyond its "
+                "reach"
             )
 
 
@@ -435,9 +438,18 @@ def conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]
         (1e-3, "positions are millimetres, not metres"),
         (1e3, "positions are a thousandth of what they should be"),
     ):
+        if not position:
+            break
         scaled = poses.copy()
         scaled[:, :position] *= factor
         yield words, scaled
+    # A mirrored rotation keeps the component of its axis along the mirror's normal.
+    rotations: dict[str, tuple[int, ...]] = {
+        "x is mirrored": (1, -1, -1, 1),
+        "y is mirrored": (-1, 1, -1, 1),
+        "z is mirrored": (-1, -1, 1, 1),
+        "the quaternions turn the other way (base to platform)": (-1, -1, -1, 1),
+    }
     conventions: dict[str, dict[str, tuple[int, ...]]] = {
         "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
         "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
@@ -446,22 +458,20 @@ def conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]
             "y is mirrored": (1, -1, 1),
             "z is mirrored": (1, 1, -1),
         },
-        # A mirrored rotation keeps the component of its axis along the mirror's normal.
-        "spatial": {
-            "x is mirrored": (-1, 1, 1, 1, -1, -1, 1),
-            "y is mirrored": (1, -1, 1, -1, 1, -1, 1),
-            "z is mirrored": (1, 1, -1, -1, -1, 1, 1),
-            "the quaternions turn the other way (base to platform)": (1, 1, 1, -1, -1, -1, 1),
-        },
+        "spherical": rotations,
+    }
+    positions = conventions["translating"]
+    conventions["spatial"] = {
+        words: positions.get(words, (1, 1, 1)) + signs for words, signs in rotations.items()
     }
     for words, factors in conventions[nominal.pose_space].items():
         yield words, poses * np.array(factors, dtype=float)
     if nominal.pose_space == "planar":
         yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
         yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
-    if nominal.pose_space == "spatial":
-        order = [0, 1, 2, 4, 5, 6, 3]
-        yield "the quaternions are in the order w, x, y, z", poses[:, order]
+    if nominal.space.has_quaternion:
+        scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
+        yield "the quaternions are in the order w, x, y, z", scalar_last
 
 
 def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] | None:

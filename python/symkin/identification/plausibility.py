@@ -101,6 +101,8 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
         return
     best = (FALSE_ALARMS / 8, "")
     for kind, words in _MOVEMENTS.items():
+        if kind == "scale" and not found.nominal.space.moves:
+            continue
         directions = _directions(found, kind)
         if directions.shape[1] == 0:
             continue
@@ -109,7 +111,7 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
         amounts = np.linalg.pinv(information, rcond=1e-10) @ gradient
         explained = float(gradient @ amounts)
         share = f"which explains {explained / distance:.0%} of their distance from the drawing"
-        movement = words.format(_in_words(kind, amounts))
+        movement = words.format(_in_words(kind, amounts, found.nominal.space.size))
         p_value = _core.chi_square_tail(explained, directions.shape[1])
         if explained < _EXPLAINED * distance:
             continue
@@ -168,14 +170,16 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     return movements[:, shown][:, :, free]
 
 
-def _in_words(kind: str, amounts: Array) -> str:
+def _in_words(kind: str, amounts: Array, positions: int) -> str:
     if kind == "scale":
         return (
             f"{100 * amounts[0]:+.3g} % too large"
             if amounts[0] > 0
             else (f"{-100 * amounts[0]:.3g} % too small")
         )
-    positions = 3 if len(amounts) == 6 else 2
-    shift = ", ".join(f"{1e3 * value:.3g}" for value in amounts[:positions])
     angle = np.degrees(np.linalg.norm(amounts[positions:]))
-    return f"shifted by about ({shift}) mm and turned by about {angle:.3g} degrees"
+    turned = f"turned by about {angle:.3g} degrees"
+    if not positions:
+        return turned
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in amounts[:positions])
+    return f"shifted by about ({shift}) mm and {turned}"

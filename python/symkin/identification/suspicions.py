@@ -331,8 +331,9 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
         asked = [f"--frames {frame}" for frame in other.options.frames]
         asked += [f"--fixed {each}" for each in set(other.options.fixed) - set(found.options.fixed)]
         return (
-            f"the frame of the measurements is not the drawing's ({evidence}): shifted by about "
-            f"{motion_in_words(fit.setup.base)}; identify with {' '.join(asked)}"
+            f"the frame of the measurements is not the drawing's ({evidence}): "
+            f"{motion_in_words(found.nominal.space, fit.setup.base)}; identify with "
+            f"{' '.join(asked)}"
         )
     if other.what == "held":
         return (
@@ -362,7 +363,7 @@ def _help(found: JointIdentification, other: Alternative) -> str:
         return ""
     return (
         f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
-        f"{1e3 * rms[1]:.3g} mm"
+        f"{1e3 * rms[1]:.3g} m{found.nominal.space.closure_unit}"
     )
 
 

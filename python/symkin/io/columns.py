@@ -47,6 +47,7 @@ _ORIENTATION: dict[str, dict[str, int]] = {
     "point": {},
     "spatial": {"quaternion": 4, "rotation_vector": 3},
     "translating": {},
+    "spherical": {"quaternion": 4, "rotation_vector": 3},
 }
 # Nothing that was measured is larger, and squares of it can still be added.
 _MOST = 1e12
@@ -113,7 +114,7 @@ def own_columns(
     ----------
     table : Table
         The table.
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     leg_count : int
         Number of legs.
@@ -141,7 +142,7 @@ def own_pose_columns(
         return tuple(f"{prefix}{name}" for name in names)
 
     space = POSE_SPACES[pose_space]
-    spatial = pose_space == "spatial"
+    spatial = space.has_quaternion
     angle = named("phi") if pose_space == "planar" else ()
     vector, quaternion = (
         (named(*space.rotation), named(*space.orientation)) if spatial else ((), ())
@@ -262,7 +263,7 @@ def read_pose_values(
         The table.
     columns : MeasurementColumns
         Which of its columns hold the pose.
-    partial_space : {"planar", "point", "spatial", "translating", ""}
+    partial_space : {"planar", "point", "spatial", "translating", "spherical", ""}
         The kind of poses that may have been measured in part: a coordinate without a column, and an
         empty cell, are NaN. If empty, poses are whole.
 
@@ -295,10 +296,10 @@ def read_pose_values(
         _check_whole(table, np.column_stack(angles), columns.rotation_vector)
     given = bool(angles or columns.quaternion)
     return PoseValues(
-        np.column_stack(positions),
+        np.column_stack(positions) if positions else none,
         np.column_stack(angles) if angles else none,
         quaternions,
-        0 if given else {"planar": 1, "spatial": 4}.get(partial_space, 0),
+        0 if given or not partial else len(POSE_SPACES[partial_space].orientation),
     )
 
 

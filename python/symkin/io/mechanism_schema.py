@@ -274,7 +274,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         {name: _interval(unit) for name, unit in coordinates.items()}
         | {
             "home": _coordinates(*coordinates.values()),
-            "reach_margin": quantity("m", "not negative"),
+            "reach_margin": quantity(space.closure_unit, "not negative"),
             "conditioning_limit": quantity("1", "positive"),
             "characteristic_length": quantity("m", "positive"),
         },
@@ -303,14 +303,11 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         "measurements": MEASUREMENTS,
     }
     place = ("m",) * space.size
-    frame = _coordinates(*place, *("rad",) * (2 * len(place) - 3))
-    frames = {
-        "base": frame,
-        "target": frame,
-        "points": list_of(_coordinates(*place)),
-        "anchors": list_of(_coordinates(*place)),
-    }
-    if space.in_space:
+    frame = _coordinates(*place, *("rad",) * (len(space.frame_components) - len(place)))
+    frames = {"base": frame, "target": frame}
+    if space.moves:
+        frames |= dict.fromkeys(("points", "anchors"), list_of(_coordinates(*place)))
+    if space.size == 3:
         frames["plane"] = _coordinates("m", "1", "1")
     frames |= {f"{end}_centre": _coordinates(*place) for end in ends_of(info)}
     sections |= {"frames": table(frames), "identification": IDENTIFICATION}
@@ -321,7 +318,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
 def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
     sign: Sign = "any"
     kind = info.parameter_roles[name].kind
-    if kind == "length":
+    if kind in ("length", "arc"):
         sign = "positive"
     elif kind == "gain":
         sign = "not zero"

@@ -200,7 +200,8 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
     return {
         "workspace": (
             workspace,
-            {**coordinates, "reach_margin": "m", "characteristic_length": "m"},
+            coordinates
+            | {"reach_margin": mechanism.space.closure_unit, "characteristic_length": "m"},
         ),
         "joint_limits": (
             {

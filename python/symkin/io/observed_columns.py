@@ -101,7 +101,7 @@ def has_observed_columns(table: Table, pose_space: str) -> bool:
     """Whether a table has columns of what is observed besides poses and readings."""
     points, distances = _counts(table, pose_space)
     reported = own_pose_columns(table, pose_space, _REPORTED, partial=True)
-    heights = POSE_SPACES[pose_space].in_space and is_present(table, "height", None)
+    heights = POSE_SPACES[pose_space].size == 3 and is_present(table, "height", None)
     return bool(points or distances or heights or has_pose(reported))
 
 
@@ -137,7 +137,7 @@ def _stems(
     axes, pose = space.position, [*space.units.items()]
     targets = [(f"p{point + 1}_{axis}", "m") for point in range(points) for axis in axes]
     ranges = [(f"distance_{number + 1}", "m") for number in range(distances)]
-    height = [("height", "m")] if space.in_space else []
+    height = [("height", "m")] if space.size == 3 else []
 
     def deviations(stems: list[tuple[str, str]], prefix: str = "") -> list[tuple[str, str]]:
         return [(f"{prefix}{stem}_sd", unit) for stem, unit in stems]
@@ -157,6 +157,8 @@ def _stems(
 
 def _counts(table: Table, pose_space: str) -> tuple[int, int]:
     """How many points and distances there are columns of, all those from 1."""
+    if not POSE_SPACES[pose_space].moves:
+        return 0, 0
     units = "|".join(unit_names())
     axes = "".join(POSE_SPACES[pose_space].position)
     counts = []

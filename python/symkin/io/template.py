@@ -29,6 +29,8 @@ _PARAMETERS = {
     "platform_polar_angle": ('"90 deg"', "from the platform's Z"),
     "platform_azimuth": ('"154 deg"', "of the platform point, in the platform's frame"),
     "platform_height": ('"0 m"', "of the platform point, in the platform's frame"),
+    "proximal_arc": ('"90 deg"', "link on the side of the base, between the axes of its joints"),
+    "distal_arc": ('"90 deg"', "link on the side of the platform"),
     "sensor_gain": ("1", "active joint per sensor reading; -1 for a sensor that counts down"),
     "sensor_offset": ("0", "active joint at the sensor's zero"),
 }
@@ -67,6 +69,13 @@ _OF_CHAIN: dict[tuple[str, str], dict[str, str]] = {
         "sensor_offset": '"180 deg"',
     },
 }
+# Axes of the joints, through the centre about which a spherical platform turns.
+_AXES = {
+    "base_polar_angle": ('"54.7356 deg"', "of the base joint's axis from Z"),
+    "base_azimuth": ('"0 deg"', "of the base joint's axis"),
+    "platform_polar_angle": ('"54.7356 deg"', "of the platform joint's axis from the platform's Z"),
+    "platform_azimuth": ('"120 deg"', "of the platform joint's axis, in the platform's frame"),
+}
 _PLANE = {"x": '["-0.1 m", "0.1 m"]', "y": '["-0.1 m", "0.1 m"]'}
 _TILT = '["-10 deg", "10 deg"]'
 _BOXES = {
@@ -74,6 +83,7 @@ _BOXES = {
     "point": _PLANE,
     "spatial": _PLANE | {"z": '["0.4 m", "0.6 m"]', "rx": _TILT, "ry": _TILT, "rz": _TILT},
     "translating": _PLANE | {"z": '["0.4 m", "0.6 m"]'},
+    "spherical": dict.fromkeys(("rx", "ry", "rz"), '["-25 deg", "25 deg"]'),
 }
 _HEIGHT = "0.5 m"  # of home in space
 # A slider stands above its rod; the cranks hang the platform below them, or carry it.
@@ -99,9 +109,9 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         Such as ``"[R]RR"``; `chains` lists them.
     legs : int, optional
         By default as few as the platform needs.
-    platform : {"rigid", "point", "translating"}
-        A platform that turns, a point that only moves in the plane, or one that moves in space and
-        never turns.
+    platform : {"rigid", "point", "translating", "spherical"}
+        A platform that turns, a point that only moves in the plane, one that moves in space and
+        never turns, or one that only turns.
 
     Raises
     ------
@@ -112,20 +122,21 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     pose_space = info.pose_space
     space = POSE_SPACES[pose_space]
     least = space.dof
-    paired = space.in_space and space.turns
+    paired = space.size == 3 and space.turns
     most = least if paired else 64
     legs = least if legs is None else legs
     if not least <= legs <= most:
         expected = str(least) if least == most else f"{least} to {most}"
         raise MechanismError(f"{legs} legs for a {pose_space} platform; expected {expected}")
     joints = chain.replace("[", "").replace("]", "")
-    no_radius = not any(name.endswith("_radius") for name in info.parameter_names)
+    no_radius = space.moves and not any(name.endswith("_radius") for name in info.parameter_names)
     if no_radius and legs % 2 == 0 and legs > 2:
         raise MechanismError(
             f"{legs} legs {chain}: two of them would be the same; expected 2 or an odd number"
         )
     known = _PARAMETERS | (_BASE_GUIDE if joints[0] == "P" else {})
     known |= _PLATFORM_GUIDE if joints[-1] == "P" else {}
+    known |= {} if space.moves else _AXES
     special = (_SPATIAL if space.in_space else {}) | _OF_CHAIN.get((chain, pose_space), {})
     known |= {name: (value, known[name][1]) for name, value in special.items()}
     group, axis, carried = f"C{legs}", "", f"by turns of 360/{legs} degrees"
@@ -146,9 +157,11 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         box = box | other
     bounds = "".join(f"{name} = {limits}\n" for name, limits in box.items())
     home = ""
-    if space.in_space:
+    if space.size == 3:
         values = ["0 m", "0 m", height, *["0 deg"] * len(space.rotation)]
         home = f"home = {toml_value(values)}  # well inside\n"
+    noise = ('position = "0.1 mm"\n' if space.moves else "") + 'orientation = "0.1 mrad"\n'
+    length = 'length = "1 mm"\n' if space.moves else ""
     # What is redundant, or constant, is held.
     identified = len(info.parameter_names) - len(info.defaults) - (chain == "[P]US")
     return f"""{SCHEMA_LINE}
@@ -159,7 +172,7 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
 
 schema = 1
 chain = "{chain}"  # joints from base to platform, the actuated one in brackets
-platform = "{platform}"  # "rigid" if it turns, "point" or "translating" if it only moves
+platform = "{platform}"  # "rigid" if it moves and turns, "point" or "translating" if it only moves
 reading_unit = "{info.reading_unit}"  # what the sensors read: "rad" or "m"
 
 # Leg 1 is carried to the others {carried}.
@@ -169,7 +182,7 @@ group = "{group}"
 legs = {legs}
 {axis}
 [reference_leg]
-working_mode = {_MODES.get(chain, 1)}  # -1 or 1: {info.description}
+working_mode = {_MODES.get(chain, 1) if space.moves else -1}  # -1 or 1: {info.description}
 {parameters}
 # The box of poses in which to measure; home, by default the origin, says which assembly is meant.
 [workspace]
@@ -177,14 +190,11 @@ working_mode = {_MODES.get(chain, 1)}  # -1 or 1: {info.description}
 
 # Standard deviations of what is measured.
 [noise]
-position = "0.1 mm"
-orientation = "0.1 mrad"
-reading = 0
+{noise}reading = 0
 
 # Standard deviations of the parts as they are made.
 [tolerances]
-length = "1 mm"
-angle = "1 mrad"
+{length}angle = "1 mrad"
 gain = 1e-3
 
 [protocol]

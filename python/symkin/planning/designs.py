@@ -247,13 +247,16 @@ class Clearance(Value):
     Attributes
     ----------
     reach_margin : float
-        Least distance of every leg from the end of its reach, m.
+        Least distance of every leg from the end of its reach, m or rad.
     conditioning_limit : float
         Largest condition number of dg/dpose, see `Mechanism.singularity_measures`.
+    closure_unit : {"m", "rad"}
+        Of the distance.
     """
 
-    reach_margin: float = field(unit="m")
+    reach_margin: float = field(unit="closure")
     conditioning_limit: float
+    closure_unit: str = field(private=True, default="m")
 
 
 def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -> Clearance:
@@ -270,13 +273,15 @@ def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -
     own = Clearance(
         least_reach_margin(mechanism) if workspace else 0.0,
         workspace.conditioning_limit if workspace else math.inf,
+        mechanism.space.closure_unit,
     )
     error = sigmas * closure_deviation(mechanism, poses[:: -(-len(poses) // _SAMPLE)])
     if error == 0:
         return own
     home = float(mechanism.singularity_measures(mechanism.home)[2][0])
     limit = max(math.sqrt(mechanism.characteristic_length / error), 2 * home)
-    return Clearance(max(own.reach_margin, error), min(own.conditioning_limit, limit))
+    margin = max(own.reach_margin, error)
+    return Clearance(margin, min(own.conditioning_limit, limit), own.closure_unit)
 
 
 def allowed_candidates(

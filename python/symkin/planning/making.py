@@ -333,8 +333,8 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
             f"{demands.count} poses are wanted, but only {len(allowed) - excluded} of "
             f"{len(allowed)} candidates may be measured: the others, or their images under the "
             "symmetry, lie outside the workspace's box, in a region to avoid, within "
-            f"{kept.reach_margin:.3g} m of the end of a leg's reach, or are conditioned worse than "
-            f"{kept.conditioning_limit:.3g}"
+            f"{kept.reach_margin:.3g} {kept.closure_unit} of the end of a leg's reach, or are "
+            f"conditioned worse than {kept.conditioning_limit:.3g}"
         )
     poses = demands.candidates
     if len(required):  # behind the candidates: nobody else may choose them

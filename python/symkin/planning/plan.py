@@ -165,7 +165,7 @@ class Plan(Result):
 
     @property
     def travel(self) -> float:
-        """Length of the way from home through the poses in their order, without spares, m."""
+        """Length of the way from home through the poses in order, without spares, m or rad."""
         return travel_length(self.mechanism, self.poses[~self.spare])
 
     @property
@@ -263,7 +263,7 @@ class Plan(Result):
             "mechanism": self.mechanism.name,
             "poses": int(np.sum(~self.spare)),
             "spares": int(np.sum(self.spare)),
-            "travel_m": self.travel,
+            f"travel_{self.mechanism.space.closure_unit}": self.travel,
             "selection": self.basis and self.basis.to_dict(),
             "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
             "unknowns": [each.to_dict() for each in self.unknowns],

@@ -412,18 +412,21 @@ def pose_count_curve(
     }
     numbers = _counts(mechanism, cloud, settings, counts)
     points = [_predicted(mechanism, cloud, count, settings) for count in numbers]
-    position = np.array([point.accuracy.position for point in points])
+    errors = {
+        kind: np.array([getattr(point.accuracy, kind) for point in points])
+        for kind in ("position", "orientation")
+    }
+    (first, _), *_ = mechanism.space.errors
     return PoseCountCurve(
         mechanism=mechanism,
         candidates=cloud,
         settings=settings,
         counts=np.array(numbers, dtype=np.intp),
         measured=np.array([len(point.plan.poses) for point in points], dtype=np.intp),
-        position=position,
-        orientation=np.array([point.accuracy.orientation for point in points]),
+        **errors,
         efficiency=np.array([point.efficiency for point in points]),
         least_gain=least_gain,
-        enough=_enough(numbers, position, least_gain),
+        enough=_enough(numbers, errors[first], least_gain),
     )
 
 
@@ -469,7 +472,7 @@ def _remedies(
             ("orientation", "measured orientations"),
             ("reading", "sensor readings"),
         )
-        if getattr(noise, name) > 0
+        if getattr(noise, name) > 0 and (name != "position" or mechanism.space.moves)
     ]
     if settings["poses"] == "own" and settings["estimator"] != "joint":
         changes.append(("every leg identified from all poses", mechanism, {"poses": "all"}))
@@ -500,6 +503,10 @@ def check_wanted(mechanism: Mechanism, position: float | None, orientation: floa
     if orientation is not None and not mechanism.space.turns:
         raise SymkinError(
             f"the platform of {mechanism.name} never turns: it has no orientation to be in error"
+        )
+    if position is not None and not mechanism.space.moves:
+        raise SymkinError(
+            f"the platform of {mechanism.name} only turns: it has no position to be in error"
         )
     for name, value in wanted.items():
         if value is not None and not 0 < value < np.inf:

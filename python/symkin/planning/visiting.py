@@ -28,9 +28,10 @@ _GAIN = -1e-12  # of the longest distance: less is rounding
 
 
 def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:
-    """Length of the way from home through poses in their order, m.
+    """Length of the way from home through poses in their order, m; of a platform that turns, rad.
 
-    A rotation counts as the way of a point at the characteristic length from the centre.
+    Beside a position a rotation counts as the way of a point at the characteristic length from the
+    centre.
     """
     stations = np.vstack([mechanism.home, pose_rows(poses)])
     return float(_distances(mechanism, stations[:-1], stations[1:]).sum())
@@ -149,10 +150,10 @@ def _length(ways: Array, path: Path) -> float:
 
 
 def _distances(mechanism: Mechanism, one: Array, other: Array) -> Array:
-    """Way between poses, in the shape that the poses broadcast to, m."""
+    """Way between poses, in the shape that the poses broadcast to, m or rad."""
     size = mechanism.space.size
     ways = np.linalg.norm(one[..., :size] - other[..., :size], axis=-1)
-    if mechanism.pose_space == "spatial":
+    if mechanism.space.has_quaternion:
         # From the chord: the arc cosine of a product has 1e-8 rad of rounding near zero.
         chords = [
             np.linalg.norm(one[..., size:] + sign * other[..., size:], axis=-1) for sign in (1, -1)
@@ -160,4 +161,5 @@ def _distances(mechanism: Mechanism, one: Array, other: Array) -> Array:
         angles = 4 * np.arcsin(np.minimum(np.minimum(*chords) / 2, 1))
     else:
         angles = np.abs(one[..., size:] - other[..., size:]).sum(axis=-1)
-    return np.asarray(ways + mechanism.characteristic_length * angles)
+    length = mechanism.characteristic_length if mechanism.space.moves else 1.0
+    return np.asarray(ways + length * angles)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Collection
@@ -77,10 +78,14 @@ class Joint(NamedTuple):
 
 
 class Skeleton(NamedTuple):
-    """What is drawn of a mechanism: per leg the joint centres, shape (joints, 2 or 3), m."""
+    """What is drawn of a mechanism: per leg the joint centres, shape (joints, 2 or 3), m.
+
+    On a sphere they are the joints' axes, and links are arcs between them.
+    """
 
     legs: tuple[Array, ...]
     joints: tuple[Joint, ...]
+    on_sphere: bool = False
 
     @property
     def points(self) -> Array:
@@ -109,7 +114,8 @@ def mechanism(
     Parameters
     ----------
     mechanism : Mechanism
-        A spatial one is drawn in space and from above, others in the plane.
+        A spatial one is drawn in space and from above, others in the plane; of a spherical one the
+        joints' axes where they leave the unit sphere.
     pose : array_like, shape (coordinates,), optional
         One that all legs reach, by default home.
     symmetry : DrawnSymmetry, optional
@@ -125,18 +131,19 @@ def mechanism(
     """
     skeleton = skeleton_of(mechanism, mechanism.home if pose is None else np.asarray(pose, float))
     handles = _joint_handles(skeleton.joints)
+    labels = ("x", "y", "z") if skeleton.on_sphere else ("x, m", "y, m", "z, m")
     if ax is not None:
-        handles += _draw(dressed(ax, x="x, m", y="y, m"), skeleton, symmetry)
+        x, y, _ = labels
+        handles += _draw(dressed(ax, x=x, y=y), skeleton, symmetry)
         legend_beside(ax, handles)
         return ax
     spatial = mechanism.space.in_space
     figure = new_figure(8.4 if spatial else 4.6, 4.6)
     places = figure.add_gridspec(1, 1 + spatial, width_ratios=(1.25, 1) if spatial else None)
     if spatial:
-        labels = ("x, m", "y, m", "z, m")
         _draw(spatial_axes(figure, places[0], labels=labels), skeleton, None)
     title = "from above" if spatial else ""
-    axes = flat_axes(figure, places[-1], title=title, x="x, m", y="y, m")
+    axes = flat_axes(figure, places[-1], title=title, x=labels[0], y=labels[1])
     handles += _draw(axes, skeleton, symmetry)
     legend_below(figure, handles, columns=6 if spatial else 3 if symmetry is None else 2)
     return axes
@@ -150,7 +157,7 @@ def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
         _one_centre_a_joint(mechanism.core.joint_centres(leg, pose, reading), len(joints))
         for leg, reading in enumerate(readings)
     )
-    return Skeleton(legs, joints)
+    return Skeleton(legs, joints, on_sphere=not mechanism.space.moves)
 
 
 def joints_of(mechanism: Mechanism) -> tuple[Joint, ...]:
@@ -186,7 +193,7 @@ def _draw(axes: Any, skeleton: Skeleton, symmetry: DrawnSymmetry | None) -> list
             axes.add_collection3d(Poly3DCollection([corners], **_body_style(body)))
     points = skeleton.points[:, :2] if flat else skeleton.points
     for leg, centres in enumerate(skeleton.legs):
-        _draw_leg(axes, skeleton, leg, centres[:, :2] if flat else centres)
+        _draw_leg(axes, skeleton, leg, centres)
         _number_leg(axes, leg, centres, points.mean(axis=0))
     if not flat:
         equal_box(axes, points)
@@ -208,8 +215,10 @@ def _frame(axes: Axes, points: Array) -> None:
 
 def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
     colour = leg_style(leg).colour
-    axes.plot(*centres.T, color=colour, linewidth=2.4, solid_capstyle="round", zorder=3)
-    for joint, centre in zip(skeleton.joints, centres, strict=True):
+    shown = slice(None) if isinstance(axes, Axes3D) else slice(2)
+    links = _arcs(centres) if skeleton.on_sphere else centres
+    axes.plot(*links[:, shown].T, color=colour, linewidth=2.4, solid_capstyle="round", zorder=3)
+    for joint, centre in zip(skeleton.joints, centres[:, shown], strict=True):
         axes.plot(
             *([value] for value in centre),
             markerfacecolor=colour if joint.actuated else PAPER,
@@ -218,6 +227,14 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
             zorder=4,
             **joint.style,
         )
+
+
+def _arcs(axes: Array) -> Array:
+    """Points on the great circles between unit vectors."""
+    shares = np.linspace(0, 1, 25)[:, np.newaxis]
+    chords = [start + shares * (end - start) for start, end in itertools.pairwise(axes)]
+    points = np.concatenate(chords)
+    return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
 
 
 def _number_leg(axes: Any, leg: int, centres: Array, middle: Array) -> None:

@@ -45,7 +45,7 @@ from symkin.plot.style import (
     new_figure,
     sign,
 )
-from symkin.plot.workspaces import View, views_of
+from symkin.plot.workspaces import View, shown_of, views_of
 from symkin.poses import PoseSpace
 from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
 
@@ -124,9 +124,10 @@ def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> Fi
     -------
     Figure or SubFigure
     """
-    panels = [(_MILLI * curve.position, "expected position error, mm", True)]
-    if np.isfinite(curve.orientation).any() and (curve.orientation > 0).any():
-        panels.append((_MILLI * curve.orientation, "expected orientation error, mrad", True))
+    panels = [
+        (_MILLI * getattr(curve, kind), f"expected {kind} error, m{unit}", True)
+        for kind, unit in curve.mechanism.space.errors
+    ]
     panels.append((100 * curve.efficiency, "efficiency, %", False))
     figure = new_figure(0.6 + 3.0 * len(panels), 3.4, figure)
     places = figure.add_gridspec(1, len(panels))
@@ -161,15 +162,16 @@ def residuals(
     Figure or SubFigure
     """
     fits = identification.legs
+    unit = identification.nominal.space.closure_unit
     titles = [
-        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} mm" for leg, fit in _counted(fits)
+        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}" for leg, fit in _counted(fits)
     ]
-    figure, panels = _panels(titles, figure)
+    figure, panels = _panels(titles, unit, figure)
     for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
         closures, colour = _MILLI * fit.residuals, leg_style(leg).colour
         numbers = measurements.row_numbers[fit.rows]
         axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
-        _draw_closures(axes, leg, numbers, closures, numbers)
+        _draw_closures(axes, leg, unit, numbers, closures, numbers)
         rejected = np.isin(fit.rows, fit.rejected)
         axes.plot(
             *(each[rejected] for each in (numbers, closures)), "x", color=ACCENT, markersize=6
@@ -207,11 +209,12 @@ def dependence(
         _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
     ]
     titles = [f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in _counted(found)]
-    figure, panels = _panels(titles, figure)
+    unit = identification.nominal.space.closure_unit
+    figure, panels = _panels(titles, unit, figure)
     for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
         closures = _MILLI * most.residuals
         numbers = measurements.row_numbers[most.rows]
-        _draw_closures(axes, leg, most.values, closures, numbers)
+        _draw_closures(axes, leg, unit, most.values, closures, numbers)
         along = np.linspace(most.values.min(), most.values.max(), 50)
         parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
         axes.plot(along, parabola(along), color=INK, linewidth=1.2)
@@ -332,11 +335,10 @@ def error_histogram(
     -------
     Figure or SubFigure
     """
-    labels = ("position error, mm", "orientation error, mrad")
-    kinds = list(
-        zip(labels, _error_sizes(before), _error_sizes(after), strict=False)
-    )  # a point has one kind only
-    foreseen = (None, None) if expected is None else (expected.position, expected.orientation)
+    names = before.space.errors
+    labels = [f"{kind} error, m{unit}" for kind, unit in names]
+    kinds = list(zip(labels, _error_sizes(before), _error_sizes(after), strict=True))
+    foreseen = [None if expected is None else getattr(expected, kind) for kind, _ in names]
     figure = new_figure(8.6 if len(kinds) > 1 else 4.6, 3.5, figure)
     places = figure.add_gridspec(1, len(kinds))
     for column, (label, sizes_before, sizes_after) in enumerate(kinds):
@@ -362,8 +364,9 @@ def error_map(
 ) -> FigureBase:
     """Draw the position error over the workspace: before in the upper row, after in the lower.
 
-    The columns are bands of orientation (planar) or projections (spatial). Each row has its own
-    colour bar, since the errors differ by orders of magnitude.
+    Of a spherical platform it is the orientation error. The columns are bands of orientation
+    (planar) or projections (in space). Each row has its own colour bar, since the errors differ by
+    orders of magnitude.
 
     Parameters
     ----------
@@ -379,7 +382,9 @@ def error_map(
     Figure or SubFigure
     """
     rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
+    rows = shown_of(after.space, rows)
     panels = _map_panels(rows, after.space)
+    (kind, unit), *_ = after.space.errors
     figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
     if len(panels) == 1:
         places = figure.add_gridspec(1, 2)
@@ -390,7 +395,8 @@ def error_map(
     first: Axes | None = None
     for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
         sizes = _MILLI * _error_sizes(evaluation)[0]
-        first = _draw_row(figure, row, panels, rows, sizes, state, first)
+        label = f"{kind} error\n{state}, m{unit}"
+        first = _draw_row(figure, row, panels, rows, sizes, label, first)
     return figure
 
 
@@ -452,7 +458,9 @@ def _strongest(measurements: Measurements, identification: Identification, leg: 
     return Dependence(name, values[name], closures, rows, shares[name])
 
 
-def _panels(titles: Sequence[str], figure: FigureBase | None) -> tuple[FigureBase, list[Axes]]:
+def _panels(
+    titles: Sequence[str], unit: str, figure: FigureBase | None
+) -> tuple[FigureBase, list[Axes]]:
     """A panel for each leg, all with the same scale of closures."""
     rows = -(-len(titles) // _COLUMNS)
     figure = new_figure(9.2, 0.7 + 2.1 * rows, figure)
@@ -465,19 +473,24 @@ def _panels(titles: Sequence[str], figure: FigureBase | None) -> tuple[FigureBas
         axes.axhline(0, color=LINE, linewidth=0.8)
         axes.tick_params(labelleft=column == 0)
         if column == 0:
-            axes.set_ylabel("closure, mm", fontsize=SMALL, color=INK)
+            axes.set_ylabel(f"closure, m{unit}", fontsize=SMALL, color=INK)
         panels.append(axes)
     return figure, panels
 
 
 def _draw_closures(
-    axes: Axes, leg: int, x: Array | NDArray[np.intp], closures: Array, rows: NDArray[np.intp]
+    axes: Axes,
+    leg: int,
+    unit: str,
+    x: Array | NDArray[np.intp],
+    closures: Array,
+    rows: NDArray[np.intp],
 ) -> None:
     (points,) = axes.plot(x, closures, "o", color=leg_style(leg).colour, markersize=3)
     name_points(
         points,
         [
-            f"row {row}, leg {leg + 1}: {closure:+.3g} mm"
+            f"row {row}, leg {leg + 1}: {closure:+.3g} m{unit}"
             for row, closure in zip(rows, closures, strict=True)
         ],
     )
@@ -534,7 +547,7 @@ class Panel(NamedTuple):
 
 
 def _error_sizes(evaluation: Evaluation) -> list[Array]:
-    """Distance (m) and angle (rad) of each pose's error; a point platform has no angle."""
+    """Distance (m) and angle (rad) of each pose's error, of those that the platform has."""
     differences, positions = evaluation.differences, evaluation.space.size
     parts = (differences[:, :positions], differences[:, positions:])
     return [np.linalg.norm(part, axis=1) for part in parts if part.shape[1]]
@@ -564,7 +577,7 @@ def _draw_row(
     panels: Sequence[Panel],
     poses: Array,
     sizes: Array,
-    state: str,
+    label: str,
     first: Axes | None,
 ) -> Axes:
     """Draw all panels of one state with one colour bar; returns the first of the figure."""
@@ -590,7 +603,6 @@ def _draw_row(
     if np.isfinite(values).any():
         for each in drawn:
             each.set_clim(np.nanmin(values), np.nanmax(values))
-    label = f"position error\n{state}, mm"
     colour_bar(figure, drawn[0], row_axes, label, pad=0.01, shrink=0.85)
     assert first is not None
     return first

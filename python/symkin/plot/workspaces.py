@@ -36,7 +36,13 @@ from symkin.plot.style import (
     spatial_axes,
     thinned,
 )
-from symkin.poses import POSE_SPACES, PoseSpace, space_named
+from symkin.poses import (
+    POSE_SPACES,
+    PoseSpace,
+    rotations_from_quaternions,
+    space_named,
+    vectors_from_rotations,
+)
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices
 from symkin.workspace.study import WorkspaceStudy
@@ -48,6 +54,7 @@ _SIZES = {
     "point": (4.6, 4.4),
     "spatial": (8.8, 3.7),
     "translating": (8.8, 3.7),
+    "spherical": (8.8, 3.7),
 }  # inches
 _PLAIN = "#9DB8CC"  # of poses without orientation
 _FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
@@ -57,7 +64,7 @@ _POINTS = 12_000  # in a cloud of readings
 
 
 class View(NamedTuple):
-    """Two position coordinates, by column, and the labels of their axes."""
+    """Two coordinates of what is shown of poses, by column, and the labels of their axes."""
 
     x: int
     y: int
@@ -70,9 +77,22 @@ _TOP = View(0, 1, "x, m", "y, m")
 _SIDES = View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")
 
 
+_TURNS = tuple(
+    View(x, y, f"{'xyz'[x]} of the rotation vector, rad", f"{'xyz'[y]}, rad")
+    for x, y in ((0, 1), (0, 2), (1, 2))
+)
+
+
 def views_of(space: PoseSpace) -> tuple[View, ...]:
-    """From above, and in space from the sides too."""
+    """From above, and in space from the sides too; of a spherical platform its rotation."""
+    if not space.moves:
+        return _TURNS
     return (_TOP, *_SIDES) if space.in_space else (_TOP,)
+
+
+def shown_of(space: PoseSpace, poses: Array) -> Array:
+    """What the views show of poses: the arrays themselves, or rotation vectors."""
+    return poses if space.moves else vectors_from_rotations(rotations_from_quaternions(poses))
 
 
 def poses(
@@ -85,7 +105,8 @@ def poses(
 ) -> FigureBase:
     """Draw a cloud of poses, coloured by orientation, and the poses of every leg's set on it.
 
-    Planar ones are drawn in x and y, and in x, y and phi; spatial ones in three projections.
+    Planar ones are drawn in x and y, and in x, y and phi; those in space in three projections, of a
+    spherical platform of the rotation vector.
 
     Parameters
     ----------
@@ -95,7 +116,7 @@ def poses(
         Poses of each leg's set.
     labels : sequence of str
         Of the sets, by default "leg 1", "leg 2", ...
-    pose_space : {"planar", "point", "spatial", "translating"}, optional
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}, optional
         Kind of the poses; by default what they say, or by how many coordinates they have.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
@@ -111,7 +132,8 @@ def poses(
     figure = new_figure(*_SIZES[space], figure)
     columns = 2 if space == "planar" else len(views)
     places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
-    drawn = cloud[thinned(len(cloud), _FLAT_LIMIT)]
+    drawn = shown_of(POSE_SPACES[space], cloud[thinned(len(cloud), _FLAT_LIMIT)])
+    chosen = [shown_of(POSE_SPACES[space], each) for each in chosen]
     panels, axes = [], []
     for column, view in enumerate(views):
         axes.append(flat_axes(figure, places[column], x=view.x_label, y=view.y_label))
@@ -120,7 +142,7 @@ def poses(
             axes[-1].set_aspect("equal", adjustable="box" if len(views) == 1 else "datalim")
     if space == "planar":
         _draw_with_angle(figure, places[1], cloud, chosen)
-    if POSE_SPACES[space].turns:
+    if POSE_SPACES[space].turns and POSE_SPACES[space].moves:
         where = {"location": "left"} if space == "planar" else {}
         colour_bar(figure, panels[0], axes, _orientation_label(space), shrink=0.8, **where)
     if chosen:
@@ -149,9 +171,10 @@ def workspace(
     figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows), figure)
     grid = figure.add_gridspec(len(rows), columns)
     for number, row in enumerate(rows):
+        x, y, *_ = (f"{name}, {unit}" for name, unit in row.mechanism.space.units.items())
         for column, found in enumerate(row.slices):
             label = _slice_title(row.title if len(rows) > 1 else "", found)
-            axes = flat_axes(figure, grid[number, column], title=label, x="x, m", y="y, m")
+            axes = flat_axes(figure, grid[number, column], title=label, x=x, y=y)
             _draw_slice(axes, found)
     legend_below(figure, _slice_legend([found for row in rows for found in row.slices]), columns)
     return figure

@@ -6,20 +6,23 @@ from __future__ import annotations
 import numpy as np
 
 from symkin.alignment import Alignment
+from symkin.poses import POSE_SPACES
 from symkin.report.content import Group, Page, Section, Table, Verdict
 from symkin.report.wording import decimals_of, fixed, milli, plural, significant
 
 __all__ = ["alignment_page"]
 
-_NAMES = {3: ("x", "y", "phi"), 6: ("x", "y", "z", "rx", "ry", "rz")}
+_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def alignment_page(found: Alignment) -> Page:
     """Tell the frames, and how well they explain the poses."""
     verdict: Verdict = "good" if found.trustworthy else "doubtful"
-    turns = found.differences.shape[1] > 2
-    headlines = [("Position left", milli(found.position_rms, "m"), "root mean square")]
-    if turns:
+    space = POSE_SPACES[found.pose_space]
+    headlines = []
+    if space.moves:
+        headlines.append(("Position left", milli(found.position_rms, "m"), "root mean square"))
+    if space.turns:
         degrees = np.degrees(found.orientation_rms)
         headlines.append(
             ("Orientation left", f"{significant(degrees)}\N{DEGREE SIGN}", "root mean square")
@@ -43,6 +46,9 @@ def alignment_page(found: Alignment) -> Page:
 
 
 def _frames_section(found: Alignment) -> Section:
+    space = POSE_SPACES[found.pose_space]
+    names = [_NAMES[component] for component in space.frame_components]
+    names = names if space.in_space else ["x", "y", "phi"]
     groups = [
         Group(
             [
@@ -52,9 +58,7 @@ def _frames_section(found: Alignment) -> Section:
                     fixed(value, decimals_of(deviation)),
                     significant(deviation, 2),
                 ]
-                for name, value, deviation in zip(
-                    _NAMES[len(values)], values, deviations.tolist(), strict=True
-                )
+                for name, value, deviation in zip(names, values, deviations.tolist(), strict=True)
             ],
             title,
         )

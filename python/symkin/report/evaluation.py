@@ -51,7 +51,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
             (f"{kind.capitalize()} error{how}", milli(getattr(of, f"{kind}_rms"), unit), "rms")
             for how, of in ((", frames aligned", evaluation.aligned), ("", evaluation))
             if of is not None
-            for kind, unit in _kinds(evaluation)
+            for kind, unit in evaluation.space.errors
         ],
         notes=[
             f"left out, since {why}: {plural(number, 'pose')}"
@@ -72,8 +72,9 @@ def cross_validation_page(validation: CrossValidation) -> Page:
     evaluation = validation.evaluation
     headlines: list[Headline] = []
     if math.isfinite(validation.residual_rms):
-        most = f"at most {milli(validation.residual_max, 'm')}"
-        rms = milli(validation.residual_rms, "m")
+        unit = validation.closure_unit
+        most = f"at most {milli(validation.residual_max, unit)}"
+        rms = milli(validation.residual_rms, unit)
         headlines.append(("Closure of the legs, root mean square", rms, most))
     for kind, value in validation.observed_rms.items():
         name, _, unit = kind.rpartition("_")
@@ -83,7 +84,7 @@ def cross_validation_page(validation: CrossValidation) -> Page:
     if evaluation is not None:
         headlines += [
             (f"{kind.capitalize()} error, root mean square", milli(value, unit), "")
-            for kind, unit in _kinds(evaluation)
+            for kind, unit in evaluation.space.errors
             for value in (getattr(evaluation, f"{kind}_rms"),)
         ]
         parts = [error_table({"Error": evaluation}), _worst(evaluation)]
@@ -148,7 +149,7 @@ def _error_rows(
     expected: ExpectedAccuracy | None = None,
 ) -> list[list[str]]:
     rows = []
-    for kind, unit in _kinds(kind_of):
+    for kind, unit in kind_of.space.errors:
         for figure, name in (("rms", "root mean square"), ("max", "maximum")):
             values = [getattr(each, f"{kind}_{figure}") for each in errors]
             cells = list(spare)
@@ -170,7 +171,7 @@ def before_and_after(
 ) -> list[Headline]:
     """Errors before and after, with what was to be expected where that can be compared."""
     figures = []
-    for kind, unit in _kinds(kind_of):
+    for kind, unit in kind_of.space.errors:
         old, new = (getattr(each, f"{kind}_rms") for each in (before, after))
         remark = ratio(old, new)
         if expected is not None:
@@ -182,9 +183,9 @@ def before_and_after(
 
 
 def errors_in_words(kind_of: Evaluation, errors: Evaluation | AlignedErrors) -> str:
-    """Root mean squares of position and, unless of a point, of orientation."""
+    """Root mean squares of position and orientation, of those that the platform has."""
     return " and ".join(
-        milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in _kinds(kind_of)
+        milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in kind_of.space.errors
     )
 
 
@@ -206,6 +207,7 @@ def error_figures(
     before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
 ) -> list[Image]:
     """How large the errors are, and where."""
+    (kind, _), *_ = after.space.errors
     columns = " Columns are projections." if after.space.in_space else ""
     if after.pose_space == "planar":
         columns = " Columns are bands of the platform angle."
@@ -218,17 +220,12 @@ def error_figures(
         ),
         Image(
             "error_map",
-            "Maps of the position error over the workspace, before and after.",
-            f"Where the position errors are, before and after.{columns} Mind that each state has "
+            f"Maps of the {kind} error over the workspace, before and after.",
+            f"Where the {kind} errors are, before and after.{columns} Mind that each state has "
             "its own scale.",
             plotted("error_map", after.poses, before, after),
         ),
     ]
-
-
-def _kinds(evaluation: Evaluation) -> list[tuple[str, str]]:
-    kinds = [("position", "m"), ("orientation", "rad")]
-    return kinds if evaluation.space.turns else kinds[:1]
 
 
 def _closure_table(evaluation: Evaluation) -> Table | None:
@@ -236,7 +233,8 @@ def _closure_table(evaluation: Evaluation) -> Table | None:
         return None
     rms, legs = evaluation.closure_rms
     values = {"all legs": rms, **{f"leg {leg}": each for leg, each in enumerate(legs.tolist(), 1)}}
-    rows = [[name, milli(value, "m")] for name, value in values.items() if not math.isnan(value)]
+    unit = evaluation.space.closure_unit
+    rows = [[name, milli(value, unit)] for name, value in values.items() if not math.isnan(value)]
     columns = ("Closure of", "Root mean square")
     return Table("How far the legs miss closing", columns, [Group(rows)], brief=True)
 
@@ -244,12 +242,13 @@ def _closure_table(evaluation: Evaluation) -> Table | None:
 def _worst(evaluation: Evaluation) -> Table:
     """The poses with the largest errors."""
     errors = dict(zip(("m", "rad"), evaluation.errors, strict=True))
-    kinds = _kinds(evaluation)
-    order = np.argsort(-np.nan_to_num(errors["m"], nan=-1), kind="stable")[:_WORST]
+    kinds = evaluation.space.errors
+    (_, first), *_ = kinds
+    order = np.argsort(-np.nan_to_num(errors[first], nan=-1), kind="stable")[:_WORST]
     rows = [
         [str(evaluation.row_numbers[row]), *(milli(errors[unit][row], unit) for _, unit in kinds)]
         for row in order
-        if np.isfinite(errors["m"][row])
+        if np.isfinite(errors[first][row])
     ]
     columns = ["Row", *(f"{kind.capitalize()} error" for kind, _ in kinds)]
     return Table("Largest errors", columns, [Group(rows)], brief=True)
@@ -257,7 +256,10 @@ def _worst(evaluation: Evaluation) -> Table:
 
 def _next_step(evaluation: Evaluation) -> str:
     aligned = evaluation.aligned
-    if aligned is not None and aligned.position_rms < evaluation.position_rms / 2:
+    (kind, _), *_ = evaluation.space.errors
+    if aligned is not None and getattr(aligned, f"{kind}_rms") < (
+        getattr(evaluation, f"{kind}_rms") / 2
+    ):
         return (
             "most of the error is a constant motion of base or tool frame: measure these frames "
             "before you blame the legs."

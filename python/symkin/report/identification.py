@@ -167,14 +167,15 @@ def _done(found: Identification) -> str:
 def _achieved(found: Identification) -> tuple[list[Headline], list[str]]:
     """The errors before and after, as headlines and in words."""
     before, after, validation = found.before, found.after, found.cross_validation
-    closures = milli(found.nominal_residual_rms, "m"), milli(found.residual_rms, "m")
+    unit = found.nominal.space.closure_unit
+    closures = milli(found.nominal_residual_rms, unit), milli(found.residual_rms, unit)
     remark = ratio(found.nominal_residual_rms, found.residual_rms)
     words = (
         f"The legs miss closing by {closures[0]} (root mean square) with the nominal parameters, "
         f"and by {closures[1]} with the identified ones."
     )
     if validation is not None:
-        unseen = milli(validation.residual_rms, "m")
+        unseen = milli(validation.residual_rms, unit)
         remark += f"; {unseen} in cross-validation"
         words += (
             f" At poses that the identification did not see they miss by {unseen} "
@@ -270,15 +271,15 @@ def _accuracy_section(found: Identification) -> Section:
 
 
 def _closure_table(found: Identification) -> Table:
-    validation = found.cross_validation
+    validation, unit = found.cross_validation, found.nominal.space.closure_unit
     rows = [
-        ("nominal", milli(found.nominal_residual_rms, "m"), NONE),
-        ("calibrated", milli(found.residual_rms, "m"), milli(found.residual_max, "m")),
+        ("nominal", milli(found.nominal_residual_rms, unit), NONE),
+        ("calibrated", milli(found.residual_rms, unit), milli(found.residual_max, unit)),
     ]
     if validation is not None:
         label = f"{validation.name} (poses that the fit did not see)"
         rms, largest = validation.residual_rms, validation.residual_max
-        rows.append((label, milli(rms, "m"), milli(largest, "m")))
+        rows.append((label, milli(rms, unit), milli(largest, unit)))
     columns = ("Parameters", "Root mean square", "Maximum")
     return Table("Closure residual of all legs", columns, [Group(rows)], brief=True)
 
@@ -349,7 +350,7 @@ def _change(change: float, drawn: float, unit: str, deviation: float) -> str:
 def _worst_rows(found: Identification, brief: bool) -> Table:
     """The rows that fit worst, whether that is suspicious or not."""
     student = np.nan_to_num(found.diagnosis.student)
-    numbers = found.measurements.row_numbers
+    numbers, unit = found.measurements.row_numbers, found.nominal.space.closure_unit
     outliers = {outlier.row for outlier in found.diagnosis.outliers}
     rows = []
     for row in np.argsort(-np.abs(student).max(axis=1), kind="stable")[:_WORST_ROWS].tolist():
@@ -360,7 +361,7 @@ def _worst_rows(found: Identification, brief: bool) -> Table:
             [
                 str(numbers[row]),
                 str(leg + 1),
-                milli(float(closure[0]), "m") if closure.size else NONE,
+                milli(float(closure[0]), unit) if closure.size else NONE,
                 fixed(student[row, leg], 1),
                 "does not fit" if row in outliers else "as noise has it",
             ]
@@ -387,7 +388,7 @@ def _fit_table(found: Identification, brief: bool) -> Table:
             str(fit.iterations),
             str(len(fit.rows)),
             _rejected(found, fit),
-            milli(fit.residual_rms, "m"),
+            milli(fit.residual_rms, found.nominal.space.closure_unit),
             significant(fit.chi_square),
             significant(fit.condition),
         ]

@@ -133,10 +133,11 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
         return
     before, after, validation = found.before, found.after, found.cross_validation
     if math.isfinite(found.residual_rms):
+        unit = found.nominal.space.closure_unit
         remark = ratio(found.nominal_residual_rms, found.residual_rms)
         if validation is not None:
-            remark += f"; {milli(validation.residual_rms, 'm')} in cross-validation"
-        closures = [milli(found.nominal_residual_rms, "m"), milli(found.residual_rms, "m")]
+            remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
+        closures = [milli(found.nominal_residual_rms, unit), milli(found.residual_rms, unit)]
         value = " \N{RIGHTWARDS ARROW} ".join(closures)
         yield "Closure of the legs, root mean square", value, remark
     if before is None or after is None:
@@ -224,7 +225,7 @@ def _noise_table(found: JointIdentification) -> list[Table]:
     unit = found.nominal.reading_unit
     rows = [
         (name, milli(getattr(declared, name), of), milli(getattr(noise, name), of))
-        for name, of in (("position", "m"), ("orientation", "rad"), ("reading", unit))
+        for name, of in (*found.nominal.space.errors, ("reading", unit))
     ]
     columns = ("Noise of", "Declared", "Estimated")
     return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]

@@ -29,6 +29,7 @@ _PLATFORMS = {
     "point": "a point that moves in the plane",
     "spatial": "moves and turns in space",
     "translating": "moves in space and never turns",
+    "spherical": "turns about a fixed point",
 }
 
 
@@ -189,10 +190,13 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
                 for (name, unit), value in zip(names, home, strict=True)
             ),
         ),
-        ("margin to the limits of reach, at least", quantity(least_reach_margin(mechanism), "m")),
+        (
+            "margin to the limits of reach, at least",
+            quantity(least_reach_margin(mechanism), mechanism.space.closure_unit),
+        ),
         ("condition number, at most", setting(settings.conditioning_limit)),
     ]
-    if mechanism.space.turns:
+    if mechanism.space.turns and mechanism.space.moves:
         length = setting(mechanism.characteristic_length, "m")
         rows.append(("length that weighs rotations in it", length))
     return rows
@@ -200,7 +204,9 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
 
 def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     noise = mechanism.noise
-    rows: list[Sequence[str]] = [("position", setting(1e3 * noise.position, "mm"))]
+    rows: list[Sequence[str]] = []
+    if mechanism.space.moves:
+        rows.append(("position", setting(1e3 * noise.position, "mm")))
     if mechanism.space.turns:
         rows.append(("orientation", setting(1e3 * noise.orientation, "mrad")))
     reading = setting(noise.reading, mechanism.reading_unit) if noise.reading else "none"
@@ -209,8 +215,9 @@ def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
 
 def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:
     tolerances = mechanism.tolerances
+    lengths = [("lengths", setting(1e3 * tolerances.length, "mm"))]
     return [
-        ("lengths", setting(1e3 * tolerances.length, "mm")),
+        *(lengths if "m" in mechanism.parameter_units else []),
         ("angles", setting(1e3 * tolerances.angle, "mrad")),
         ("sensor gains", setting(100 * tolerances.gain, "%")),
     ]

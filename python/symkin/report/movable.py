@@ -83,14 +83,16 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     inner = len(ends[0]) - 2
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
-    axes = _axes(mechanism, 3 + 2 * mechanism.space.size * inner * len(mechanism.legs))
+    dimensions = base.shape[1]
+    axes = _axes(mechanism, 3 + 2 * dimensions * inner * len(mechanism.legs))
     poses = _nodes(mechanism, axes)
-    codes, offset, step = _codes(mechanism, poses, inner)
+    codes, offset, step = _codes(mechanism, poses, (inner, dimensions))
     names = pose_coordinates(mechanism.space)
     home_values = _home_values(mechanism)
     assert mechanism.workspace is not None
     return {
-        "dimensions": mechanism.space.size,
+        "dimensions": dimensions,
+        "moves": mechanism.space.moves,
         "axes": [
             {"name": name, "unit": unit, "values": np.round(axis, 9).tolist()}
             for (name, unit), axis in zip(names, axes, strict=True)
@@ -110,7 +112,7 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
         "decades": _DECADES,
         "states": _STATES,
         "limit": mechanism.workspace.conditioning_limit,
-        "margin": milli(least_reach_margin(mechanism), "m"),
+        "margin": milli(least_reach_margin(mechanism), mechanism.space.closure_unit),
         "allowed": setting(mechanism.workspace.conditioning_limit),
         "nodes": _ALPHABET[codes].tobytes().decode("ascii"),
     }
@@ -165,7 +167,7 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
 
 
 def _codes(
-    mechanism: Mechanism, poses: Array, inner: int
+    mechanism: Mechanism, poses: Array, inner: tuple[int, int]
 ) -> tuple[NDArray[np.int64], Array, float]:
     """Characters of every node, and the scale of the coordinates among them."""
     readings = mechanism.inverse_kinematics(poses)
@@ -185,10 +187,12 @@ def _codes(
     return np.hstack([_states(mechanism, poses, readings, inside)[:, None], pairs]), offset, step
 
 
-def _inner_centres(mechanism: Mechanism, poses: Array, readings: Array, inner: int) -> Array:
+def _inner_centres(
+    mechanism: Mechanism, poses: Array, readings: Array, inner: tuple[int, int]
+) -> Array:
     """Of the joints between the first and the last of each leg, (N, legs, inner, 2 or 3), m."""
-    centres = np.full((len(poses), len(mechanism.legs), inner, mechanism.space.size), np.nan)
-    if inner:
+    centres = np.full((len(poses), len(mechanism.legs), *inner), np.nan)
+    if inner[0]:
         joint_centres = mechanism.core.joint_centres
         for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
             centres[row, leg] = joint_centres(leg, poses[row], readings[row, leg])[1:-1]
@@ -231,9 +235,10 @@ def _in_platform(mechanism: Mechanism, points: Array) -> Array:
     if mechanism.pose_space == "planar":
         cosine, sine = np.cos(values[2]), np.sin(values[2])
         rotation = np.array([[cosine, -sine], [sine, cosine]])
-    elif mechanism.pose_space == "spatial":
-        rotation = rotations_from_quaternions(mechanism.home[np.newaxis, 3:])[0]
-    local: Array = (points - values[:dimensions]) @ rotation
+    elif mechanism.space.has_quaternion:
+        rotation = rotations_from_quaternions(mechanism.home[np.newaxis, -4:])[0]
+    centre = values[:dimensions] if mechanism.space.moves else np.zeros(dimensions)
+    local: Array = (points - centre) @ rotation
     return local
 
 

@@ -57,7 +57,9 @@ def plan_page(plan: Plan) -> Page:
     if expected is not None:
         remark = f"expected, rms ({plan.estimator}, all poses)"
         headlines += expected_headlines(mechanism, expected.position, expected.orientation, remark)
-    headlines.append(("Way", quantity(plan.travel, "m"), "from home through the poses"))
+    headlines.append(
+        ("Way", quantity(plan.travel, mechanism.space.closure_unit), "from home through the poses")
+    )
     notes = []
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
@@ -108,12 +110,12 @@ def plan_page(plan: Plan) -> Page:
 def expected_headlines(
     mechanism: Mechanism, position: float, orientation: float, remark: str
 ) -> Sequence[Headline]:
-    """Expected errors as headlines; a platform that never turns has none of the orientation."""
-    errors = [
-        ("Position error", milli(position, "m"), remark),
-        ("Orientation error", milli(orientation, "rad"), remark),
+    """Expected errors as headlines; of those that the platform has."""
+    errors = {"position": position, "orientation": orientation}
+    return [
+        (f"{kind.capitalize()} error", milli(errors[kind], unit), remark)
+        for kind, unit in mechanism.space.errors
     ]
-    return errors if mechanism.space.turns else errors[:1]
 
 
 def _unknowns_section(plan: Plan) -> Section:
@@ -207,7 +209,8 @@ def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
 def _paragraphs(plan: Plan, simulation: Simulation | None) -> list[str]:
     wanted = np.flatnonzero(~plan.spare)
     text = f"{plural(len(wanted), 'pose')} to measure; the way through them, from home, is "
-    paragraphs = [f"{text}{quantity(plan.travel, 'm')}."]
+    way = quantity(plan.travel, plan.mechanism.space.closure_unit)
+    paragraphs = [f"{text}{way}."]
     if plan.basis is not None:
         paragraphs += _made(plan.basis)
     if simulation is not None:

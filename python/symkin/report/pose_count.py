@@ -22,14 +22,16 @@ _PERCENT = "\N{NO-BREAK SPACE}%"
 def pose_count_page(curve: PoseCountCurve) -> Page:
     """Describe what more poses bring."""
     mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
+    (kind, unit), *_ = mechanism.space.errors
+    errors = getattr(curve, kind)
     enough = (
         f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
-        "position error"
+        f"{kind} error"
         if curve.enough is not None
-        else f"Every further pose saves at least {gain} of the position error"
+        else f"Every further pose saves at least {gain} of the {kind} error"
     )
     ends: list[Headline] = [
-        (name, milli(curve.position[at], "m"), f"{plural(int(curve.counts[at]), 'pose')} a leg")
+        (name, milli(errors[at], unit), f"{plural(int(curve.counts[at]), 'pose')} a leg")
         for name, at in (("Fewest", 0), ("Most", -1))
     ]
     return Page(
@@ -93,23 +95,22 @@ def _plan(curve: PoseCountCurve, count: int) -> str:
 
 
 def _remedies(needed: NeededPoses) -> Table:
-    turns = needed.curve.mechanism.space.turns
+    kinds = needed.curve.mechanism.space.errors
     rows = [
         (
             remedy.change,
-            milli(remedy.expected.position, "m"),
-            *([milli(remedy.expected.orientation, "rad")] if turns else []),
+            *(milli(getattr(remedy.expected, kind), unit) for kind, unit in kinds),
             "yes" if remedy.enough else "no",
         )
         for remedy in needed.remedies
     ]
-    columns = ["Change", "Position error, rms", *(["Orientation error, rms"] if turns else [])]
+    columns = ["Change", *(f"{kind.capitalize()} error, rms" for kind, _ in kinds)]
     caption = "What else would help, at the same poses"
     return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
 
 
 def _curve_section(curve: PoseCountCurve) -> Section:
-    turns = curve.mechanism.space.turns
+    kinds = curve.mechanism.space.errors
     figure = Image(
         "pose_count",
         "Expected errors and efficiency against the number of poses.",
@@ -120,10 +121,10 @@ def _curve_section(curve: PoseCountCurve) -> Section:
     )
     rows = []
     for at, number in enumerate(curve.counts.tolist()):
-        row = [str(number), str(curve.measured[at]), milli(curve.position[at], "m")]
-        row += [milli(curve.orientation[at], "rad")] if turns else []
+        row = [str(number), str(curve.measured[at])]
+        row += [milli(getattr(curve, kind)[at], unit) for kind, unit in kinds]
         rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
-    columns = ["Poses a leg", "Poses in all", "Position error, rms"]
-    columns += ["Orientation error, rms"] if turns else []
+    columns = ["Poses a leg", "Poses in all"]
+    columns += [f"{kind.capitalize()} error, rms" for kind, _ in kinds]
     table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)], brief=True)
     return Section("curve", "Number of poses", [], [figure, table])

@@ -100,12 +100,14 @@ def _replaced(simulation: Simulation) -> list[str]:
 
 def _done(result: ProtocolResult) -> str:
     nominal, tolerances = result.nominal, result.nominal.tolerances
-    turns = nominal.space.turns
-    noise = setting(1e3 * nominal.noise.position, "mm")
-    noise += f" and {setting(1e3 * nominal.noise.orientation, 'mrad')}" if turns else ""
+    noise = " and ".join(
+        setting(1e3 * getattr(nominal.noise, kind), f"m{unit}")
+        for kind, unit in nominal.space.errors
+    )
+    lengths = f"{setting(1e3 * tolerances.length, 'mm')}, "
     return (
         f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
-        f"allow (standard deviations {setting(1e3 * tolerances.length, 'mm')}, "
+        f"allow (standard deviations {lengths if 'm' in nominal.parameter_units else ''}"
         f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
         f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
         f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
@@ -117,9 +119,9 @@ def _done(result: ProtocolResult) -> str:
 
 def _achieved(result: ProtocolResult) -> str:
     before, after, expected = result.before, result.after, result.expected
-    foreseen = milli(expected.position, "m")
-    if result.nominal.space.turns:
-        foreseen += f" and {milli(expected.orientation, 'rad')}"
+    foreseen = " and ".join(
+        milli(getattr(expected, kind), unit) for kind, unit in result.nominal.space.errors
+    )
     text = (
         "A controller that believes the drawing misses the commanded poses by "
         f"{errors_in_words(after, before)} (root mean square); one that uses the identified "
@@ -150,8 +152,7 @@ def _accuracy_section(result: ProtocolResult) -> Section:
 
 def _comparison_table(result: ProtocolResult) -> Table:
     """What every estimator makes of the same measurements."""
-    kinds = [("position", "m"), ("orientation", "rad")]
-    kinds = kinds if result.nominal.space.turns else kinds[:1]
+    kinds = result.nominal.space.errors
     columns = ["Estimator", "Poses of a leg"]
     for kind, _ in kinds:
         columns += [f"{kind.capitalize()}, rms", "Expected"]

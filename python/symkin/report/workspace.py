@@ -155,7 +155,9 @@ def _symmetry_section(study: WorkspaceStudy) -> Section:
 
 def _slices_section(study: WorkspaceStudy) -> Section:
     groups = [Group([_slice_row(found) for found in row.slices], row.title) for row in study.modes]
-    columns = ("Orientation, rad", "Workspace, m\N{SUPERSCRIPT TWO}", "Home's side", "Other side")
+    unit = study.mechanism.space.closure_unit
+    area = f"Workspace, {unit}\N{SUPERSCRIPT TWO}"
+    columns = ("Orientation, rad", area, "Home's side", "Other side")
     table = Table("Areas", (*columns, "Aspects"), groups, brief=True)
     figure = Image(
         "constant_orientations",

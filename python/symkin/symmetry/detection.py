@@ -276,7 +276,12 @@ def _tolerance(tolerance: float, gain_tolerance: float | None) -> _core.Symmetry
 
 
 def _platform_of(leg: Leg) -> str:
-    """The leg of a platform that never turns lacks what places it on one that does."""
+    """The leg of a platform that never turns lacks what places it on one that does.
+
+    That of one that only turns has arcs.
+    """
+    if any(name.endswith("_arc") for name in leg.parameters):
+        return "spherical"
     rigid = chain_info(leg.chain).parameter_names if leg.chain in _core.chain_names("rigid") else ()
     lacks_platform = "platform_radius" in rigid and "platform_radius" not in leg.parameters
     other = "translating" if leg.chain in _core.chain_names("translating") else "point"

@@ -56,7 +56,7 @@ class WorkspaceSample(Result):
         How many poses were drawn from the box for them.
     rejected : dict of str to int
         How many were rejected: "reach", "limits", "aspect", "conditioning".
-    pose_space : {"planar", "point", "spatial", "translating"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses.
     reading_unit : {"rad", "m"}
         Of the readings.
@@ -162,11 +162,11 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
     if mechanism.pose_space == "planar":
         turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)
         return np.hstack([rows[:, :2], turned])
-    vector, scalar = rows[:, 3:6], rows[:, 6:]
+    position, vector, scalar = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
     vector = np.where(scalar < 0, -vector, vector)
     size = np.linalg.norm(vector, axis=1, keepdims=True)
     angle = 2 * np.arctan2(size, np.abs(scalar))
-    return np.hstack([rows[:, :3], vector * angle / np.where(size > 0, size, 1.0)])
+    return np.hstack([position, vector * angle / np.where(size > 0, size, 1.0)])
 
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
@@ -190,7 +190,7 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
 
 
 def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
-    """Standard deviation of the closures of legs as the workshop makes them, m.
+    """Standard deviation of the closures of legs as the workshop makes them, m or rad.
 
     The largest of all legs and poses; zero where no leg can reach.
     """
@@ -204,7 +204,7 @@ def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float
 
 
 def least_reach_margin(mechanism: Mechanism) -> float:
-    """Distance (m) that every leg keeps from its limits of reach in the workspace.
+    """Distance (m, spherical: rad) that every leg keeps from its limits of reach in the workspace.
 
     Where the workspace does not say, a robot within its tolerances should follow; but never so far
     that home would be out of reach.
@@ -247,15 +247,16 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     assert settings is not None
     values = settings.home or (0.0,) * mechanism.core.dof
     home = f"the home pose {_listed(values)}"
+    unit = mechanism.space.closure_unit
     margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
     if not (margins >= reach_margin).all():
         leg = int(np.argmin(margins))
-        inside = f"{margins[leg]:.3g} m within the reach of"
+        inside = f"{margins[leg]:.3g} {unit} within the reach of"
         what = inside if margins[leg] >= 0 else "out of reach of"
         raise _refusal(
             mechanism,
             f"{home} is {what} {named_legs([leg])}, and reach_margin is "
-            f"{reach_margin:g} m; {_another(mechanism)}, or lower reach_margin",
+            f"{reach_margin:g} {unit}; {_another(mechanism)}, or lower reach_margin",
         )
     condition = float(mechanism.singularity_measures(mechanism.home)[2][0])
     if not condition <= settings.conditioning_limit:

@@ -24,6 +24,7 @@
 #include "symkin/chains/rrp.hpp"
 #include "symkin/chains/rrr.hpp"
 #include "symkin/chains/rus.hpp"
+#include "symkin/chains/spherical.hpp"
 #include "symkin/chains/ups.hpp"
 
 namespace symkin::testing {
@@ -46,6 +47,7 @@ void add(Models& models, ChainList<Legs...> /*chains*/) {
   const auto platform = [](PoseSpace space) {
     return space == PoseSpace::point         ? Platform::point
            : space == PoseSpace::translating ? Platform::translating
+           : space == PoseSpace::spherical   ? Platform::spherical
                                              : Platform::rigid;
   };
   (models.emplace(
@@ -72,6 +74,7 @@ const Models& plain_models() {
     add_family<UpsChains>(all);
     add_family<PusChains>(all);
     add_family<RusChains>(all);
+    add_family<SphericalChains>(all);
     return all;
   }();
   return models;

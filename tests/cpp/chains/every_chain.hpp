@@ -27,7 +27,8 @@ struct Chain {
 };
 
 inline std::ostream& operator<<(std::ostream& stream, const Chain& chain) {
-  const char* const platforms[] = {"", ", point platform", ", translating platform"};
+  const char* const platforms[] = {"", ", point platform", ", translating platform",
+                                   ", spherical platform"};
   return stream << chain.name << platforms[static_cast<int>(chain.platform)];
 }
 
@@ -37,7 +38,8 @@ inline const ChainInfo& info_of(const Chain& chain) {
 
 inline std::vector<Chain> registered_chains() {
   std::vector<Chain> chains;
-  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
+  for (const Platform platform :
+       {Platform::rigid, Platform::point, Platform::translating, Platform::spherical}) {
     for (const std::string& name : chain_names(platform)) {
       chains.push_back({name, platform});
     }
@@ -56,7 +58,12 @@ inline std::vector<Chain> chains_of_size(Index position) {
 }
 
 inline std::vector<Chain> every_chain() { return chains_of_size(2); }
-inline std::vector<Chain> every_spatial_chain() { return chains_of_size(3); }
+inline std::vector<Chain> every_spatial_chain() {
+  std::vector<Chain> chains = chains_of_size(3);
+  const std::vector<Chain> on_sphere = chains_of_size(0);
+  chains.insert(chains.end(), on_sphere.begin(), on_sphere.end());
+  return chains;
+}
 
 template <typename Predicate>
 std::vector<Chain> chains_where(const Predicate& wanted) {
@@ -82,8 +89,8 @@ inline std::string test_name(const ::testing::TestParamInfo<Chain>& info) {
     letters += c == '[' || c == ']' ? "" : std::string(1, c);
   }
   return letters + "_active" + std::to_string(chain.find('[') + 1) +
-         std::array{"_rigid", "_point",
-                    "_translating"}[static_cast<std::size_t>(info.param.platform)];
+         std::array{"_rigid", "_point", "_translating",
+                    "_spherical"}[static_cast<std::size_t>(info.param.platform)];
 }
 
 // One leg at one pose with one reading.
@@ -156,16 +163,17 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
     return info().find({end, kind}) < info().parameters.size();
   }
 
-  // Links of 1 to 2.6 m that are never equal, guides off their joints: no special geometry.
+  // Links of 1 to 2.6 m (or rad) that are never equal, guides off their joints: no special
+  // geometry.
   Vector random_parameters(Random& random) const {
     const auto between = [&](double a, double b) { return a + (b - a) * random.uniform(); };
     const auto either_sign = [&](double value) { return random.uniform() < 0.5 ? -value : value; };
     Vector parameters(model().parameter_count());
     for (Index i = 0; i < parameters.size(); ++i) {
       const auto& [name, role] = info().parameters[static_cast<std::size_t>(i)];
-      if (name == "proximal_length") {
+      if (name == "proximal_length" || name == "proximal_arc") {
         parameters[i] = between(1.0, 1.6);
-      } else if (name == "distal_length") {
+      } else if (name == "distal_length" || name == "distal_arc") {
         parameters[i] = between(1.8, 2.6);
       } else if (name == "guide_offset") {
         parameters[i] = either_sign(between(0.2, 0.6));

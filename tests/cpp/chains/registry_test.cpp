@@ -55,13 +55,21 @@ TEST(Registry, KnowsTheChainsOfDeltasHexaAndHexaglide) {
   EXPECT_EQ(platform_named("translating"), Platform::translating);
 }
 
+TEST(Registry, KnowsTheSphericalChain) {
+  EXPECT_EQ(names(Platform::spherical), Names{"[R]RR"});
+  EXPECT_EQ(platform_named("spherical"), Platform::spherical);
+  EXPECT_EQ(leg_model("[R]RR", Platform::spherical).info().pose_space, PoseSpace::spherical);
+}
+
 TEST(Registry, RefusesAPlatformInAnotherSpaceThanTheChain) {
+  expect_part("about one centre; expected \"[R]RR\"", refusal("[P]US", Platform::spherical));
   expect_part("moves in a plane", refusal("[R]RR", Platform::translating));
   expect_part("\"rigid\" or \"translating\"", refusal("[P]US", Platform::point));
 }
 
 TEST(Registry, GivesEachChainUnderItsOwnName) {
-  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
+  for (const Platform platform :
+       {Platform::rigid, Platform::point, Platform::translating, Platform::spherical}) {
     for (const std::string& name : chain_names(platform)) {
       EXPECT_EQ(leg_model(name, platform).info().name, name);
     }
@@ -69,7 +77,8 @@ TEST(Registry, GivesEachChainUnderItsOwnName) {
 }
 
 TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
-  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
+  for (const Platform platform :
+       {Platform::rigid, Platform::point, Platform::translating, Platform::spherical}) {
     for (const std::string& name : chain_names(platform)) {
       const auto& parameters = leg_model(name, platform).info().parameters;
       ASSERT_GE(parameters.size(), 3U);
@@ -80,7 +89,8 @@ TEST(Registry, EndsTheParametersOfEveryChainWithTheSensors) {
 }
 
 TEST(Registry, GivesEveryEndOfEveryChainItsOwnRolesOnce) {
-  for (const Platform platform : {Platform::rigid, Platform::point, Platform::translating}) {
+  for (const Platform platform :
+       {Platform::rigid, Platform::point, Platform::translating, Platform::spherical}) {
     for (const std::string& name : chain_names(platform)) {
       const ChainInfo& info = leg_model(name, platform).info();
       for (std::size_t i = 0; i < info.parameters.size(); ++i) {
@@ -93,7 +103,7 @@ TEST(Registry, GivesEveryEndOfEveryChainItsOwnRolesOnce) {
         EXPECT_EQ(role.end == End::base,
                   begins("base_") || (of_direction && parameter != "guide_offset"))
             << name << ' ' << parameter;
-        if (role.kind != ParameterKind::length) {
+        if (role.kind != ParameterKind::length && role.kind != ParameterKind::arc) {
           EXPECT_EQ(info.find(role), i) << name << ' ' << parameter;
         }
       }

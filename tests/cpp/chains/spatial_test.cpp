@@ -12,7 +12,7 @@
 namespace symkin::testing {
 namespace {
 
-// Chains of legs in space, on either platform.
+// Chains of legs in space, on whatever platform.
 class Spatial : public EveryChain {
  protected:
   static constexpr double kStep = 1e-5;
@@ -26,7 +26,7 @@ class Spatial : public EveryChain {
     while (static_cast<int>(states.size()) < count) {
       State state{random_parameters(random), random_pose(random, 1.5),
                   random.uniform() < 0.5 ? -1 : 1, 0};
-      if (info().pose_space == PoseSpace::spatial) {
+      if (has_quaternion(info().pose_space)) {
         state.pose.rightCols<4>().normalize();
       }
       state.reading = reading(state, state.mode);
@@ -37,14 +37,29 @@ class Spatial : public EveryChain {
     return states;
   }
 
+  bool moves() const { return position_size(info().pose_space) > 0; }
+
+  // The pose translated by `way`, or turned where the platform only turns.
+  State displaced(State state, const Eigen::Vector3d& way) const {
+    Vector step = Vector::Zero(degrees_of_freedom(info().pose_space));
+    step.head<3>() = way;
+    move_pose(info().pose_space, step.data(), state.pose.data());
+    return state;
+  }
+
   double between_readings(const State& state, double a, double b) const {
     const double gap = gain(state) * (a - b);
     return std::abs(is_angle(info().active_joint) ? wrap_angle(gap) : gap);
   }
 
-  // A frame whose base is off the origin; so is the platform, and turned, if it turns.
+  // A frame whose base is off the origin; so is the platform, and turned, if it turns. On a sphere
+  // both are where its centre is.
   SymmetryGroup group() const {
     SymmetryFrame frame = SymmetryFrame::about_origin(0.7);
+    if (!moves()) {
+      frame.platform_axis = -0.9;
+      return {5, true, frame};
+    }
     frame.base_centre = {0.3, -0.2};
     if (has_orientation(info().pose_space)) {
       frame.platform_centre = {-0.05, 0.1};
@@ -70,6 +85,8 @@ TEST_P(Spatial, RootsCloseTheLegInEachWorkingModeWithTheSlopeOfIts) {
         EXPECT_LT(mode * slope, 0);  // e . (rod) = -L dh/dq
       } else if (GetParam().name == "[R]US") {
         EXPECT_LT(mode * slope, 0);  // a . (crank x rod) = -L dh/dq
+      } else if (GetParam().name == "[R]RR") {
+        EXPECT_LT(mode * slope, 0);  // w . (m x v) = -sin(arc) dh/dq
       }
     }
   }
@@ -79,22 +96,33 @@ TEST_P(Spatial, ReachEndsWhereTheReadingIsMissingAndOneMarginAway) {
   Random random(2);
   int outside = 0;
   for (int i = 0; i < kStates; ++i) {
-    const State state{random_parameters(random), random_pose(random, 3), 1, 0};
+    State state{random_parameters(random), random_pose(random, 3), 1, 0};
+    if (has_quaternion(info().pose_space)) {
+      state.pose.rightCols<4>().normalize();
+    }
     const double here = margin(state);
     ASSERT_EQ(std::isnan(reading(state, 1)), here < 0);
     outside += here < 0 ? 1 : 0;
     if (!std::isfinite(here)) {
       continue;
     }
+    // Where the margin changes fastest, just so far: beyond lies a region that may be tiny.
+    Eigen::Vector3d steepest;
+    for (Index k = 0; k < 3; ++k) {
+      steepest[k] = margin(displaced(state, 1e-6 * Eigen::Vector3d::Unit(k))) - here;
+    }
+    steepest.normalize();
     bool crossed = false;
     for (int k = 0; k < 400; ++k) {
-      Eigen::RowVector3d way(2 * random.uniform() - 1, 2 * random.uniform() - 1,
-                             2 * random.uniform() - 1);
+      Eigen::Vector3d way(2 * random.uniform() - 1, 2 * random.uniform() - 1,
+                          2 * random.uniform() - 1);
       way.normalize();
-      State moved = state;
-      moved.pose.leftCols<3>() += 0.999 * std::abs(here) * way;
+      if (k == 0) {
+        way = here > 0 ? -steepest : steepest;
+      }
+      State moved = displaced(state, 0.999 * std::abs(here) * way);
       EXPECT_EQ(margin(moved) > 0, here > 0);
-      moved.pose.leftCols<3>() += 0.11 * std::abs(here) * way;
+      moved = displaced(moved, (k == 0 ? 0.002 : 0.11) * std::abs(here) * way);
       crossed = crossed || (margin(moved) > 0) != (here > 0);
     }
     EXPECT_TRUE(crossed) << "margin " << here;
@@ -181,7 +209,13 @@ TEST_P(Spatial, DrawingLeadsFromTheBasePointOverTheInnerJointToThePlatformPoint)
     const RowMatrix joints = joint_centres(state);
     ASSERT_EQ(joints.cols(), 3);
     ASSERT_EQ(joints.rows(), has_two() ? 3 : 2);
-    if (has_two()) {
+    if (!moves()) {
+      EXPECT_TRUE(joints.rowwise().norm().isOnes(1e-12));
+      EXPECT_NEAR(joints.row(0).dot(joints.row(1)), std::cos(parameter(state, "proximal_arc")),
+                  1e-12);
+      EXPECT_NEAR(joints.row(1).dot(joints.row(2)), std::cos(parameter(state, "distal_arc")),
+                  1e-12);
+    } else if (has_two()) {
       const double first = (joints.row(1) - joints.row(0)).norm();
       const double crank = parameter(state, "proximal_length");
       EXPECT_NEAR(first, crank > 0 ? crank : std::abs(active_joint(state)), 1e-12);

@@ -12,8 +12,8 @@ namespace {
 
 TEST(Pose, MovingAPoseAndTakingTheDifferenceAreInverse) {
   Random random(1);
-  for (const PoseSpace space :
-       {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial, PoseSpace::translating}) {
+  for (const PoseSpace space : {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial,
+                                PoseSpace::translating, PoseSpace::spherical}) {
     for (int i = 0; i < 100; ++i) {
       Vector step(degrees_of_freedom(space));
       Vector start_step(degrees_of_freedom(space));
@@ -41,7 +41,7 @@ TEST(Pose, TheRotationVectorTurnsAboutTheBaseFramesAxes) {
   move_pose(PoseSpace::spatial, about_x.data(), pose.data());
   move_pose(PoseSpace::spatial, about_z.data(), pose.data());
   // The platform's y axis went to Z with the first turn and stays there with the second.
-  const Eigen::Matrix3d rotation = SpatialPose<double>::rotation_matrix(pose.data());
+  const Eigen::Matrix3d rotation = rotation_matrix(pose.data() + 3);
   EXPECT_LT((rotation.col(1) - Eigen::Vector3d::UnitZ()).norm(), 1e-15);
 }
 

@@ -177,6 +177,22 @@ TEST(SymmetryDetection, FindsTheGroupsOfLegsInSpaceAboutAnyCentreAndAxisWithThei
   }
 }
 
+TEST(SymmetryDetection, FindsTheGroupsOfLegsOnASphereWithAPlaneOfItsOwnForEachEnd) {
+  SymmetryFrame planes;
+  planes.base_axis = 0.3;
+  planes.platform_axis = 1.1;
+  for (int order = 3; order <= 6; ++order) {
+    const auto turned =
+        detect_symmetry(generated("[R]RR", Platform::spherical, {order, false, planes}, order));
+    EXPECT_EQ(turned.structure.rotations(), order);
+    EXPECT_EQ(turned.with_modes.name(), "C_" + std::to_string(order));
+    const auto mirrored =
+        detect_symmetry(generated("[R]RR", Platform::spherical, {order, true, planes}, 2 * order));
+    EXPECT_EQ(mirrored.structure.name(), "D_" + std::to_string(order));
+    EXPECT_EQ(mirrored.with_modes.name(), "D_" + std::to_string(order));
+  }
+}
+
 TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
   for (const std::string chain : {"[P]US", "[R]US"}) {
     const Mechanism delta =

@@ -45,8 +45,8 @@ FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observation
       legs_read_(taken_.size(), 0) {
   const PoseSpace space = mechanism.pose_space();
   const Observed& poses = observations.poses;
-  if (!poses.any() || observations.reported.any() || observations.points.any() ||
-      observations.distances.any() || observations.heights.any() ||
+  if (space == PoseSpace::spherical || !poses.any() || observations.reported.any() ||
+      observations.points.any() || observations.distances.any() || observations.heights.any() ||
       mechanism.model().info().closures != 1 || free_frame(layout, list_.base()) ||
       free_frame(layout, list_.target())) {
     return;

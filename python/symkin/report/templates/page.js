@@ -57,6 +57,7 @@ function movable(figure) {
 
   function moved(points) {
     const pose = axes.map((_, k) => value(k));
+    if (!data.moves) return points.map((point) => turned(point, pose));
     const rotation = spatial ? pose.slice(3) : [0, 0, pose[2] || 0];
     const position = spatial ? pose.slice(0, 3) : [pose[0], pose[1], 0];
     return points.map((point) => turned(point, rotation).map((each, k) => each + position[k]));
@@ -74,7 +75,7 @@ function movable(figure) {
   // What the view turns about.
   const tops = [...data.base, ...wandering].map(([, , z]) => z);
   const heights = spatial
-    ? [...tops, ...axes[2].values].reduce(
+    ? [...tops, ...(data.moves ? axes[2].values : [0])].reduce(
       ([low, high], z) => [Math.min(low, z), Math.max(high, z)], [Infinity, -Infinity])
     : [0];
   const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
@@ -101,7 +102,7 @@ function movable(figure) {
 
   // What the drawing must hold: the base, and the platform wherever it goes.
   const reach = Math.max(...data.platform.map((point) => Math.hypot(...point)));
-  const corners = axes.slice(0, spatial ? 3 : 2).reduce(
+  const corners = !data.moves ? [[0, 0, 0]] : axes.slice(0, spatial ? 3 : 2).reduce(
     (found, { values }) => found.flatMap((c) => [[...c, values[0]], [...c, values.at(-1)]]), [[]]);
   const box = (() => {
     const around = corners.flatMap((c) => [-reach, reach].flatMap((dx) =>
