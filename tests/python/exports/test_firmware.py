@@ -82,7 +82,7 @@ def told(text: str, pattern: str, names: str) -> Array:
 def marlin(text: str) -> Firmware:
     shape, stops = words(text, "M665"), words(text, "M666")
     radius, height = float(shape["R"]), float(shape["H"])
-    rods = float(shape["L"]) + np.array([float(shape[trim]) for trim in "ABC"])
+    rods = float(shape["L"]) + np.array([float(shape.get(trim, 0)) for trim in "ABC"])
     angles = np.array([210, 330, 90]) + [float(shape[trim]) for trim in "XYZ"]
     # After homing the carriages come down by the correction, and then the nozzle is at H.
     corrections = np.array([float(stops[axis]) for axis in "XYZ"])
