@@ -23,19 +23,16 @@ class Joint:
     Attributes
     ----------
     name : str
-        Such as ``leg1_active``.
+        Such as ``leg1_active``, which the sensor reads: value = gain * reading.
     kind : {"hinge", "slide", "free"}
         A free one has all six, and no axis.
     axis : ndarray, shape (3,)
         In the body's own frame.
-    leg : int or None
-        The leg (from 0) whose sensor reads it: value = gain * reading. None for a passive joint.
     """
 
     name: str
     kind: str
     axis: Array
-    leg: int | None = None
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Legs as branches of bodies: each chain's, and the values of its joints at poses.
 
-A function takes the leg's name and number (from 0), its parameters, and at each pose the value of
-its active joint and its end in the base frame.
+A function takes the leg's name and parameters, and at each pose the value of its active joint and
+its end in the base frame.
 """
 
 from __future__ import annotations
@@ -42,13 +42,11 @@ def _point(own: Mapping[str, float], end: str) -> Array:
     return np.asarray(radius * _rho(azimuth) + own[f"{end}_height"] * _Z)
 
 
-def _crank_in_plane(
-    name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array
-) -> _Leg:
+def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[R]RR."""
     crank, rod = own["proximal_length"], own["distal_length"]
     zero = own["sensor_offset"]
-    active = Joint(f"{name}_active", "hinge", _Z, leg)
+    active = Joint(f"{name}_active", "hinge", _Z)
     proximal = Body(
         f"{name}_proximal", "", _point(own, "base"), _about_z(zero), (active,), crank * _X
     )
@@ -58,48 +56,44 @@ def _crank_in_plane(
     return [proximal, distal], rod * _X, values
 
 
-def _slider_in_plane(
-    name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array
-) -> _Leg:
+def _slider_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[P]RR: the guide runs along the normal of the direction to its foot."""
     rod, along = own["distal_length"], _rho(own["base_angle"] + np.pi / 2)
     start = _point(own, "base") + own["sensor_offset"] * along
-    active = Joint(f"{name}_active", "slide", along, leg)
+    active = Joint(f"{name}_active", "slide", along)
     slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
     links = ends - start - np.outer(travel, along)
     distal, values = _hinged(name, "distal", slider, np.zeros(3), rod, links, np.zeros(len(travel)))
     return [slider, distal], rod * _X, values
 
 
-def _strut_in_plane(
-    name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array
-) -> _Leg:
+def _strut_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """R[P]R."""
     base = _point(own, "base")
     links = ends - base
     ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
     length = float(np.linalg.norm(links[0]))
     lower, values = _hinged(name, "lower", ground, base, length / 2, links, np.zeros(len(travel)))
-    active = Joint(f"{name}_active", "slide", _X, leg)
+    active = Joint(f"{name}_active", "slide", _X)
     start = own["sensor_offset"] * _X
     upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _X)
     return [lower, upper], np.zeros(3), values
 
 
-def _strut(name: str, leg: int, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
+def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
     """U[P]S."""
     base = _point(own, "base")
     links = ends - base
     ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
     length = float(np.linalg.norm(links[0]))
     lower, values = _universal(name, "lower", ground, base, length / 2, links)
-    active = Joint(f"{name}_active", "slide", _Z, leg)
+    active = Joint(f"{name}_active", "slide", _Z)
     start = own["sensor_offset"] * _Z
     upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _Z)
     return [lower, upper], np.zeros(3), values
 
 
-def _slider(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[P]US."""
     rod = own["distal_length"]
     elevation, swing = own["guide_elevation"], own["guide_swing"]
@@ -107,14 +101,14 @@ def _slider(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: 
     along = np.cos(swing) * (np.cos(elevation) * rho + np.sin(elevation) * _Z)
     along = along + np.sin(swing) * tau
     start = _point(own, "base") + own["sensor_offset"] * along
-    active = Joint(f"{name}_active", "slide", along, leg)
+    active = Joint(f"{name}_active", "slide", along)
     slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
     links = ends - start - np.outer(travel, along)
     distal, values = _universal(name, "distal", slider, np.zeros(3), rod, links)
     return [slider, distal], rod * _Z, values
 
 
-def _crank(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[R]US: the crank's frame has x along the crank at the angle zero, z along the axis."""
     crank, rod = own["proximal_length"], own["distal_length"]
     elevation, swing = own["axis_elevation"], own["axis_swing"]
@@ -124,7 +118,7 @@ def _crank(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: A
     start = np.cos(swing) * rho - np.sin(swing) * level
     frame = np.column_stack([start, np.cross(axis, start), axis])
     zero = own["sensor_offset"]
-    active = Joint(f"{name}_active", "hinge", _Z, leg)
+    active = Joint(f"{name}_active", "hinge", _Z)
     base = _point(own, "base")
     proximal = Body(f"{name}_proximal", "", base, frame @ _about_z(zero), (active,), crank * _X)
     turned = frame @ _about_z(zero + travel)
@@ -134,7 +128,7 @@ def _crank(name: str, leg: int, own: Mapping[str, float], travel: Array, ends: A
     return [proximal, distal], rod * _Z, values
 
 
-LEGS: dict[str, Callable[[str, int, Mapping[str, float], Array, Array], _Leg]] = {
+LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "[R]RR": _crank_in_plane,
     "[P]RR": _slider_in_plane,
     "R[P]R": _strut_in_plane,

@@ -66,7 +66,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         travel = gain * readings[:, leg]
         point = platform_point(own)
         ends = platform.translation + platform.rotation @ point
-        links, tip, passive = LEGS[mechanism.chain](f"leg{leg + 1}", leg, own, travel, ends)
+        links, tip, passive = LEGS[mechanism.chain](f"leg{leg + 1}", own, travel, ends)
         bodies += links
         closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
         values |= {f"leg{leg + 1}_active": travel, **passive}
