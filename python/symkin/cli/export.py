@@ -33,7 +33,7 @@ _To = Literal[
 
 @with_example(
     "symkin export out/calibrated.toml --to mjcf --out robot.xml",
-    "symkin export out/calibrated.toml --to klipper --endstops '400 mm'",
+    "symkin export linear_delta --to klipper --endstops '400 mm'",
     "symkin export out/calibrated.toml --to table --nominal 3RRR --out table.csv",
 )
 def export(

@@ -31,30 +31,27 @@ class Format(NamedTuple):
     ----------
     module, function : str
         In `symkin.exports`; imported when it is used.
-    suffix : str
-        Of its files.
     description : str
         For a list.
     """
 
     module: str
     function: str
-    suffix: str
     description: str
 
 
 FORMATS = {
-    "klipper": Format("klipper", "write", ".cfg", "sections of printer.cfg; deltas"),
-    "marlin": Format("gcode", "write_marlin", ".gcode", "M665, M666; linear deltas"),
-    "reprapfirmware": Format("gcode", "write_reprapfirmware", ".g", "M665, M666; linear deltas"),
-    "linuxcnc": Format("linuxcnc", "write", ".hal", "hexapods and linear deltas"),
-    "mjcf": Format("mjcf", "write", ".xml", "MuJoCo, loops closed by constraints"),
-    "urdf": Format("urdf", "write", ".urdf", "a tree, loops cut"),
-    "sdf": Format("sdf", "write", ".sdf", "Gazebo, loops closed by ball joints"),
-    "json": Format("parameters", "write_json", ".json", "parameters, units, deviations"),
-    "yaml": Format("parameters", "write_yaml", ".yaml", "the same"),
-    "c-header": Format("parameters", "write_c_header", ".h", "constants of C and C++"),
-    "table": Format("table", "write", ".csv", "pose wanted, pose to command"),
+    "klipper": Format("klipper", "write", "sections of printer.cfg; deltas"),
+    "marlin": Format("gcode", "write_marlin", "M665, M666; linear deltas"),
+    "reprapfirmware": Format("gcode", "write_reprapfirmware", "M665, M666; linear deltas"),
+    "linuxcnc": Format("linuxcnc", "write", "hexapods and linear deltas"),
+    "mjcf": Format("mjcf", "write", "MuJoCo, loops closed by constraints"),
+    "urdf": Format("urdf", "write", "a tree, loops cut"),
+    "sdf": Format("sdf", "write", "Gazebo, loops closed by ball joints"),
+    "json": Format("parameters", "write_json", "parameters, units, deviations"),
+    "yaml": Format("parameters", "write_yaml", "the same"),
+    "c-header": Format("parameters", "write_c_header", "constants of C and C++"),
+    "table": Format("table", "write", "pose wanted, pose to command"),
 }
 
 

@@ -20,6 +20,10 @@ from symkin.mechanism import Mechanism
 __all__ = ["write_marlin", "write_reprapfirmware"]
 
 _TOWERS = np.array([210.0, 330.0, 90.0])
+_RODS = (
+    "A, B and C are trims of single rods: Marlin 2.1 knows them, older versions may take B for the "
+    "radius that is probed"
+)
 
 
 def write_marlin(mechanism: Mechanism, options: ExportOptions) -> Written:
@@ -31,8 +35,11 @@ def write_marlin(mechanism: Mechanism, options: ExportOptions) -> Written:
     delta, loss = linear_delta(mechanism, options, "Marlin")
     rod, height = float(np.mean(delta.arms)), float(delta.heights.min())
     trims = [mm(arm - float(mm(rod)) / 1e3) for arm in delta.arms]
-    rods = f"L{mm(rod)} A{trims[0]} B{trims[1]} C{trims[2]}"
-    return _written(delta, loss, rods, height, height - delta.heights, "M500 ; keep it")
+    rods, notes = f"L{mm(rod)}", tuple[str, ...]()
+    if any(float(trim) for trim in trims):
+        rods += f" A{trims[0]} B{trims[1]} C{trims[2]}"
+        notes = (_RODS,)
+    return _written(delta, loss, rods, height, height - delta.heights, "M500 ; keep it", notes)
 
 
 def write_reprapfirmware(mechanism: Mechanism, options: ExportOptions) -> Written:
@@ -54,10 +61,11 @@ def _written(
     height: float,
     stops: NDArray[np.float64],
     last: str,
+    above: tuple[str, ...] = (),
 ) -> Written:
     trims = (delta.degrees - _TOWERS + 180) % 360 - 180
     x, y, z = (f"{trim:.6f}" for trim in np.round(trims, 6) + 0.0)
-    notes = tuple(
+    notes = above + tuple(
         f"{axis}: divide its steps per mm (M92) by {gain:.8f}, or the errors are larger than said "
         "here"
         for axis, gain in zip("XYZ", delta.gains, strict=True)

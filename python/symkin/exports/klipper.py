@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Klipper's printer.cfg: linear and rotary deltas.
 
-Klipper 0.12, https://www.klipper3d.org/Config_Reference.html and klippy/kinematics/delta.py,
-rotary_delta.py: a linear delta has one radius, and an angle, arm and endstop for each tower; a
+https://www.klipper3d.org/Config_Reference.html, klippy/kinematics/delta.py and rotary_delta.py:
+a linear delta has one radius, and an angle, arm and endstop for each tower; a
 rotary one a shoulder radius and height, and an angle, two arms and an endstop for each.
 """
 
@@ -71,6 +71,7 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     unknowns = [[(leg, name) for leg in every] for name in ("base_radius", "base_height")]
     single = ("proximal_length", "distal_length", "sensor_offset", "sensor_gain")
     unknowns += [[(leg, name)] for leg in every for name in single]
+    unknowns += [[(leg, "base_azimuth"), (leg, "axis_azimuth")] for leg in every]
     start = mechanism.replace(legs=legs, symmetry=None, deviations=None)
     model = nearest(mechanism, start, unknowns, poses)
     found = {name: model.parameters[:, k] for k, name in enumerate(model.parameter_names)}
@@ -79,6 +80,11 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     readings = endstop_readings(mechanism, options, limits.lower)
     raised = -(found["sensor_offset"] + found["sensor_gain"] * readings)
     radius, height = float(found["base_radius"][0]), float(found["base_height"][0]) - bed
+    if min(radius, height) <= 0:
+        raise SymkinError(
+            f'the shoulders of "{mechanism.name}" are {radius:g} m from the middle and '
+            f"{height:g} m above the bed; {_FORMAT} wants both positive"
+        )
     crank, rod = found["proximal_length"], found["distal_length"]
     heights = _nozzle_heights(radius, height, crank, rod, raised)
     lines = ["[printer]", "kinematics: rotary_delta", f"shoulder_radius: {mm(radius)}"]

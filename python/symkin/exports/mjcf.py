@@ -12,8 +12,9 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.exports.bodies import Body, Structure
 from symkin.exports.options import ExportOptions, Written
-from symkin.exports.structure import Body, Structure, structure_of
+from symkin.exports.structure import structure_of
 from symkin.exports.xml_text import about, said, triple, xml_text
 from symkin.mechanism import Mechanism
 

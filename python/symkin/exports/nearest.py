@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 _POSES = 2000
 _STEPS = 30
-_STILL = 1e-13  # m, of the root mean square of what a step changes at the end-effector
+_STILL = 1e-11  # m, of the root mean square of what a step changes at the end-effector
 
 
 def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:

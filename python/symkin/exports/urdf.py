@@ -10,8 +10,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from symkin.exports.bodies import Body, Structure
 from symkin.exports.options import ExportOptions, Written
-from symkin.exports.structure import Body, Structure, structure_of
+from symkin.exports.structure import structure_of
 from symkin.exports.xml_text import MASS, about, roll_pitch_yaw, said, triple, xml_text
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform

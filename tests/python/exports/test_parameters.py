@@ -151,8 +151,8 @@ def test_every_format_is_offered_by_the_command_and_written_or_refused(tmp_path:
 
     assert get_args(_To) == tuple(FORMATS)
     robot = symkin.load_mechanism("linear_delta")
-    for to, each in FORMATS.items():
-        path = tmp_path / f"robot{each.suffix}"
+    for to in FORMATS:
+        path = tmp_path / f"robot.{to}"
         made = symkin.export(robot, to, path, endstops=0.4, nominal=robot)
         assert path.read_text(encoding="utf-8") == made.text
         assert made.to_dict()["format"] == to
