@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: MIT
+# Written without a Docker daemon at hand: it has not run yet.
 # docker build -t symkin . && docker run --rm -v "$PWD:/work" symkin run 3RRR --out out/3RRR
 FROM debian:12-slim AS build
 RUN apt-get update && apt-get install -y --no-install-recommends g++ cmake ninja-build libeigen3-dev \

@@ -7,6 +7,7 @@ something fails; prints what it took.
 """
 
 import importlib.util
+import os
 import re
 import subprocess
 import sys
@@ -15,35 +16,45 @@ import tempfile
 import time
 from pathlib import Path
 
-MEGABYTE = 1e6
-INSTALLERS = {"pip", "setuptools", "wheel"}
+INSTALLERS = ("pip", "setuptools", "pkg_resources", "wheel", "_distutils_hack")
+IMPORT = """
+import time
+start, work = time.perf_counter(), time.process_time()
+import {}
+print(time.perf_counter() - start, time.process_time() - work)
+"""
 
 
-def megabytes(folder: Path) -> float:
-    return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / MEGABYTE
+def took(wall: float, work: float) -> str:
+    return f"{wall:.2f} s ({work:.2f} s of processor time)"
 
 
 def installed() -> dict[str, float]:
-    """Megabytes of each package, without what only installs packages."""
+    """Megabytes of each package with its bytecode, without what only installs packages."""
     sizes = {}
     for folder in Path(sysconfig.get_paths()["purelib"]).iterdir():
-        if folder.is_dir() and not folder.name.startswith((*INSTALLERS, "__")):
-            sizes[folder.name] = megabytes(folder)
+        if folder.is_dir() and not folder.name.startswith(INSTALLERS):
+            files = (file for file in folder.rglob("*") if file.is_file())
+            sizes[folder.name] = sum(file.stat().st_size for file in files) / 1e6
     return sizes
 
 
-def seconds(command: list[str], cwd: Path) -> float:
-    start = time.perf_counter()
+def seconds(command: list[str], cwd: Path) -> str:
+    """Of a program that must end well; not every system knows the processor time of another."""
+    start, before = time.perf_counter(), os.times()
     subprocess.run(command, cwd=cwd, check=True, stdout=subprocess.DEVNULL)
-    return time.perf_counter() - start
+    after = os.times()
+    work = after.children_user + after.children_system
+    work -= before.children_user + before.children_system
+    return took(time.perf_counter() - start, work)
 
 
-def import_seconds(module: str, cwd: Path) -> float:
+def import_seconds(module: str, cwd: Path) -> str:
     """The shortest of five times, without the start of the interpreter."""
-    code = f"import time; t = time.perf_counter(); import {module}; print(time.perf_counter() - t)"
-    return min(
-        float(subprocess.check_output([sys.executable, "-c", code], cwd=cwd)) for _ in range(5)
-    )
+    code = IMPORT.format(module)
+    outputs = [subprocess.check_output([sys.executable, "-c", code], cwd=cwd) for _ in range(5)]
+    wall, work = (min(map(float, times)) for times in zip(*map(bytes.split, outputs), strict=True))
+    return took(wall, work)
 
 
 def main(readme: Path) -> None:
@@ -52,21 +63,18 @@ def main(readme: Path) -> None:
         raise SystemExit(f"symkin is taken from {origin}, which is not installed")
     text = readme.read_text(encoding="utf-8")
     example = re.search(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)[1]
-    sizes = installed()
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         run = seconds([sys.executable, "-m", "symkin", "run", "3RRR", "--out", "first"], place)
-        if "converged" not in (place / "first" / "results.json").read_text(encoding="utf-8"):
-            raise SystemExit("symkin run 3RRR wrote no result")
-        print(f"symkin run 3RRR        {run:.1f} s")
-        print(f"README's example       {seconds([sys.executable, '-c', example], place):.1f} s")
-        alone, package = import_seconds("numpy", place), import_seconds("symkin", place)
-        print(f"import symkin          {package:.2f} s, of which numpy {alone:.2f} s")
-    largest = ", ".join(
-        f"{name} {size:.0f}" for name, size in sorted(sizes.items(), key=lambda i: -i[1])[:4]
-    )
-    own = sum(size for name, size in sizes.items() if name.startswith("symkin"))
-    print(f"installed              {sum(sizes.values()):.0f} MB ({largest}); symkin {own:.1f} MB")
+        if not (place / "first" / "report.html").is_file():
+            raise SystemExit("symkin run 3RRR wrote no report.html")
+        print(f"symkin run 3RRR        {run}")
+        print(f"README's example       {seconds([sys.executable, '-c', example], place)}")
+        print(f"import numpy           {import_seconds('numpy', place)}")
+        print(f"import symkin          {import_seconds('symkin', place)}")
+    sizes = sorted(installed().items(), key=lambda item: -item[1])
+    largest = ", ".join(f"{name} {size:.0f}" for name, size in sizes[:5])
+    print(f"installed              {sum(size for _, size in sizes):.0f} MB ({largest})")
 
 
 if __name__ == "__main__":

@@ -25,6 +25,13 @@ Index ForwardKinematicsResult::converged_count() const {
 ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows readings,
                                            ConstRows start,
                                            const ForwardKinematicsOptions& options) {
+  ForwardKinematicsResult result;
+  forward_kinematics(mechanism, RowMatrix(readings), start, options, result);
+  return result;
+}
+
+void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, ConstRows start,
+                        const ForwardKinematicsOptions& options, ForwardKinematicsResult& result) {
   options.check();
   check_one_closure(mechanism.model().info(), "forward kinematics");
   check_poses(mechanism, start);
@@ -33,10 +40,8 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
     throw InvalidInput("start has " + std::to_string(start.rows()) + " poses; expected 1 or " +
                        std::to_string(readings.rows()) + ", one a row of readings");
   }
-  ForwardKinematicsResult result;
   mechanism.model().forward_kinematics(mechanism.leg_values(), readings, start, options,
                                        result.poses, result.status);
-  return result;
 }
 
 }  // namespace symkin

@@ -22,4 +22,9 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
                                            ConstRows start,
                                            const ForwardKinematicsOptions& options = {});
 
+// The same into a result that is there, for loops in real time: nothing is allocated where the
+// result is of that size already and the mechanism has no more than eight legs.
+void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, ConstRows start,
+                        const ForwardKinematicsOptions& options, ForwardKinematicsResult& result);
+
 }  // namespace symkin

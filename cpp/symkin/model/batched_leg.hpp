@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <vector>
 
 #include "symkin/model/leg_kernels.hpp"
+#include "symkin/model/per_leg.hpp"
 #include "symkin/model/sensed_leg.hpp"
 
 // Everything that the loops call is inlined into them: passing duals through memory costs more than
@@ -75,15 +75,9 @@ class BatchedLeg {
     T mode;
   };
 
-  static std::vector<Values> values(LegSpan legs) {
-    std::vector<Values> all;
-    all.reserve(static_cast<std::size_t>(legs.count));
-    for (Index i = 0; i < legs.count; ++i) {
-      const LegValues& leg = legs.legs[i];
-      all.push_back({Sensed::template geometry<T>(leg.parameters), Sensed::sensor(leg.parameters),
-                     T(static_cast<double>(leg.working_mode))});
-    }
-    return all;
+  static Values values(const LegValues& leg) {
+    return {Sensed::template geometry<T>(leg.parameters), Sensed::sensor(leg.parameters),
+            T(static_cast<double>(leg.working_mode))};
   }
 
   static Coordinates coordinates(const PoseSpan& poses, const Rows& rows) {
@@ -95,7 +89,7 @@ class BatchedLeg {
   }
 
   SYMKIN_FLATTEN static void inverse(LegSpan legs, PoseSpan poses, double* readings) {
-    const std::vector<Values> all = values(legs);
+    const PerLeg<Values> all(legs, values);
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);
       const Pose pose = Pose::constant(coordinates(poses, rows).data());
@@ -108,7 +102,7 @@ class BatchedLeg {
   }
 
   SYMKIN_FLATTEN static void reach(LegSpan legs, PoseSpan poses, double* margins) {
-    const std::vector<Values> all = values(legs);
+    const PerLeg<Values> all(legs, values);
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);
       const Pose pose = Pose::constant(coordinates(poses, rows).data());
@@ -121,7 +115,7 @@ class BatchedLeg {
 
   SYMKIN_FLATTEN static void closure(LegSpan legs, PoseSpan poses, const double* readings,
                                      double* closures) {
-    const std::vector<Values> all = values(legs);
+    const PerLeg<Values> all(legs, values);
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);
       const Pose pose = Pose::constant(coordinates(poses, rows).data());
@@ -139,7 +133,7 @@ class BatchedLeg {
   SYMKIN_FLATTEN static void by_pose(LegSpan legs, PoseSpan poses, const double* readings,
                                      double* closures, double* by_pose, double* by_reading) {
     using D = Dual<T, kDof + 1>;
-    const std::vector<Values> all = values(legs);
+    const PerLeg<Values> all(legs, values);
     const Index columns = legs.count * kClosures;
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);

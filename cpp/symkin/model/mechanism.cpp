@@ -42,9 +42,12 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
 }  // namespace
 
 Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs)
-    : name_(std::move(name)), model_(&model), legs_(std::move(legs)) {
-  for (std::size_t i = 0; i < legs_.size(); ++i) {
-    check_leg(model.info(), legs_[i], i + 1);
+    : name_(std::move(name)),
+      model_(&model),
+      legs_(std::make_shared<const std::vector<Leg>>(std::move(legs))) {
+  for (const Leg& leg : *legs_) {
+    check_leg(model.info(), leg, leg_values_.size() + 1);
+    leg_values_.push_back({leg.parameters.data(), leg.working_mode});
   }
   if (leg_count() * model.info().closures < dof()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
@@ -58,15 +61,7 @@ const Leg& Mechanism::leg(Index index) const {
     throw InvalidInput("leg " + std::to_string(index) + "; expected 0 to " +
                        std::to_string(leg_count() - 1));
   }
-  return legs_[static_cast<std::size_t>(index)];
-}
-
-std::vector<LegValues> Mechanism::leg_values() const {
-  std::vector<LegValues> values;
-  for (const Leg& leg : legs_) {
-    values.push_back({leg.parameters.data(), leg.working_mode});
-  }
-  return values;
+  return legs()[static_cast<std::size_t>(index)];
 }
 
 std::vector<Index> Mechanism::estimated_parameters(Index leg) const {
@@ -92,7 +87,7 @@ Mechanism Mechanism::with_parameters(ConstRows parameters) const {
                        std::to_string(leg_count()) + " legs x " +
                        std::to_string(parameter_count()));
   }
-  std::vector<Leg> legs = legs_;
+  std::vector<Leg> legs = *legs_;
   for (Index i = 0; i < leg_count(); ++i) {
     legs[static_cast<std::size_t>(i)].parameters = parameters.row(i).transpose();
   }
@@ -102,7 +97,7 @@ Mechanism Mechanism::with_parameters(ConstRows parameters) const {
 RowMatrix Mechanism::parameters() const {
   RowMatrix values(leg_count(), parameter_count());
   for (Index i = 0; i < leg_count(); ++i) {
-    values.row(i) = legs_[static_cast<std::size_t>(i)].parameters.transpose();
+    values.row(i) = leg(i).parameters.transpose();
   }
   return values;
 }

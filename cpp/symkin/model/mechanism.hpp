@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,14 +28,14 @@ class Mechanism {
 
   const std::string& name() const { return name_; }
   const LegModel& model() const { return *model_; }
-  const std::vector<Leg>& legs() const { return legs_; }
+  const std::vector<Leg>& legs() const { return *legs_; }
   const Leg& leg(Index index) const;
-  // For the model's loops over all legs; no longer valid than the mechanism.
-  std::vector<LegValues> leg_values() const;
+  // For the model's loops over all legs; no longer valid than the mechanism and its copies.
+  const std::vector<LegValues>& leg_values() const { return leg_values_; }
 
   PoseSpace pose_space() const { return model_->info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }
-  Index leg_count() const { return static_cast<Index>(legs_.size()); }
+  Index leg_count() const { return static_cast<Index>(legs_->size()); }
   Index parameter_count() const { return model_->parameter_count(); }
 
   // See estimated_parameters(); how many they are is the same for all legs.
@@ -49,7 +50,8 @@ class Mechanism {
  private:
   std::string name_;
   const LegModel* model_;
-  std::vector<Leg> legs_;
+  std::shared_ptr<const std::vector<Leg>> legs_;  // never changed, so that copies share them
+  std::vector<LegValues> leg_values_;
 };
 
 // Throws InvalidInput unless the array has one column a coordinate of the mechanism's poses.

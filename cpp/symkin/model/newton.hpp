@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "symkin/model/batched_leg.hpp"
 
@@ -115,11 +114,12 @@ class Newton {
   }
 
  private:
-  Newton(LegSpan legs, const ForwardKinematicsOptions& options) : options_(options) {
-    for (const auto& values : Batched::values(legs)) {
-      legs_.push_back({values, {}, {}, {}});
-    }
-  }
+  Newton(LegSpan legs, const ForwardKinematicsOptions& options)
+      : legs_(legs,
+              [](const LegValues& leg) {
+                return LegState{Batched::values(leg), {}, {}, {}};
+              }),
+        options_(options) {}
 
   bool redundant() const { return legs_.size() != kDof; }
 
@@ -327,7 +327,7 @@ class Newton {
     return system;
   }
 
-  std::vector<LegState> legs_;
+  PerLeg<LegState> legs_;
   const ForwardKinematicsOptions& options_;
 };
 

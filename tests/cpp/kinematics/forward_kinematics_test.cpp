@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "support/mechanisms.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
@@ -59,6 +61,38 @@ TEST(ForwardKinematics, TakesMoreLegsThanDegreesOfFreedomByLeastSquares) {
   const auto result = forward_kinematics(four, inverse_kinematics(four, pose), start);
   EXPECT_EQ(result.converged_count(), 1);
   EXPECT_LT((result.poses - pose).norm(), 1e-10);
+}
+
+TEST(ForwardKinematics, TakesAsManyLegsAsThereAre) {
+  const Mechanism three = testing::paper_3rrr();
+  std::vector<Leg> legs;
+  for (int i = 0; i < 12; ++i) {
+    legs.push_back(three.leg(i % 3));
+    legs.back().parameters[3] += 0.02 * i;
+    legs.back().parameters[5] += 0.02 * i;
+  }
+  const Mechanism twelve("12-RRR", three.model(), legs);
+  const RowMatrix pose = (RowMatrix(1, 3) << 0.05, 0.1, 0.1).finished();
+  const RowMatrix start = RowMatrix::Zero(1, 3);
+  const auto result = forward_kinematics(twelve, inverse_kinematics(twelve, pose), start);
+  EXPECT_EQ(result.converged_count(), 1);
+  EXPECT_LT((result.poses - pose).norm(), 1e-12);
+}
+
+TEST(ForwardKinematics, SaysTheSameIntoAResultThatIsThere) {
+  const Mechanism robot = testing::paper_3rrr();
+  auto original = std::make_unique<Mechanism>(robot.with_parameters(robot.parameters()));
+  const Mechanism copy = *original;
+  original.reset();  // whose legs the copy keeps
+  const WorkspaceSample sample = sample_workspace(robot, testing::paper_workspace(), 50, 3);
+  const RowMatrix start = sample.poses.array() + 0.002;
+  const auto expected = forward_kinematics(robot, sample.readings, start);
+  ForwardKinematicsResult result;
+  for (const Index count : {50, 7, 50}) {
+    forward_kinematics(copy, sample.readings.topRows(count), start.topRows(count), {}, result);
+    EXPECT_EQ(result.poses, expected.poses.topRows(count));
+    EXPECT_EQ(result.converged_count(), count);
+  }
 }
 
 TEST(ForwardKinematics, SaysThatReadingsWithoutAPoseDoNotConverge) {
