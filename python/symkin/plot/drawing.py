@@ -42,6 +42,8 @@ __all__ = ["DrawnSymmetry", "mechanism"]
 Array = NDArray[np.float64]
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
+# Radii at which axes of base, elbow and platform are drawn: on a sphere they may coincide.
+_SHELLS = np.array([[1.0], [0.875], [0.75]])
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}
 
 
@@ -89,8 +91,8 @@ class Skeleton(NamedTuple):
 
     @property
     def points(self) -> Array:
-        """All joint centres, one a row."""
-        return np.concatenate(self.legs)
+        """All joint centres, one a row; of arcs what lies between them, too."""
+        return np.concatenate([_arcs(leg) for leg in self.legs] if self.on_sphere else self.legs)
 
     @property
     def bodies(self) -> dict[str, Array]:
@@ -154,10 +156,16 @@ def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
     joints = joints_of(mechanism)
     readings = mechanism.inverse_kinematics(pose)[0]
     legs = tuple(
-        _one_centre_a_joint(mechanism.core.joint_centres(leg, pose, reading), len(joints))
+        _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints))
         for leg, reading in enumerate(readings)
     )
     return Skeleton(legs, joints, on_sphere=not mechanism.space.moves)
+
+
+def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -> Array:
+    """Centres of a leg's joints, m; of a spherical leg points of its axes, from outside inwards."""
+    centres = mechanism.core.joint_centres(leg, pose, reading)
+    return centres if mechanism.space.moves else np.asarray(centres * _SHELLS)
 
 
 def joints_of(mechanism: Mechanism) -> tuple[Joint, ...]:
@@ -229,12 +237,15 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
         )
 
 
-def _arcs(axes: Array) -> Array:
-    """Points on the great circles between unit vectors."""
+def _arcs(centres: Array) -> Array:
+    """Points on the great circles between axes: to the elbow outside, and from it inside."""
     shares = np.linspace(0, 1, 25)[:, np.newaxis]
-    chords = [start + shares * (end - start) for start, end in itertools.pairwise(axes)]
-    points = np.concatenate(chords)
-    return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
+    axes = centres / np.linalg.norm(centres, axis=1, keepdims=True)
+    arcs = []
+    for (start, end), radius in zip(itertools.pairwise(axes), _SHELLS[[0, 2], 0], strict=True):
+        chord = start + shares * (end - start)
+        arcs.append(radius * chord / np.linalg.norm(chord, axis=1, keepdims=True))
+    return np.concatenate(arcs)
 
 
 def _number_leg(axes: Any, leg: int, centres: Array, middle: Array) -> None:

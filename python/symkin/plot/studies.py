@@ -62,8 +62,7 @@ def study_protocols(
     designs = list(dict.fromkeys(each.cell.design for each in cells))
     choices = list(dict.fromkeys(_choice(each) for each in cells))
     estimators = list(dict.fromkeys(_estimate(each) for each in cells))
-    turns = any(each.orientation.rms > 0 for each in cells)
-    kinds = ("position", "orientation") if turns else ("position",)
+    kinds = _kinds(cells)
     figure = new_figure(1.2 + 2.9 * len(designs), 0.9 + 2.9 * len(kinds), figure)
     places = figure.add_gridspec(len(kinds), len(designs))
     for row, kind in enumerate(kinds):
@@ -123,8 +122,7 @@ def study_cells(result: StudyResult, *, figure: FigureBase | None = None) -> Fig
     Figure or SubFigure
     """
     cells = list(result.cells.values())
-    turns = any(each.orientation.rms > 0 for each in cells)
-    kinds = ("position", "orientation") if turns else ("position",)
+    kinds = _kinds(cells)
     figure = new_figure(3.6 + 2.8 * len(kinds), 0.9 + 0.24 * len(cells), figure)
     places = figure.add_gridspec(1, len(kinds))
     rows = np.arange(len(cells))[::-1]
@@ -295,3 +293,14 @@ def _choice(summary: CellSummary) -> str:
 
 def _estimate(summary: CellSummary) -> str:
     return f"{summary.cell.estimator}, {summary.cell.use}"
+
+
+def _kinds(cells: Sequence[CellSummary]) -> list[str]:
+    """What is in error at all: a point has no orientation, what only turns no position."""
+    found = {
+        kind
+        for each in cells
+        for kind in ("position", "orientation")
+        if getattr(each, kind).rms > 0
+    }
+    return [kind for kind in ("position", "orientation") if kind in found] or ["position"]

@@ -81,15 +81,17 @@ def _frames_section(found: Alignment) -> Section:
 
 
 def _convention_section(found: Alignment) -> Section:
+    moves = POSE_SPACES[found.pose_space].moves
     rows = [
         (
             each.convention,
-            milli(each.position_rms, "m"),
+            *([milli(each.position_rms, "m")] if moves else []),
             f"{significant(np.degrees(each.orientation_rms))}\N{DEGREE SIGN}",
         )
         for each in found.conventions
     ]
-    columns = ("Measured poses taken", "Position left", "Orientation left")
+    position = ["Position left"] if moves else []
+    columns = ("Measured poses taken", *position, "Orientation left")
     table = Table("Which convention fits", columns, [Group(rows)], brief=len(rows) > 1)
     words = (
         "Devices give the pose of the target in their frame, or the inverse; rotations either way "

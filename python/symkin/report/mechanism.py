@@ -143,6 +143,8 @@ def _drawing(
     mirrors = ""
     if symmetry is not None and symmetry.size > 1:
         mirrors = f" The symmetry is {symmetry.title}{', nearly' if nearly else ''}."
+    if not mechanism.space.moves:
+        mirrors += " Drawn are the joints' axes and the links between them, inner links further in."
     return [
         Image(
             "mechanism",

@@ -72,14 +72,12 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
         each a character for its state, two for the logarithm of its condition number and, for each
         leg and inner joint, two for each of its coordinates.
     """
-    from symkin.plot.drawing import joints_of, outline
+    from symkin.plot.drawing import drawn_centres, joints_of, outline
 
     joints = joints_of(mechanism)
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]
-    ends = [
-        mechanism.core.joint_centres(leg, home, reading) for leg, reading in enumerate(readings)
-    ]
+    ends = [drawn_centres(mechanism, leg, home, reading) for leg, reading in enumerate(readings)]
     inner = len(ends[0]) - 2
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
@@ -193,9 +191,11 @@ def _inner_centres(
     """Of the joints between the first and the last of each leg, (N, legs, inner, 2 or 3), m."""
     centres = np.full((len(poses), len(mechanism.legs), *inner), np.nan)
     if inner[0]:
-        joint_centres = mechanism.core.joint_centres
+        from symkin.plot.drawing import drawn_centres
+
         for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
-            centres[row, leg] = joint_centres(leg, poses[row], readings[row, leg])[1:-1]
+            drawn = drawn_centres(mechanism, leg, poses[row], readings[row, leg])
+            centres[row, leg] = drawn[1:-1]
     return centres
 
 

@@ -136,7 +136,7 @@ def _judgement(result: StudyResult, off: Sequence[CellSummary]) -> str:
             f"Mapped poses lose {100 * LOSSES[0]:g}{_PERCENT} of their efficiency where robots are "
             f"{significant(level, 2)} times as far from the drawing as the tolerances say"
         )
-    told = [each for each in result.cells.values() if each.position.ratio == each.position.ratio]
+    told = [each for each in result.cells.values() if each.first.ratio == each.first.ratio]
     if not told:
         return "No cell has a prediction to compare with"
     right = len(told) - len(off)
@@ -157,10 +157,10 @@ def _doubts(result: StudyResult, off: Sequence[CellSummary]) -> list[str]:
             f"{count(worst.robots)} ({worst.cell.id}: {reason}); no figure has them"
         )
     if off and result.definition.kind == "accuracy":
-        worst = max(off, key=lambda each: abs(math.log(each.position.ratio)))
+        worst = max(off, key=lambda each: abs(math.log(each.first.ratio)))
         doubts.append(
             f"{plural(len(off), 'cell')} not as predicted, the most {worst.cell.id}: "
-            f"{fixed(worst.position.ratio, 2)} times the predicted position error"
+            f"{fixed(worst.first.ratio, 2)} times the predicted {worst.first_kind} error"
         )
     return doubts
 
@@ -174,7 +174,7 @@ def _off_cells(result: StudyResult) -> list[CellSummary]:
     return [
         each
         for each in result.cells.values()
-        if abs(each.position.ratio - 1) > OFF + normal * each.position.ratio_error
+        if abs(each.first.ratio - 1) > OFF + normal * each.first.ratio_error
     ]
 
 
@@ -259,7 +259,7 @@ def _protocols(result: StudyResult) -> list[Section]:
             plotted("study_protocols", result, name),
         )
         best = Table(
-            f"{name}: protocols that none with as few poses beats in position",
+            f"{name}: protocols that none with as few poses beats in {cells[0].first_kind}",
             _COLUMNS,
             [Group([_row(each) for each in _unbeaten(cells)])],
             brief=True,
@@ -272,8 +272,8 @@ def _protocols(result: StudyResult) -> list[Section]:
 def _unbeaten(cells: Sequence[CellSummary]) -> list[CellSummary]:
     found: list[CellSummary] = []
     usable = [each for each in cells if each.robots > each.failed]
-    for each in sorted(usable, key=lambda each: (each.measured_poses, each.position.rms)):
-        if not found or each.position.rms < found[-1].position.rms:
+    for each in sorted(usable, key=lambda each: (each.measured_poses, each.first.rms)):
+        if not found or each.first.rms < found[-1].first.rms:
             found.append(each)
     return found
 
@@ -288,7 +288,7 @@ def _row(summary: CellSummary) -> list[str]:
     return [
         summary.cell.id,
         count(summary.measured_poses),
-        _error(summary.position, "m"),
+        _error(summary.position, "m") if summary.first_kind == "position" else NONE,
         _ratio(summary.position),
         _error(summary.orientation, "rad") if summary.orientation.rms else NONE,
         _ratio(summary.orientation),

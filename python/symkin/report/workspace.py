@@ -157,15 +157,19 @@ def _slices_section(study: WorkspaceStudy) -> Section:
     groups = [Group([_slice_row(found) for found in row.slices], row.title) for row in study.modes]
     unit = study.mechanism.space.closure_unit
     area = f"Workspace, {unit}\N{SUPERSCRIPT TWO}"
-    columns = ("Orientation, rad", area, "Home's side", "Other side")
+    first = "Orientation, rad" if study.mechanism.space.moves else "rz, rad"
+    columns = (first, area, "Home's side", "Other side")
     table = Table("Areas", (*columns, "Aspects"), groups, brief=True)
+    title, what = "Constant orientations", "Constant-orientation workspaces"
+    if not study.mechanism.space.moves:
+        title, what = "Slices", "Slices of the workspace at constant rz"
     figure = Image(
         "constant_orientations",
         "Maps of the poses that the legs reach at each orientation.",
-        "Constant-orientation workspaces. Numbers are those of the aspects.",
+        f"{what}. Numbers are those of the aspects.",
         plotted("workspace", study),
     )
-    return Section("orientations", "Constant orientations", (), [figure, table])
+    return Section("orientations", title, (), [figure, table])
 
 
 def _slice_row(found: ConstantOrientation) -> Sequence[str]:
@@ -184,7 +188,8 @@ def _singular_orientations(row: ModeSlices) -> str:
         return ""
     angles = ", ".join(f"{angle:.4g}" for angle in row.singular_orientations)
     title = row.title[0].upper() + row.title[1:]
-    return f"{title}: parallel singularities at home's position at {angles} rad."
+    where = "home's position" if row.mechanism.space.moves else "home with other rz,"
+    return f"{title}: parallel singularities at {where} at {angles} rad."
 
 
 def _joints_section(study: WorkspaceStudy) -> Section:

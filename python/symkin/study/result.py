@@ -105,7 +105,7 @@ class CellSummary(Value):
     replaced : int
         Poses, of all robots, that spares replaced.
     position, orientation : ErrorFigure
-        m, and rad (zero for a point platform).
+        m (zero for a platform that only turns), and rad (zero for one that never turns).
     combined : ErrorFigure
         Both as one length, m: a rotation counts as the way of a point at the characteristic length.
     coverage, coverage_error : float
@@ -129,6 +129,16 @@ class CellSummary(Value):
     coverage_error: float
     chi_square: float
     mapped_efficiency: float
+
+    @property
+    def first_kind(self) -> str:
+        """What cells are compared by: "position", or "orientation" where nothing moves."""
+        return "position" if self.position.before != 0 else "orientation"
+
+    @property
+    def first(self) -> ErrorFigure:
+        """The error of that kind."""
+        return self.position if self.first_kind == "position" else self.orientation
 
 
 @record

@@ -74,8 +74,8 @@ function movable(figure) {
 
   // What the view turns about.
   const tops = [...data.base, ...wandering].map(([, , z]) => z);
-  const heights = spatial
-    ? [...tops, ...(data.moves ? axes[2].values : [0])].reduce(
+  const heights = spatial && data.moves
+    ? [...tops, ...axes[2].values].reduce(
       ([low, high], z) => [Math.min(low, z), Math.max(high, z)], [Infinity, -Infinity])
     : [0];
   const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
@@ -115,6 +115,7 @@ function movable(figure) {
       return [extremes(xs), extremes(ys)];
     }
     // Seen from anywhere.
+    if (!data.moves) return [[-1, 1], [-1, 1]];
     const radius = everything.reduce((most, [x, y]) => Math.max(most, Math.hypot(x, y)), 0);
     const tall = Math.hypot(radius, Math.max(...heights) - middle);
     return [[-radius, radius], [-tall, tall]];
@@ -160,6 +161,16 @@ function movable(figure) {
     return [centres[0], ...between, ...centres.slice(1)];
   }
 
+  // On a sphere links are arcs, the inner one of which begins below the elbow.
+  function arcs(centres) {
+    const axes = centres.map((c) => c.map((each) => each / Math.hypot(...c)));
+    return [[0, 1, centres[0]], [1, 2, centres[2]]].flatMap(([from, to, end]) =>
+      Array.from({ length: 17 }, (_, j) => {
+        const chord = axes[from].map((each, k) => each + (j / 16) * (axes[to][k] - each));
+        return chord.map((each) => (each * Math.hypot(...end)) / Math.hypot(...chord));
+      }));
+  }
+
   function draw() {
     const platform = moved(data.platform);
     const parts = [];
@@ -180,7 +191,7 @@ function movable(figure) {
       }
       const centres = spread([data.base[leg], ...between, platform[leg]]);
       parts.push(
-        `<g class="leg" stroke="${colour(leg)}"><polyline points="${listed(centres)}"/>` +
+        `<g class="leg" stroke="${colour(leg)}"><polyline points="${listed(data.moves ? centres : arcs(centres))}"/>` +
         `${centres.map((each, j) => drawnJoint(data.joints[j], each, leg)).join("")}</g>${name}`);
     }
     if (!spatial) {
