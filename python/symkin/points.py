@@ -97,7 +97,7 @@ def split_covariance(covariance: Array) -> tuple[Array, Array]:
     known = variances > 1e-24 * variances.max(initial=0.0)
     sigma = np.sqrt(np.where(known, variances, np.nan))
     with np.errstate(invalid="ignore"):
-        matrix = np.nan_to_num(covariance / np.outer(sigma, sigma))
+        matrix = np.clip(np.nan_to_num(covariance / np.outer(sigma, sigma)), -1, 1)
     np.fill_diagonal(matrix, 1.0)
     return sigma, matrix
 
