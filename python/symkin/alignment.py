@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, one_of
 from symkin.frames import align, moved, poses_of, transforms
+from symkin.points import as_drawn
 from symkin.poses import (
     POSE_SPACES,
     Transform,
@@ -336,7 +337,7 @@ def poses_of_mechanism(
 
     taken = read_measurements(source, mechanism, columns)
     if taken.reported is not None:
-        return taken.poses, taken.reported
+        return taken.poses, as_drawn(mechanism, taken.reported)
     read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
     if not len(read):
         raise MeasurementError("no row has readings of all legs, nor a reported pose")
@@ -350,7 +351,7 @@ def poses_of_mechanism(
         alone.observations(mechanism.noise),
         mechanism.home,
     )
-    return taken.poses, own
+    return taken.poses, as_drawn(mechanism, own)  # frames are for the mechanism's file
 
 
 def _taken(way: Convention, device: Array, space: str) -> Transform | None:

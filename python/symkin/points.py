@@ -97,7 +97,7 @@ def split_covariance(covariance: Array) -> tuple[Array, Array]:
     known = variances > 1e-24 * variances.max(initial=0.0)
     sigma = np.sqrt(np.where(known, variances, np.nan))
     with np.errstate(invalid="ignore"):
-        matrix = np.nan_to_num(covariance / np.outer(sigma, sigma))
+        matrix = np.clip(np.nan_to_num(covariance / np.outer(sigma, sigma)), -1, 1)
     np.fill_diagonal(matrix, 1.0)
     return sigma, matrix
 
@@ -260,9 +260,14 @@ def _carried(mechanism: Mechanism, poses: Array, *, inverse: bool) -> Array:
     if inverse:
         base, platform = base.inverse, platform.inverse
     # The frames' axes are parallel, so that orientations stay as they are.
+    size = mechanism.space.size
+    if not (mechanism.space.turns and platform.translation.any()):
+        shift = np.zeros(poses.shape[1])
+        shift[:size] = (base.translation - platform.translation)[:size]
+        return np.asarray(poses + shift)  # each coordinate by itself: some may not be known
     carried = base @ transforms(mechanism.pose_space, poses) @ platform.inverse
     made = np.array(poses, dtype=float)
-    made[:, : mechanism.space.size] = carried.translation[:, : mechanism.space.size]
+    made[:, :size] = carried.translation[:, :size]
     return made
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from symkin.io.quantities import evaluate_quantity
 from symkin.mechanism import Mechanism
 from symkin.observed import Observed
 from symkin.planning.observing import Unknowns
+from symkin.points import drawn_frames, own_frames
 from symkin.probing import CALIPER, PrintedLength
 from symkin.settings import Frames
 
@@ -133,18 +135,42 @@ def observed(
     wanted = kinds or ["pose"]
     size = mechanism.space.size
     frame = ("m",) * size + ("rad",) * (len(mechanism.space.frame_components) - size)
+    given = Frames(
+        base=_quantities("--base", base, frame) if base else (),
+        target=_quantities("--target", target, frame) if target else (),
+        points=tuple(_quantities("--point", each, frame[:size]) for each in points or ()),
+        anchors=tuple(_quantities("--anchor", each, frame[:size]) for each in anchors or ()),
+        plane=_quantities("--plane", plane, ("m", "1", "1")),
+    )
+    if mechanism.points is not None and mechanism.points.moved:
+        given = _of_drawing(mechanism, given)
     return Observed(
         tuple(wanted),  # type: ignore[arg-type]  # which it checks
-        _quantities("--base", base, frame) if base else None,
-        _quantities("--target", target, frame) if target else None,
-        tuple(_quantities("--point", each, frame[:size]) for each in points or ())
-        or (own.points if "points" in wanted else ()),
-        tuple(_quantities("--anchor", each, frame[:size]) for each in anchors or ())
-        or (own.anchors if "distance" in wanted else ()),
-        _quantities("--plane", plane, ("m", "1", "1")),
+        given.base or None,
+        given.target or None,
+        given.points or (own.points if "points" in wanted else ()),
+        given.anchors or (own.anchors if "distance" in wanted else ()),
+        given.plane or (0.0, 0.0, 0.0),
         missing,
         spread,
     )
+
+
+def _of_drawing(mechanism: Mechanism, given: Frames) -> Frames:
+    """What was typed in the frames of the mechanism's file, and what that has besides, in its own.
+
+    Points and anchors that were not typed stay away.
+    """
+    assert mechanism.points is not None
+    drawn = drawn_frames(mechanism) or Frames()
+    level = not any(given.plane)
+    typed = dataclasses.replace(
+        given,
+        base=given.base or drawn.base,
+        target=given.target or drawn.target,
+        plane=drawn.plane if level else given.plane,
+    )
+    return own_frames(mechanism.pose_space, typed, mechanism.points) or Frames()
 
 
 def planned(

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo, chain_info
 from symkin.errors import QuantityError, did_you_mean
@@ -31,6 +31,7 @@ __all__ = ["ends_of", "leg_kind", "point_value", "read_points"]
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 _ENDS = ("base", "platform")
+_ROUNDING = 1e-6  # of correlations that are typed
 
 
 def ends_of(info: ChainInfo) -> dict[str, dict[str, str]]:
@@ -99,7 +100,7 @@ def _point(size: int, estimated: bool) -> Kind:
         return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
     kinds = {
         "value": value,
-        "standard_deviation": _numbers("m", size, "not negative, or nan where it is held"),
+        "standard_deviation": _numbers("m", size, "not negative; nan where it is held", nan=True),
         "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
     }
 
@@ -114,22 +115,26 @@ def _point(size: int, estimated: bool) -> Kind:
         made = {name: kinds[name].read(each) for name, each in raw.items()}
         if any(each < 0 for each in made.get("standard_deviation", ())):
             raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
-        if any(abs(each) > 1 for each in made.get("correlation", ())):
-            raise QuantityError(f"has correlation {raw['correlation']}; expected -1 to 1")
+        if "correlation" in made:
+            matrix = _covariance(np.ones(size), made["correlation"])
+            if np.linalg.eigvalsh(matrix)[0] < -_ROUNDING:
+                raise QuantityError(
+                    f"has correlation {raw['correlation']}; expected -1 to 1, and such as errors "
+                    "can have together"
+                )
         return made
 
     return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
 
 
-def _numbers(unit: str, count: int, note: str = "") -> Kind:
+def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
     kind = quantity(unit, note=note)
 
     def read(raw: Any) -> tuple[float, ...]:
         if not isinstance(raw, list) or len(raw) != count:
             found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
             raise QuantityError(f"has {found}; expected {count}, in {unit}")
-        held = note.endswith("held")
-        return tuple(math.nan if held and _is_nan(each) else kind.read(each) for each in raw)
+        return tuple(math.nan if nan and _is_nan(each) else kind.read(each) for each in raw)
 
     items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
     return Kind(read, items)
@@ -161,7 +166,8 @@ def read_points(
     for end, names in ends.items():
         _require_everywhere(source, legs, end, names["radius"])
     points = {end: np.array([leg[f"{end}_point"]["value"] for leg in legs]) for end in ends}
-    found = _centres(info, legs, points, listed=listed)
+    missing = any(given[end] is None for end in ends)
+    found = _centres(info, legs, points, listed=listed) if missing else {}
     about = {end: found[end] if given[end] is None else np.array(given[end]) for end in ends}
     made = [
         {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
@@ -214,7 +220,7 @@ def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array
     return split_covariance(inverse @ covariance @ inverse.T)
 
 
-def _covariance(deviations: Sequence[float], correlation: Sequence[float]) -> Array:
+def _covariance(deviations: ArrayLike, correlation: Sequence[float]) -> Array:
     sigma = np.nan_to_num(np.array(deviations))
     matrix = np.eye(len(sigma))
     if len(correlation):

@@ -34,6 +34,7 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.tables import Table, TableSource, read_table, write_table
 from symkin.measurements import ALL_LEGS, Measurements
+from symkin.points import as_drawn, from_drawing
 from symkin.settings import MeasurementColumns
 
 if TYPE_CHECKING:
@@ -143,6 +144,9 @@ def _measurements_of(
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
     space, legs = mechanism.pose_space, len(mechanism.legs)
     values = read_pose_values(table, columns, space)
+    others = read_observed(table, columns, space, legs, mechanism.reading_unit)
+    if others.get("reported") is not None:
+        others["reported"] = from_drawing(mechanism, others["reported"])
     measurements = Measurements(
         poses=values.poses(),
         readings=read_readings(table, columns, mechanism.reading_unit),
@@ -151,7 +155,7 @@ def _measurements_of(
         source=table.path,
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
-        **read_observed(table, columns, space, legs, mechanism.reading_unit),
+        **others,
     )
     _check_unread_rows(table, measurements)
     _check_observed(table, measurements, mechanism)
@@ -173,6 +177,9 @@ def write_measurements(
     A file that exists is replaced only with `overwrite`.
     """
     with OutputFiles(overwrite=overwrite) as outputs:
+        if measurements.reported is not None:
+            reported = as_drawn(mechanism, measurements.reported)
+            measurements = replace(measurements, reported=reported)
         columns = measurement_columns(measurements, mechanism.reading_unit)
         write_table(outputs.file(Path(path)), columns)
 

