@@ -152,6 +152,14 @@ def test_a_delta_is_calibrated_from_points_to_size(tmp_path, capsys):
     assert any("one more length" in note for note in found["identification"]["notes"])
 
 
+def test_a_printed_length_does_not_go_with_frames(tmp_path, capsys):
+    table = tmp_path / "probe.csv"
+    table.write_text("psi_1_mm,psi_2_mm,psi_3_mm,height_mm\n180,181,182,0\n170,185,190,0\n")
+    length = ["--printed", "100 mm = 100.2 mm", "--frames", "plane"]
+    assert main(["identify", "linear_delta", str(table), *length]) == 2
+    assert "--fixed instead" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("text", ["100 mm", "100 mm = 3 kg", "100 mm = 100 m"])
 def test_a_printed_length_that_is_none_is_refused(text, tmp_path, capsys):
     table = tmp_path / "probe.csv"

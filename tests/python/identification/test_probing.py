@@ -198,3 +198,14 @@ def test_a_written_probe_table_gives_the_same(probed, delta, actual, tmp_path):
     write_measurements(touched(actual), tmp_path / "probe.csv", delta)
     again = symkin.identify(delta, symkin.read_measurements(tmp_path / "probe.csv", delta))
     assert again.chi_square == pytest.approx(probed.chi_square, rel=1e-9)
+
+
+def test_positions_in_the_frame_of_the_robot_are_taken_so_where_frames_are_said(delta, actual):
+    measured = touched(actual)
+    taken, _ = actual.forward_kinematics(measured.readings)
+    marks = np.column_stack([taken[:, :2], np.full(len(taken), np.nan)])
+    measured = dataclasses.replace(measured, poses=marks)
+    found = symkin.identify(delta, measured, frames=["plane"], prior="tolerances")
+    assert not any(each.name.startswith("base.") for each in found.unknowns)
+    assert found.degrees_of_freedom > 0
+    assert not found.unexplained
