@@ -5,7 +5,8 @@
 
 Simulates robots with errors and noise as declared, identifies them with `implicit` and `joint` on
 all poses, and prints for each kind of test which share of robots it alarms for. All together must
-stay below 1%.
+stay below 1%. Mechanisms in space take seconds for ten robots: 300 of linear_delta, rotary_delta,
+hexa and hexaglide are in the documentation.
 """
 
 import collections
