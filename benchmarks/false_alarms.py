@@ -5,7 +5,7 @@
 
 Simulates robots with errors and noise as declared, identifies them with `implicit` and `joint` on
 all poses, and prints for each kind of test which share of robots it alarms for. All together must
-stay below 1%.
+stay below 1%. Of mechanisms in space 300 robots will do.
 """
 
 import collections

@@ -116,6 +116,11 @@ def identify(
 
     if cross_validate_blocks and cross_validate is None:
         raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
+    if printed and (free or frames):
+        raise typer.BadParameter(
+            "--printed leaves open where bed and ruler lay, which --free and --frames would say; "
+            "hold parameters with --fixed instead"
+        )
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)

@@ -10,6 +10,7 @@ from symkin.identification.estimate import (
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
 from symkin.identification.fleet import Fleet, identify_many
+from symkin.identification.heights import Heights, Shown
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import JointOptions, Rows
 
@@ -20,6 +21,7 @@ __all__ = [
     "FitOptions",
     "Fleet",
     "GoodnessOfFit",
+    "Heights",
     "Identification",
     "JointIdentification",
     "JointOptions",
@@ -29,6 +31,7 @@ __all__ = [
     "PoseUse",
     "ResidualTest",
     "Rows",
+    "Shown",
     "Unknown",
     "cross_validate",
     "identify",

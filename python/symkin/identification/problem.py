@@ -166,7 +166,7 @@ class Problem:
             )
         _require_surroundings(mechanism, measurements)
         straight = mechanism.replace(curvature=None)
-        marked = is_marked(measurements)
+        marked = "base" in options.frames and is_marked(measurements)
         placed = _with_ruler(straight, measurements) if marked else straight
         setup = core_setup(placed, mechanism.curvature)
         layout = Layout.of(

@@ -269,7 +269,7 @@ def _compared(
         return None
     less, more = (fit.goodness for fit in fits)
     terms = less.degrees_of_freedom - more.degrees_of_freedom
-    if terms == 0:  # a prior came with each; held exactly, they gain no more than without priors
+    if terms <= 0:  # priors came with them; held exactly, they gain no more than without priors
         terms = len(solved[1][0].layout.names) - len(solved[0][0].layout.names)
     spare = more.degrees_of_freedom
     if terms <= 0 or spare <= 0 or more.chi_square <= 0:
@@ -310,17 +310,23 @@ def contradiction_of(found: JointIdentification) -> str:
             "the observations hardly show what is free; with everything free within the "
             "tolerances (--prior tolerances) it converges"
         )
+    return (
+        "what is held or shared contradicts the observations: with everything free within the "
+        f"tolerances it converges, to chi-square {other.chi_square:.3g} instead of "
+        f"{found.chi_square:.3g}, and moves {_most_moved(found, other)}"
+    )
+
+
+def _most_moved(found: JointIdentification, other: JointIdentification) -> str:
+    """What of the held or shared moves most where it is free."""
     held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
     moved = [
         (abs(each.value - each.nominal) / each.tolerance, each.name)
         for each in other.unknowns
         if each.name in held and math.isfinite(each.deviation) and each.tolerance > 0
     ]
-    named = ", ".join(f"{name} ({by:.2g} tolerances)" for by, name in sorted(moved)[:-4:-1])
-    return (
-        "what is held or shared contradicts the observations: with everything free within the "
-        f"tolerances it converges, to chi-square {other.chi_square:.3g} instead of "
-        f"{found.chi_square:.3g}, and moves {named}"
+    return ", ".join(
+        f"{name} ({by:.2g} tolerances)" for by, name in sorted(moved)[: -_NAMED - 1 : -1]
     )
 
 
@@ -336,9 +342,10 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
             f"{' '.join(asked)}"
         )
     if other.what == "held":
+        moved = _most_moved(found, type(found).of(found.nominal, found.measurements, other.options))
         return (
             f"parameters that are held or shared are not as they are said to be ({evidence} if "
-            f"all are free); free them{_help(found, other)}"
+            f"all are free, which moves {moved}); free them{_help(found, other)}"
         )
     shape = {"quadratic": "bend", "eccentric": "err once a turn"}[other.what]
     return (

@@ -130,3 +130,39 @@ def test_a_plan_is_for_what_will_be_observed_and_is_unknown(tmp_path, capsys):
     assert needed["accuracy"]["expected"]["position_rms_m"] <= 1e-4
     assert main(["plan", "3RRR", "--out", str(tmp_path / "legs"), "--observe", "position"]) == 2
     assert 'choose the design "mechanism"' in capsys.readouterr().err
+
+
+def test_a_delta_is_calibrated_from_points_to_size(tmp_path, capsys):
+    folder, probed = tmp_path / "probe", tmp_path / "probed"
+    heights = ["linear_delta", "--observe", "height", "--out"]
+    assert main(["plan", *heights, str(folder), "--candidates", "300", "--spares", "0"]) == 0
+    points = (folder / "points.csv").read_text().splitlines()
+    assert points[0] == "x_mm,y_mm"
+    assert len(points) == 22
+    plan = str(folder / "plan.csv")
+    assert main(["simulate", *heights, str(probed), "--plan", plan, "--seed", "3"]) == 0
+    capsys.readouterr()
+    length = ["--printed", "100 mm = 100.2 mm +- 0.02 mm"]
+    table = str(probed / "measurements.csv")
+    assert main(["identify", "linear_delta", table, *length, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["identification"]["frames"]["plane"]
+    heights = found["heights"]
+    assert 0 < heights["size_after"] < heights["size_before"]
+    assert any("one more length" in note for note in found["identification"]["notes"])
+
+
+def test_a_printed_length_does_not_go_with_frames(tmp_path, capsys):
+    table = tmp_path / "probe.csv"
+    table.write_text("psi_1_mm,psi_2_mm,psi_3_mm,height_mm\n180,181,182,0\n170,185,190,0\n")
+    length = ["--printed", "100 mm = 100.2 mm", "--frames", "plane"]
+    assert main(["identify", "linear_delta", str(table), *length]) == 2
+    assert "--fixed instead" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["100 mm", "100 mm = 3 kg", "100 mm = 100 m"])
+def test_a_printed_length_that_is_none_is_refused(text, tmp_path, capsys):
+    table = tmp_path / "probe.csv"
+    table.write_text("psi_1_mm,psi_2_mm,psi_3_mm,height_mm\n180,181,182,0\n170,185,190,0\n")
+    assert main(["identify", "linear_delta", str(table), "--printed", text]) == 2
+    assert "printed" in capsys.readouterr().err

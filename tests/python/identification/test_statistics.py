@@ -134,3 +134,18 @@ def test_a_leg_that_was_never_moved_is_refused_by_the_combination_that_it_hides(
     for estimator in ESTIMATORS:
         with pytest.raises(NotIdentifiableError, match=r"leg 1 .*sensor_gain"):
             symkin.identify(paper, replace(measurements, readings=readings), estimator)
+
+
+def test_residuals_of_a_small_workspace_are_judged_as_often_as_it_says():
+    # The Hexa moves by 16 mm and 10 degrees: its parameters nearly explain what a pose would add.
+    hexa = symkin.load_mechanism("hexa")
+    plan = symkin.make_plan(hexa, symkin.sample_workspace(hexa, 2000, seed=1), seed=1)
+    values = []
+    for seed in range(12):
+        found = symkin.identify(hexa, symkin.simulate(hexa, plan, seed).measurements, "joint")
+        tests = found.diagnosis.tests
+        values += [test.p_value for test in tests if test.suspect == "geometry"]
+    assert len(values) == 72
+    # 3.6 are expected; by derivatives at the measured poses there were 20.
+    assert sum(value < 0.05 for value in values) <= 10
+    assert min(values) > 5e-4

@@ -238,3 +238,37 @@ def test_a_reading_that_is_not_taken_brings_one_condition_less(paper, sample):
     assert np.array_equal(rows[0], survey.rows(sample.poses[:1])[0])
     assert np.linalg.matrix_rank(rows[1]) == 2
     assert not rows[1, :, 8:16].any()  # of the second leg
+
+
+def test_a_delta_probes_its_bed_where_heights_show_most():
+    delta = symkin.load_mechanism("linear_delta")
+    sample = symkin.sample_workspace(delta, 500, seed=1)
+    plan = symkin.make_plan(delta, sample, 24, observe="height", spares=0, minimum_distance=0.004)
+    assert not plan.poses[:, 2].any()
+    assert plan.basis.design == "mechanism"
+    unknowns = {each.name: each for each in plan.unknowns}
+    assert "plane.c1" in unknowns
+    assert unknowns["leg1.distal_length"].prior == delta.tolerances.length
+    survey = plan.basis.survey
+    taken = symkin.simulate(delta, plan, 1, delta, observe=Observed("height"))
+    found = symkin.identify(delta, taken.measurements)
+    promised = [each.deviation for each in plan.unknowns]
+    assert promised == pytest.approx(np.sqrt(np.diag(found.covariance)), rel=0.05)
+    random = np.random.default_rng(1)
+    choices = [plan.poses, *(random.permutation(plan.candidates)[:24] for _ in range(20))]
+    value, *others = (
+        np.linalg.slogdet(np.einsum("nri,nrj->ij", rows, rows) + survey.prior_information)[1]
+        for rows in map(survey.rows, choices)
+    )
+    assert value > max(others) + 1
+
+
+def test_a_bed_beyond_the_workspace_is_refused():
+    delta = symkin.load_mechanism("rotary_delta")
+    sample = symkin.sample_workspace(delta, 300, seed=1)
+    with pytest.raises(SymkinError, match=r"outside of the workspace's -1\.15 to -0\.85 m"):
+        symkin.make_plan(delta, sample, 24, observe="height")
+    there = symkin.make_plan(
+        delta, sample, 24, observe=Observed("height", plane=(-1.0, 0.0, 0.0)), spares=0
+    )
+    assert (there.poses[:, 2] == -1).all()

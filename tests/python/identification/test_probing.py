@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: MIT
+"""Deltas that a probe calibrates: what heights show, and what they do not."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import MeasurementError, SymkinError
+from symkin.identification.heights import in_words
+from symkin.io.measurements import write_measurements
+from symkin.probing import PrintedLength, with_printed_length
+from symkin.settings import NoiseSettings
+from symkin.simulation import disturb
+
+STEP = 1e-3 / 80
+POINTS = np.array(
+    [(x, y) for x in np.linspace(-0.075, 0.075, 7) for y in np.linspace(-0.075, 0.075, 7)]
+)
+POINTS = POINTS[np.linalg.norm(POINTS, axis=1) < 0.076]
+
+
+@pytest.fixture(scope="module")
+def delta():
+    shipped = symkin.load_mechanism("linear_delta")
+    return shipped.replace(
+        noise=NoiseSettings(1e-5, 0.0, STEP / np.sqrt(12)),
+        tolerances=dataclasses.replace(shipped.tolerances, angle=1e-3, gain=2e-4),
+    )
+
+
+def touched(actual, seed=1):
+    random = np.random.default_rng([seed, 1])
+    poses = np.column_stack([POINTS, 3e-4 + POINTS @ [0.002, -0.001]])
+    poses[:, 2] += random.normal(0, 1e-5, len(poses))
+    readings = np.round(actual.inverse_kinematics(poses) / STEP) * STEP
+    return symkin.Measurements.of(
+        np.full(poses.shape, np.nan),
+        readings,
+        reading_unit="m",
+        pose_space="translating",
+        heights=np.zeros(len(poses)),
+    )
+
+
+def printed(believed, actual, length=0.1):
+    ends = np.array([[-length / 2, 0.0, 0.0], [length / 2, 0.0, 0.0]])
+    poses, _ = actual.forward_kinematics(believed.replace(frames=None).inverse_kinematics(ends))
+    return float(np.linalg.norm(poses[1] - poses[0]))
+
+
+@pytest.fixture(scope="module")
+def actual(delta):
+    return disturb(delta, 3)
+
+
+@pytest.fixture(scope="module")
+def probed(delta, actual):
+    return symkin.identify(delta, touched(actual))
+
+
+def test_a_probed_bed_is_unknown_and_the_tolerances_are_priors(probed):
+    assert probed.trustworthy
+    assert probed.options.frames == ("plane",)
+    assert probed.options.prior == "tolerances"
+    plane = [each for each in probed.unknowns if each.name.startswith("plane.")]
+    off = [each.value for each in plane] - np.array([3e-4, 0.002, -0.001])
+    assert np.abs(off / [each.deviation for each in plane]).max() < 3
+
+
+def test_what_was_asked_for_is_not_changed(delta, actual):
+    found = symkin.identify(delta, touched(actual), free=["sensor_offset"])
+    assert found.options.frames == ()
+    assert set(found.names) == {f"leg{leg}.sensor_offset" for leg in (1, 2, 3)}
+
+
+def test_heights_are_smaller_at_points_that_were_not_used(probed):
+    heights = probed.heights
+    assert heights.after < 2e-5 < heights.before
+    assert heights.size_with_length < heights.size_after < heights.size_before
+
+
+def test_heights_show_radii_and_end_stops_but_not_rods(probed):
+    known = {each.parameter: each for each in probed.heights.shown}
+    assert in_words(known["base_radius"].common) == "shown"
+    assert in_words(known["sensor_offset"].between) == "shown"
+    assert in_words(known["sensor_offset"].common) == "not shown"
+    assert not known["distal_length"].is_shown
+    assert any("do not show length of the rods" in note for note in probed.notes)
+    rods = [each for each in probed.unknowns if each.name.endswith("distal_length")]
+    assert not any(each.shown for each in rods)
+
+
+def test_parameters_that_the_prior_knows_as_well_are_not_called_free(probed):
+    weak = [each for each in probed.unknowns if each.deviation > 0.5 * each.prior]
+    assert weak
+    assert not any(each.shown for each in weak)
+
+
+def test_one_printed_length_settles_the_size(delta, actual, probed):
+    piece = PrintedLength(0.1, printed(delta, actual), 2e-5)
+    found = symkin.identify(delta, with_printed_length(delta, touched(actual), piece))
+    assert found.trustworthy
+    assert found.heights.size_after < 0.6 * probed.heights.size_after
+    assert abs(printed(found.mechanism, actual) - 0.1) < 6e-5 < abs(printed(delta, actual) - 0.1)
+
+
+def test_a_ruler_may_lie_in_any_direction(delta, actual):
+    taken = with_printed_length(
+        delta, touched(actual), PrintedLength(0.1, printed(delta, actual), 2e-5)
+    )
+    turned = np.array(taken.poses)
+    turned[-2:, :2] = turned[-2:, :2] @ np.array([[0, 1], [-1, 0]]) + [0.3, -0.2]
+    found = symkin.identify(delta, taken)
+    other = symkin.identify(delta, dataclasses.replace(taken, poses=turned))
+    assert other.chi_square == pytest.approx(found.chi_square, abs=1e-6)
+    np.testing.assert_allclose(
+        other.mechanism.parameters, found.mechanism.parameters, rtol=0, atol=1e-9
+    )
+
+
+def test_of_sound_printers_what_is_shown_is_within_three_deviations(delta):
+    errors, sizes = [], {"before": [], "after": []}
+    for seed in range(12):
+        actual = disturb(delta, seed)
+        found = symkin.identify(delta, touched(actual, seed))
+        covariance = np.asarray(found.covariance)
+        columns = [found.names.index(f"leg{leg}.base_radius") for leg in (1, 2, 3)]
+        radius = delta.parameter_names.index("base_radius")
+        off = (found.mechanism.parameters - actual.parameters)[:, radius].mean()
+        errors.append(off / np.sqrt(covariance[np.ix_(columns, columns)].mean()))
+        sizes["before"].append(printed(delta, actual) - 0.1)
+        sizes["after"].append(printed(found.mechanism, actual) - 0.1)
+    assert np.abs(errors).max() < 3
+    assert np.std(errors) > 0.3
+    before, after = (np.sqrt(np.mean(np.square(each))) for each in sizes.values())
+    assert after < before / 3
+
+
+def test_held_parameters_that_contradict_are_named(delta):
+    shipped = symkin.load_mechanism("linear_delta").replace(noise=delta.noise)
+    measured = touched(disturb(shipped, 2))
+    found = symkin.identify(shipped, measured, free=["guide_swing"], frames=["plane"])
+    said = " ".join([found.failure, *found.doubts])
+    assert not found.trustworthy
+    assert "held or shared" in said
+    assert "contradicts" in said or "free them" in said
+
+
+def test_commanded_positions_beside_heights_are_refused(delta, actual):
+    measured = touched(actual)
+    taken, _ = delta.forward_kinematics(measured.readings)
+    taken = np.column_stack([taken[:, :2], np.full(len(taken), np.nan)])
+    with pytest.raises(SymkinError, match="commanded, not measured"):
+        symkin.identify(delta, dataclasses.replace(measured, poses=taken))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [((0.1, -0.1), "above zero"), ((0.1, 0.1, 0.0), "above zero"), ((100.0, 0.1), "units")],
+)
+def test_impossible_printed_lengths_are_refused(values, words):
+    with pytest.raises(SymkinError, match=words):
+        PrintedLength(*values)
+
+
+def test_a_printed_length_beyond_reach_is_refused(delta, actual):
+    with pytest.raises(SymkinError, match="out of reach"):
+        with_printed_length(delta, touched(actual), PrintedLength(1.0, 1.0))
+
+
+def test_readings_without_heights_say_what_to_add(delta):
+    table = {f"psi_{leg}_mm": [100.0 + leg, 120.0] for leg in (1, 2, 3)}
+    with pytest.raises(MeasurementError, match="height_mm of zeros"):
+        symkin.read_measurements(table, delta)
+
+
+def test_steps_are_read_as_lengths(delta, actual):
+    measured = touched(actual)
+    counted = delta.replace(reading_step=STEP)
+    table = {f"psi_{leg}_step": measured.readings[:, leg - 1] / STEP for leg in (1, 2, 3)}
+    read = symkin.read_measurements({**table, "height_mm": np.zeros(len(POINTS))}, counted)
+    np.testing.assert_allclose(read.readings, measured.readings, atol=1e-12)
+
+
+def test_results_tell_heights_before_and_after(probed):
+    heights = json.loads(json.dumps(probed.to_dict()))["heights"]
+    assert heights["before_rms_m"] == probed.heights.before
+    assert heights["after_rms_m"] == probed.heights.after
+    assert "Height, root mean square" in probed.text()
+    section = next(each for each in probed.page().sections if each.anchor == "heights")
+    assert any("rods" in each for each in section.paragraphs)
+
+
+def test_a_written_probe_table_gives_the_same(probed, delta, actual, tmp_path):
+    write_measurements(touched(actual), tmp_path / "probe.csv", delta)
+    again = symkin.identify(delta, symkin.read_measurements(tmp_path / "probe.csv", delta))
+    assert again.chi_square == pytest.approx(probed.chi_square, rel=1e-9)
+
+
+def test_positions_in_the_frame_of_the_robot_are_taken_so_where_frames_are_said(delta, actual):
+    measured = touched(actual)
+    taken, _ = actual.forward_kinematics(measured.readings)
+    marks = np.column_stack([taken[:, :2], np.full(len(taken), np.nan)])
+    measured = dataclasses.replace(measured, poses=marks)
+    found = symkin.identify(delta, measured, frames=["plane"], prior="tolerances")
+    assert not any(each.name.startswith("base.") for each in found.unknowns)
+    assert found.degrees_of_freedom > 0
+    assert not found.unexplained
