@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, one_of
-from symkin.frames import transforms
+from symkin.frames import frame, transforms
 from symkin.measurements import Measurements
 from symkin.poses import (
     POSE_SPACES,
@@ -193,8 +193,7 @@ class Observed:
         if values.shape != (count,) or not np.isfinite(values).all():
             names = "x, y, z, rx, ry, rz" if count == 6 else "x, y, phi"
             raise SymkinError(f"{name} is {given}; expected {names} in m and rad")
-        frame = transforms("spatial" if count == 6 else "planar", values[None])
-        return Transform(frame.rotation[0], frame.translation[0])
+        return frame(space, values.tolist())
 
     def _of(self, name: str, size: int) -> Array:
         """Points in space, shape (n, 3)."""

@@ -27,7 +27,7 @@ from symkin.poses import POSE_SPACES
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
-__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows"]
+__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows", "layout_of"]
 
 Array = NDArray[np.float64]
 
@@ -166,17 +166,7 @@ class Problem:
         _require_surroundings(mechanism, measurements)
         straight = mechanism.replace(curvature=None)
         setup = core_setup(straight, mechanism.curvature)
-        layout = Layout.of(
-            straight,
-            setup,
-            free=options.free,
-            fixed=options.fixed,
-            shared=options.shared,
-            prior=options.prior,
-            frames=options.frames,
-            sensor=options.sensor,
-            largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
-        )
+        layout = layout_of(straight, setup, options, readings)
         declared = mechanism.noise
         noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
         made = cls(straight, setup, layout, measurements, noise, options)
@@ -284,6 +274,23 @@ class Problem:
         problem = self.with_layout(self.layout.without(held))
         names = ", ".join(self.layout.names[i] for i in held)
         return problem, problem.fit(), f"{names} are held as drawn, and carry the others"
+
+
+def layout_of(
+    mechanism: Mechanism, setup: _core.Setup, options: JointOptions, readings: Array
+) -> Layout:
+    """Which scalars are unknown, and their columns."""
+    return Layout.of(
+        mechanism,
+        setup,
+        free=options.free,
+        fixed=options.fixed,
+        shared=options.shared,
+        prior=options.prior,
+        frames=options.frames,
+        sensor=options.sensor,
+        largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
+    )
 
 
 def _own_readings(measurements: Measurements) -> Measurements:

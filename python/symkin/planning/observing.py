@@ -15,7 +15,7 @@ from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.frames import frame, transforms
 from symkin.identification.estimate import with_file_settings
-from symkin.identification.problem import JointOptions, Problem
+from symkin.identification.problem import JointOptions, Problem, layout_of
 from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
@@ -110,20 +110,10 @@ class Survey(Value):
             raise TypeError(f"unexpected arguments: {', '.join(further)}")
         if observe is None and all(each is None for each in given.values()):
             return None
-        readings = np.abs(mechanism.inverse_kinematics(poses))
+        readings = mechanism.inverse_kinematics(poses)
         observed, mechanism = _placed(mechanism, "pose" if observe is None else observe)
         options = JointOptions(**with_file_settings(given, mechanism.identification))
-        layout = Layout.of(
-            mechanism,
-            core_setup(mechanism),
-            free=options.free,
-            fixed=options.fixed,
-            shared=options.shared,
-            prior=options.prior,
-            frames=options.frames,
-            sensor=options.sensor,
-            largest_reading=float(np.nanmax(readings, initial=0.0)),
-        )
+        layout = layout_of(mechanism, core_setup(mechanism), options, readings)
         return cls(observed, layout.names, layout.prior, mechanism, layout, options)
 
     @property
