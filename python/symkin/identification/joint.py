@@ -24,7 +24,16 @@ from symkin.identification.calibrated import (
     with_usable_home,
 )
 from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
+from symkin.identification.influence import Influence
+from symkin.identification.knowledge import (
+    Correlation,
+    Direction,
+    Expected,
+    correlations_of,
+    directions_of,
+)
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
+from symkin.identification.models import Model, models_of
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
     Alternative,
@@ -53,7 +62,7 @@ if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
     from symkin.report.content import Page
 
-__all__ = ["JointIdentification", "Unknown"]
+__all__ = ["JointIdentification", "Unknown", "is_in"]
 
 Array = NDArray[np.float64]
 Status = Literal[
@@ -103,10 +112,17 @@ class Unknown(Value):
     prior: float
     status: Status
 
+    derived: ClassVar[tuple[str, ...]] = ("change_in_tolerances",)
+
     @property
     def shown(self) -> bool:
         """Whether the data determine it by themselves."""
         return self.status in ("free", "shared")
+
+    @property
+    def change_in_tolerances(self) -> float:
+        """How far it is from the drawing, in tolerances; NaN without one, and if it is held."""
+        return (self.value - self.nominal) / self.tolerance if self.deviation > 0 else float("nan")
 
 
 @record
@@ -288,6 +304,16 @@ class JointIdentification(Result):
         return tuple(symptoms_of(self))
 
     @cached_property
+    def models(self) -> tuple[Model, ...]:
+        """What else explains the observations, since something speaks against the estimate.
+
+        Empty if nothing does, if it did not converge, or if nothing is to spare.
+        """
+        if not self.converged or self.degrees_of_freedom <= 0 or not self.symptoms:
+            return ()
+        return tuple(models_of(self))
+
+    @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """Corrections that were tried since something speaks against it; empty otherwise."""
         if self.converged and not self.symptoms:
@@ -298,6 +324,31 @@ class JointIdentification(Result):
     def doubts(self) -> tuple[str, ...]:
         """Reasons not to trust the estimate, apart from convergence; empty if there are none."""
         return tuple(doubts_of(self))
+
+    @cached_property
+    def influence(self) -> Influence | None:
+        """What each pose does to the estimate; None if a loss has weighed the poses."""
+        return Influence.of(self) if self.converged else None
+
+    @cached_property
+    def expected(self) -> Expected | None:
+        """Errors to expect over the workspace; None without one, or for curved sensors."""
+        return Expected.of(self)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """The combinations of unknowns that are known worst and best, in tolerances."""
+        by_name = {each.name: each for each in self.unknowns}
+        first = [
+            by_name.get(name) or next(each for each in self.unknowns if is_in(each.name, name))
+            for name in self.names
+        ]
+        return directions_of(self, np.array([each.tolerance for each in first]))
+
+    @property
+    def correlations(self) -> tuple[Correlation, ...]:
+        """Pairs of unknowns that are told apart worst."""
+        return correlations_of(self.covariance, self.names)
 
     @property
     def trustworthy(self) -> bool:
@@ -409,12 +460,18 @@ class JointIdentification(Result):
                 "doubts": list(self.doubts),
                 "notes": list(self.notes),
                 "wider_models": [each.to_dict() for each in self.alternatives],
+                "models": [each.to_dict() for each in self.models],
+                "hypotheses": [each.to_dict() for each in self.hypotheses],
                 **found,
                 "frames": plain(self.frames),
                 "sensor_curvature": plain(self.mechanism.curvature),
                 "noise_is_estimated": self.options.noise == "estimate",
                 "aside_rows": plain(numbers[list(self.aside)]),
                 "rejected": [[int(numbers[row]), what] for row, what in self.rejected],
+                "known_worst_and_best": [each.to_dict() for each in self.directions],
+                "correlations": [each.to_dict() for each in self.correlations],
+                "expected_accuracy": plain(self.expected),
+                "influence": plain(self.influence),
                 "residual_before_rms_m": plain(self.nominal_residual_rms),
                 "residual_after_rms_m": plain(self.residual_rms),
             },
@@ -437,6 +494,7 @@ class JointIdentification(Result):
                     ("prior", "prior"),
                 )
             },
+            "change_in_tolerances": np.array([each.change_in_tolerances for each in self.unknowns]),
             "status": [each.status for each in self.unknowns],
         }
 
@@ -455,6 +513,14 @@ class JointIdentification(Result):
                 for leg, errors in zip(legs, self.reading_errors.T, strict=True)
             },
             "conditions": self.conditions,
+            **(
+                {}
+                if self.influence is None
+                else {
+                    "left_out_residual": self.influence.residual,
+                    "left_out_moves": self.influence.moves,
+                }
+            ),
         }
 
     def residual_columns(self) -> Mapping[str, Any]:
@@ -514,6 +580,13 @@ class JointIdentification(Result):
             *changed_settings(self.nominal, self.mechanism),
         ]
         save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
+
+
+def is_in(scalar: str, column: str) -> bool:
+    """Whether a scalar moves with a column, by their names."""
+    block, _, own = scalar.partition(".")
+    blocks, _, name = column.rpartition(".")
+    return own == name and (not blocks or block in blocks.split("+"))
 
 
 def _fields(value: Any) -> Sequence[dataclasses.Field[Any]]:

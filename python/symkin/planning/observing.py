@@ -245,7 +245,7 @@ class Survey(Value):
         columns = len(self.unknowns)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):
-            effects = self._effects(poses[first : first + _BLOCK])
+            effects, _ = self.effects(poses[first : first + _BLOCK])
             evaluated += len(effects)
             for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
                 form += np.einsum("nij,nik->jk", part, part)
@@ -257,10 +257,11 @@ class Survey(Value):
         position, orientation = forms / evaluated
         return position, orientation, evaluated, len(poses) - evaluated
 
-    def _effects(self, poses: Array) -> Array:
+    def effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
 
-        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular.
+        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular;
+        and which those are.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
         legs, p = len(mechanism.legs), len(mechanism.parameter_names)
@@ -302,7 +303,7 @@ class Survey(Value):
             effects[:, 3:] = 0
         column = self.layout.column[: effects.shape[2]]
         onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
-        return np.asarray(effects @ onto)
+        return np.asarray(effects @ onto), good
 
 
 def _adjoint(rotations: Array, arms: Array) -> Array:
