@@ -194,7 +194,7 @@ def _size_effects(found: JointIdentification, places: Array) -> tuple[Array, flo
     robot = found.mechanism.replace(frames=None, curvature=None)
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     survey = Survey(Observed(("height",)), layout.names, layout.prior, robot, layout, found.options)
-    ends = [survey.effects(centre + sign * half * along)[:, :3] for sign in (-1, 1)]
+    ends = [survey.effects(centre + sign * half * along)[0][:, :3] for sign in (-1, 1)]
     return np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * half), 2 * half
 
 

@@ -48,6 +48,7 @@ _MUCH_BETTER = 9.0
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
 _HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 _FIRST = (12, 6)  # poses and steps of a first look, which what is mistaken does not survive
+_WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
 _FOLLOWED = 8  # corrections that get a second look
 _ASIDE = 0.1  # share of the poses that may remain without explanation
@@ -148,7 +149,10 @@ def hypotheses_of(
     """
     stated = _Correction("", nominal, measurements, options)
     poses, steps = _FIRST
-    looks = ((each, each.some(poses).fit(steps, whole=False)) for each in _corrections(stated))
+    looks = (
+        (each, each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False))
+        for each in _corrections(stated)
+    )
     first = sorted(looks, key=lambda look: _per_degree(look[1]))[:_FOLLOWED]
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each, _ in first]

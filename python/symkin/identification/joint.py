@@ -25,7 +25,16 @@ from symkin.identification.calibrated import (
 )
 from symkin.identification.heights import Heights, heights_of
 from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
+from symkin.identification.influence import Influence
+from symkin.identification.knowledge import (
+    Correlation,
+    Direction,
+    Expected,
+    correlations_of,
+    directions_of,
+)
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
+from symkin.identification.models import Model, models_of
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
     Alternative,
@@ -56,7 +65,7 @@ if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
     from symkin.report.content import Page
 
-__all__ = ["JointIdentification", "Unknown"]
+__all__ = ["JointIdentification", "Unknown", "is_in"]
 
 Array = NDArray[np.float64]
 Status = Literal[
@@ -108,10 +117,17 @@ class Unknown(Value):
     prior: float
     status: Status
 
+    derived: ClassVar[tuple[str, ...]] = ("change_in_tolerances",)
+
     @property
     def shown(self) -> bool:
         """Whether the data determine it by themselves."""
         return self.status in ("free", "shared")
+
+    @property
+    def change_in_tolerances(self) -> float:
+        """How far it is from the drawing, in tolerances; NaN without one, and if it is held."""
+        return (self.value - self.nominal) / self.tolerance if self.deviation > 0 else float("nan")
 
 
 @record
@@ -312,6 +328,16 @@ class JointIdentification(Result):
         return tuple(symptoms_of(self))
 
     @cached_property
+    def models(self) -> tuple[Model, ...]:
+        """What else explains the observations, since something speaks against the estimate.
+
+        Empty if nothing does, if it did not converge, or if nothing is to spare.
+        """
+        if not self.converged or self.degrees_of_freedom <= 0 or not self.symptoms:
+            return ()
+        return tuple(models_of(self))
+
+    @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """Corrections that were tried since something speaks against it; empty otherwise."""
         if self.converged and not self.symptoms:
@@ -322,6 +348,26 @@ class JointIdentification(Result):
     def doubts(self) -> tuple[str, ...]:
         """Reasons not to trust the estimate, apart from convergence; empty if there are none."""
         return tuple(doubts_of(self))
+
+    @cached_property
+    def influence(self) -> Influence | None:
+        """What each pose does to the estimate; None if a loss has weighed the poses."""
+        return Influence.of(self) if self.converged else None
+
+    @cached_property
+    def expected(self) -> Expected | None:
+        """Errors to expect over the workspace; None without one, or for curved sensors."""
+        return Expected.of(self)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """The combinations of unknowns that are known worst and best, in tolerances."""
+        return directions_of(self, np.array([each.tolerance for each in self.first_unknowns]))
+
+    @property
+    def correlations(self) -> tuple[Correlation, ...]:
+        """Pairs of unknowns that are told apart worst."""
+        return correlations_of(self.covariance, self.names)
 
     @property
     def trustworthy(self) -> bool:
@@ -433,12 +479,18 @@ class JointIdentification(Result):
                 "doubts": list(self.doubts),
                 "notes": list(self.notes),
                 "wider_models": [each.to_dict() for each in self.alternatives],
+                "models": [each.to_dict() for each in self.models],
+                "hypotheses": [each.to_dict() for each in self.hypotheses],
                 **found,
                 "frames": plain(self.frames),
                 "sensor_curvature": plain(self.mechanism.curvature),
                 "noise_is_estimated": self.options.noise == "estimate",
                 "aside_rows": plain(numbers[list(self.aside)]),
                 "rejected": [[int(numbers[row]), what] for row, what in self.rejected],
+                "known_worst_and_best": [each.to_dict() for each in self.directions],
+                "correlations": [each.to_dict() for each in self.correlations],
+                "expected_accuracy": plain(self.expected),
+                "influence": plain(self.influence),
                 f"residual_before_rms_{self.nominal.space.closure_unit}": plain(
                     self.nominal_residual_rms
                 ),
@@ -464,6 +516,7 @@ class JointIdentification(Result):
                     ("prior", "prior"),
                 )
             },
+            "change_in_tolerances": np.array([each.change_in_tolerances for each in self.unknowns]),
             "status": [each.status for each in self.unknowns],
         }
 
@@ -482,6 +535,14 @@ class JointIdentification(Result):
                 for leg, errors in zip(legs, self.reading_errors.T, strict=True)
             },
             "conditions": self.conditions,
+            **(
+                {}
+                if self.influence is None
+                else {
+                    "left_out_residual": self.influence.residual,
+                    "left_out_moves": self.influence.moves,
+                }
+            ),
         }
 
     def residual_columns(self) -> Mapping[str, Any]:

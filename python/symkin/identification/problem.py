@@ -28,7 +28,7 @@ from symkin.probing import is_marked, ruler
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
-__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows"]
+__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows", "layout_of"]
 
 Array = NDArray[np.float64]
 
@@ -169,17 +169,7 @@ class Problem:
         marked = "base" in options.frames and is_marked(measurements)
         placed = _with_ruler(straight, measurements) if marked else straight
         setup = core_setup(placed, mechanism.curvature)
-        layout = Layout.of(
-            straight,
-            setup,
-            free=options.free,
-            fixed=options.fixed,
-            shared=options.shared,
-            prior=options.prior,
-            frames=options.frames,
-            sensor=options.sensor,
-            largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
-        )
+        layout = layout_of(straight, setup, options, readings)
         declared = mechanism.noise
         noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
         made = cls(straight, setup, layout, measurements, noise, options)
@@ -296,6 +286,23 @@ def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
         return mechanism
     base = ruler(mechanism, measurements)
     return mechanism.replace(frames=dataclasses.replace(frames, base=base))
+
+
+def layout_of(
+    mechanism: Mechanism, setup: _core.Setup, options: JointOptions, readings: Array
+) -> Layout:
+    """Which scalars are unknown, and their columns."""
+    return Layout.of(
+        mechanism,
+        setup,
+        free=options.free,
+        fixed=options.fixed,
+        shared=options.shared,
+        prior=options.prior,
+        frames=options.frames,
+        sensor=options.sensor,
+        largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
+    )
 
 
 def _own_readings(measurements: Measurements) -> Measurements:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.hypotheses import motion_in_words, with_frames
+from symkin.identification.models import unseen_rms
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
@@ -356,16 +357,7 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
 
 def _help(found: JointIdentification, other: Alternative) -> str:
     """By how much a model helps at poses that the fit did not see."""
-    from symkin.identification.estimate import joint_cross_validation
-
-    seed = found.nominal.protocol.seed
-    try:
-        rms = [
-            joint_cross_validation(found.nominal, found.measurements, 5, seed, each).residual_rms
-            for each in (found.options, other.options)
-        ]
-    except SymkinError:
-        return ""
+    rms = [unseen_rms(found, each) for each in (found.options, other.options)]
     if not all(map(math.isfinite, rms)):
         return ""
     return (

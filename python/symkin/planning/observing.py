@@ -15,7 +15,7 @@ from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.frames import frame, transforms
 from symkin.identification.estimate import with_file_settings
-from symkin.identification.problem import JointOptions, Problem
+from symkin.identification.problem import JointOptions, Problem, layout_of
 from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
@@ -110,20 +110,10 @@ class Survey(Value):
             raise TypeError(f"unexpected arguments: {', '.join(further)}")
         if observe is None and all(each is None for each in given.values()):
             return None
-        readings = np.abs(mechanism.inverse_kinematics(poses))
+        readings = mechanism.inverse_kinematics(poses)
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
         options = JointOptions(**with_file_settings(given, mechanism.identification))
-        layout = Layout.of(
-            mechanism,
-            core_setup(mechanism),
-            free=options.free,
-            fixed=options.fixed,
-            shared=options.shared,
-            prior=options.prior,
-            frames=options.frames,
-            sensor=options.sensor,
-            largest_reading=float(np.nanmax(readings, initial=0.0)),
-        )
+        layout = layout_of(mechanism, core_setup(mechanism), options, readings)
         return cls(observed, layout.names, layout.prior, mechanism, layout, options)
 
     @property
@@ -260,7 +250,7 @@ class Survey(Value):
         columns = len(self.unknowns)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):
-            effects = self.effects(poses[first : first + _BLOCK])
+            effects, _ = self.effects(poses[first : first + _BLOCK])
             evaluated += len(effects)
             for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
                 form += np.einsum("nij,nik->jk", part, part)
@@ -272,10 +262,11 @@ class Survey(Value):
         position, orientation = forms / evaluated
         return position, orientation, evaluated, len(poses) - evaluated
 
-    def effects(self, poses: Array) -> Array:
+    def effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
 
-        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular.
+        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular;
+        and which those are.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
         legs, p = len(mechanism.legs), len(mechanism.parameter_names)
@@ -317,7 +308,7 @@ class Survey(Value):
             effects[:, 3:] = 0
         column = self.layout.column[: effects.shape[2]]
         onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
-        return np.asarray(effects @ onto)
+        return np.asarray(effects @ onto), good
 
 
 def _adjoint(rotations: Array, arms: Array) -> Array:

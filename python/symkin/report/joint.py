@@ -22,6 +22,12 @@ from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, ratio
 __all__ = ["joint_page", "joint_summary"]
 
 _WORST_ROWS = 8
+_WIDER = {
+    "quadratic": "sensors that bend",
+    "eccentric": "sensors that err once a turn",
+    "held": "nothing held or shared",
+    "frames": "frames of device and target, the drawing within its tolerances",
+}
 _CORRELATED = 10
 _NAMED_SHARE = 1e-3  # of a direction's square
 
@@ -187,7 +193,16 @@ def _parameter_section(found: JointIdentification) -> Section:
     for block in dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns):
         rows = [_row(each) for each in found.unknowns if each.name.partition(".")[0] == block]
         groups.append(Group(rows, _title(block)))
-    columns = ("Name", "Unit", "Nominal", "Value", "Standard deviation", "Over tolerance", "Status")
+    columns = (
+        "Name",
+        "Unit",
+        "Nominal",
+        "Value",
+        "Standard deviation",
+        "Over tolerance",
+        "Change, in tolerances",
+        "Status",
+    )
     table = Table("What is unknown, and what was held", columns, groups, brief=True)
     return Section("identification", "Unknowns", paragraphs, [table, *_noise_table(found)])
 
@@ -214,6 +229,7 @@ def _row(each: Unknown) -> list[str]:
         fixed(each.value, decimals),
         significant(each.deviation, 2),
         significant(over, 2),
+        fixed(each.change_in_tolerances, 2),
         each.status,
     ]
 
@@ -248,21 +264,43 @@ def _observation_section(found: JointIdentification) -> Section:
         "observations",
         "Observations",
         [paragraph],
-        [_kind_table(found), _worst_rows(found), *_wider_models(found), figure],
+        [
+            _kind_table(found),
+            _worst_rows(found),
+            *_corrections(found),
+            *_wider_models(found),
+            *_models(found),
+            figure,
+        ],
     )
 
 
-def _wider_models(found: JointIdentification) -> list[Table]:
-    """What else was tried, whether it explains more or not."""
+def _models(found: JointIdentification) -> list[Table]:
+    """Which of noise, sensors, frames and geometry explains how much."""
     words = {
-        "quadratic": "sensors that bend",
-        "eccentric": "sensors that err once a turn",
-        "held": "nothing held or shared",
-        "frames": "frames of device and target, the drawing within its tolerances",
+        "identified": "as identified",
+        "noise": f"noise {significant(found.spread)} times as large as declared",
+        **_WIDER,
+        "frames alone": "frames alone, the geometry as drawn",
     }
     rows = [
         (
             words[each.what],
+            str(each.unknowns),
+            f"{significant(each.chi_square, 4)} / {each.degrees_of_freedom}",
+            milli(each.unseen_rms, "m"),
+        )
+        for each in found.models
+    ]
+    columns = ("Model", "Unknowns", "Chi-square / degrees of freedom", "Closures, unseen poses")
+    return [Table("What explains the residuals", columns, [Group(rows)], brief=True)] * bool(rows)
+
+
+def _wider_models(found: JointIdentification) -> list[Table]:
+    """What else was tried, whether it explains more or not."""
+    rows = [
+        (
+            _WIDER[each.what],
             f"F({each.terms}, {each.spare}) = {significant(each.statistic)}",
             f"{each.p_value:.2g}",
             f"{each.limit:.2g}",
@@ -273,6 +311,23 @@ def _wider_models(found: JointIdentification) -> list[Table]:
     columns = ("Also unknown", "Statistic", "Probability", "Alarm below", "")
     caption = "Wider models of the same observations"
     return [Table(caption, columns, [Group(rows)])] if rows else []
+
+
+def _corrections(found: JointIdentification) -> list[Table]:
+    """Mistakes that were tried since something speaks against the estimate."""
+    told = [each for each in found.hypotheses if each.degrees_of_freedom > 0][:_WORST_ROWS]
+    rows = [
+        (
+            each.what or "none: as it is stated",
+            significant(each.chi_square, 4),
+            str(each.degrees_of_freedom),
+            "proposed" if each.proposed else "",
+        )
+        for each in told
+    ]
+    columns = ("Mistake", "Chi-square", "Degrees of freedom", "")
+    caption = "Mistakes that were corrected and refitted, with the tolerances as priors"
+    return [Table(caption, columns, [Group(rows)], wordy=True)] if rows else []
 
 
 def _kind_table(found: JointIdentification) -> Table:
@@ -329,8 +384,10 @@ def _worst_rows(found: JointIdentification) -> Table:
 
 def _accuracy_section(found: JointIdentification) -> list[Section]:
     before, after, validation = found.before, found.after, found.cross_validation
+    expected = _expected_table(found)
     if before is None or after is None:
-        return []
+        paragraph = "What the uncertain unknowns alone lead to expect at given readings."
+        return [Section("accuracy", "End-effector error", [paragraph], expected)] * bool(expected)
     unseen = validation and validation.evaluation
     table = error_table(
         {"Before": before, "After": after},
@@ -342,7 +399,22 @@ def _accuracy_section(found: JointIdentification) -> list[Section]:
         "that the forward kinematics gives for the readings, with the nominal and with the "
         "calibrated mechanism, both in the frames that were found."
     )
-    return [Section("accuracy", "End-effector error", [paragraph], [table])]
+    return [Section("accuracy", "End-effector error", [paragraph], [table, *expected])]
+
+
+def _expected_table(found: JointIdentification) -> list[Table]:
+    """What covariance promises over the workspace."""
+    expected = found.expected
+    if expected is None:
+        return []
+    where = ", ".join(significant(value) for value in expected.where)
+    rows = [
+        ("position, root mean square", milli(expected.position, "m")),
+        ("orientation, root mean square", milli(expected.orientation, "rad")),
+        ("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"),
+    ]
+    caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
+    return [Table(caption, ("", "Error"), [Group(rows)], brief=True)]
 
 
 def _knowledge_section(found: JointIdentification) -> Section:
@@ -389,43 +461,41 @@ def _moving(names: Sequence[str], direction: NDArray[np.float64]) -> str:
 
 def _direction_table(found: JointIdentification) -> Table:
     """The combinations that are known best and worst, over what was known before."""
-    from symkin.observability import name_combination
-
-    first = found.first_unknowns
-    scale = np.array([each.tolerance for each in first])
-    kept = np.isfinite(scale)
-    rows = []
-    if kept.any():
-        inner = np.asarray(found.covariance)[np.ix_(kept, kept)] / np.outer(
-            scale[kept], scale[kept]
-        )
-        values, vectors = np.linalg.eigh(inner)
-        names = tuple(np.array(found.names)[kept])
-        for which, index in (("worst", -1), ("best", 0)):
-            rows.append(
-                (
-                    which,
-                    significant(math.sqrt(max(values[index], 0.0)), 2),
-                    name_combination(vectors[:, index], names),
-                )
-            )
+    rows = [
+        (which, significant(each.deviation, 2), each.combination)
+        for which, each in zip(("worst", "best"), found.directions, strict=False)
+    ]
     columns = ("Known", "Deviation, in tolerances", "Combination, in tolerances")
     return Table("Combinations known worst and best", columns, [Group(rows)], wordy=True)
 
 
 def _correlation_table(found: JointIdentification) -> Table:
-    deviations = np.sqrt(np.diag(found.covariance))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = np.nan_to_num(found.covariance / np.outer(deviations, deviations))
-    lower = np.tril(correlation, -1)
-    order = np.argsort(-np.abs(lower), axis=None)[:_CORRELATED]
-    rows = []
-    for i, j in zip(*np.unravel_index(order, lower.shape), strict=True):
-        if lower[i, j]:
-            pair = f"{found.names[j]}, {found.names[i]}"
-            rows.append((pair, fixed(float(lower[i, j]), 3)))
+    rows = [(", ".join(each.unknowns), fixed(each.correlation, 3)) for each in found.correlations]
     columns = ("Unknowns", "Correlation")
     return Table("Unknowns that are told apart worst", columns, [Group(rows)], wordy=True)
+
+
+def _influence_table(found: JointIdentification) -> list[Table]:
+    """The poses that matter most."""
+    influence = found.influence
+    if influence is None or not np.isfinite(influence.moves).any():
+        return []
+    order = np.argsort(-np.nan_to_num(influence.moves), kind="stable")[:_WORST_ROWS].tolist()
+    rows = [
+        (
+            str(found.measurements.row_numbers[pose]),
+            significant(influence.residual[pose]),
+            significant(influence.moves[pose]),
+            f"{influence.unknown[pose]} by {significant(influence.by[pose], 2)}"
+            if influence.unknown[pose]
+            else NONE,
+        )
+        for pose in order
+        if math.isfinite(influence.moves[pose])
+    ]
+    columns = ("Row", "Off the others' prediction", "Estimate moves by", "Single unknown")
+    caption = "If a pose were left out, in standard deviations: the most influential"
+    return [Table(caption, columns, [Group(rows)])]
 
 
 def _pose_section(found: JointIdentification) -> Section:
@@ -449,6 +519,7 @@ def _pose_section(found: JointIdentification) -> Section:
                 plotted("poses", found.latent_poses[known]),
             )
         )
+    parts += _influence_table(found)
     paragraph = (
         f"The true pose was estimated at {int(known.sum())} of {plural(len(known), 'row')} of the "
         "measurements."

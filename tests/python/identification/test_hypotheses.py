@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Mistakes in partial data are recognised by refits, and nothing is proposed for sound data."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import FailedFitError
+from symkin.identification.hypotheses import in_modes
+from symkin.observed import Observed
+from symkin.settings import NoiseSettings
+
+POSITIONS = Observed("position")
+TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return symkin.load_mechanism("3RRR")
+
+
+@pytest.fixture(scope="module")
+def plan(paper):
+    return paper.plan(9, seed=3)
+
+
+def measured(robot, plan, observe, seed=2):
+    return symkin.simulate(robot, plan, seed=seed, observe=observe).measurements.for_all_legs()
+
+
+def of_leg(leg, change):
+    def changed(taken):
+        readings = np.array(taken.readings)
+        readings[:, leg] = change(readings[:, leg])
+        return replace(taken, readings=readings)
+
+    return changed
+
+
+def exchanged(taken):
+    return replace(taken, readings=taken.readings[:, [1, 0, 2]])
+
+
+def in_millimetres(taken):
+    return replace(taken, poses=taken.poses * [1e3, 1e3, 1])
+
+
+def said_of(mechanism, taken, **options):
+    try:
+        return symkin.identify(mechanism, taken, max_iterations=40, **options).doubts[:1]
+    except symkin.SymkinError as error:
+        return (str(error),)
+
+
+MISTAKES = [
+    (of_leg(1, np.negative), "the readings of leg 2 have the opposite sign"),
+    (lambda m: replace(m, readings=-m.readings), "readings of legs 1, 2, 3 have the opposite sign"),
+    (exchanged, "the readings of legs 1, 2 are in the columns of legs 2, 1"),
+    (of_leg(0, np.degrees), "the readings of leg 1 look like degrees that were stated as radians"),
+    (of_leg(0, lambda r: 1.2 * r), "the readings of leg 1 grow 1.2 times as fast"),
+    (of_leg(2, lambda r: r + math.pi), "the sensor of leg 3 was set to zero half a turn off"),
+    (of_leg(2, lambda r: r + 2 * math.pi), "leg 3: all readings are a whole turn away"),
+    (in_millimetres, "lengths that were observed are millimetres, not metres"),
+    (lambda m: replace(m, poses=m.poses * [1, -1, 1]), "in the measured poses y is mirrored"),
+]
+
+
+@pytest.mark.parametrize(("mistake", "words"), MISTAKES, ids=lambda each: str(each)[:40])
+def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake, words):
+    (said,) = said_of(paper, mistake(measured(paper, plan, POSITIONS)))
+    assert words in said
+    assert ", or as well: " not in said
+
+
+@pytest.mark.parametrize(
+    ("mistake", "words"),
+    [
+        (of_leg(1, np.negative), "the readings of leg 2 have the opposite sign"),
+        (of_leg(0, np.degrees), "the readings of leg 1 look like degrees"),
+    ],
+    ids=["sign", "unit"],
+)
+def test_a_mistake_is_named_where_the_frames_are_unknown(paper, plan, mistake, words):
+    taken = mistake(measured(paper, plan, TRACKER))
+    assert words in said_of(paper, taken, frames=["base", "target"])[0]
+
+
+def test_legs_that_a_turned_frame_makes_alike_are_all_named(paper, plan):
+    taken = exchanged(measured(paper, plan, TRACKER))
+    (said,) = said_of(paper, taken, frames=["base", "target"])
+    for pair in ("legs 1, 2 are", "legs 2, 3 are", "legs 1, 3 are"):
+        assert pair in said
+
+
+def test_legs_in_another_working_mode_are_named(paper):
+    (robot, *_) = in_modes(paper, [1, -1, -1])
+    taken = measured(robot, robot.plan(9, seed=3), POSITIONS)
+    assert "leg 1 stands in working mode +1: set working_mode = 1" in said_of(paper, taken)[0]
+
+
+def test_a_frame_that_nobody_mentioned_is_found_from_positions(paper, plan):
+    taken = measured(paper, plan, Observed("position", base=(0.3, -0.2, 0.5)))
+    (said,) = said_of(paper, taken)
+    assert "shifted by about (30" in said
+    assert "--frames base --frames target --fixed target.phi" in said
+
+
+def test_a_turned_hexapod_drum_is_named():
+    quiet = NoiseSettings(1e-4, 1e-4, 5e-4)
+    hexapod = symkin.load_mechanism("hexapod_jugglebot").replace(noise=quiet)
+    taken = of_leg(4, np.negative)(measured(hexapod, hexapod.plan(9, seed=3), POSITIONS))
+    assert "the readings of leg 5 have the opposite sign" in said_of(hexapod, taken)[0]
+
+
+def test_sound_measurements_are_not_corrected(paper, plan):
+    found = symkin.identify(paper, measured(paper, plan, POSITIONS))
+    assert found.doubts == found.hypotheses == ()
+
+
+def test_what_no_correction_explains_is_left_at_its_symptoms(paper, plan):
+    taken = measured(paper, plan, POSITIONS)
+    noisy = taken.readings + 0.02 * np.random.default_rng(1).standard_normal(taken.readings.shape)
+    found = symkin.identify(paper, replace(taken, readings=noisy))
+    assert found.doubts == found.symptoms
+    assert not any(each.proposed for each in found.hypotheses)
+    assert found.hypotheses[0].per_degree <= found.hypotheses[-1].per_degree
+
+
+def test_a_refusal_says_its_likely_cause(paper, plan):
+    taken = measured(paper, plan, POSITIONS)
+    with pytest.raises(
+        FailedFitError, match="Likely cause: the readings of legs 1, 2, 3 look like"
+    ):
+        symkin.identify(paper, replace(taken, readings=np.degrees(taken.readings)))
