@@ -56,6 +56,7 @@ bench: $(STAMPS)/package $(STAMPS)/bench ## Build and run the benchmarks
 
 docs: $(STAMPS)/package $(STAMPS)/docs ## Build the documentation into build/docs
 	@$(PYTHON) -m sphinx -q -W --keep-going -b html docs build/docs
+	@$(PYTHON) scripts/check_site.py build/docs
 	@echo build/docs/index.html
 
 clean: ## Remove all that make has made
