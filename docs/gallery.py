@@ -24,7 +24,7 @@ def draw(mechanism, name):
     figure = Figure(figsize=(3, 3))
     in_space = mechanism.space.in_space
     # matplotlib keeps room for labels around what is in space.
-    place = (-0.2, -0.2, 1.4, 1.4) if in_space else (0.04, 0.04, 0.92, 0.92)
+    place = (-0.12, -0.12, 1.24, 1.24) if in_space else (0.04, 0.04, 0.92, 0.92)
     axes = figure.add_axes(place, projection="3d" if in_space else None)
     pose = mechanism.home
     if not np.ptp(skeleton_of(mechanism, pose).points, axis=0).any():
