@@ -65,6 +65,7 @@ numpydoc_xref_aliases = {name: name for name in DEFAULT_LINKS} | {
 }
 
 nb_execution_in_temp = True
+nb_merge_streams = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 180  # s, for a cell on a machine that is busy
 os.environ["PLOTLY_RENDERER"] = "notebook"  # in the page, which then loads nothing
