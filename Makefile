@@ -57,6 +57,7 @@ bench: $(STAMPS)/package $(STAMPS)/bench ## Build and run the benchmarks
 
 docs: $(STAMPS)/package $(STAMPS)/docs ## Build the documentation into build/docs
 	@$(PYTHON) -m sphinx -q -W --keep-going -b html docs build/docs
+	@$(PYTHON) scripts/check_site.py build/docs
 	@echo build/docs/index.html
 
 wheel: $(STAMPS)/package $(STAMPS)/wheel ## Pack a wheel into dist and try it in a bare environment

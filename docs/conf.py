@@ -20,7 +20,7 @@ SCHEMA = ROOT / "build" / "schema" / "mechanism.schema.json"
 SCHEMA.parent.mkdir(parents=True, exist_ok=True)
 SCHEMA.write_text(json.dumps(symkin.mechanism_schema(), indent=1) + "\n", encoding="utf-8")
 
-# The notebooks as Jupyter reads them, for who wants to change them; pages offer them below their title.
+# The notebooks as Jupyter reads them, which their pages offer below the title.
 NOTEBOOKS = ROOT / "build" / "notebooks"
 NOTEBOOKS.mkdir(parents=True, exist_ok=True)
 for page in (ROOT / "docs" / "notebooks").glob("*.md"):
@@ -65,6 +65,7 @@ numpydoc_xref_aliases = {name: name for name in DEFAULT_LINKS} | {
 }
 
 nb_execution_in_temp = True
+nb_merge_streams = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 180  # s, for a cell on a machine that is busy
 os.environ["PLOTLY_RENDERER"] = "notebook"  # in the page, which then loads nothing
@@ -82,14 +83,23 @@ html_extra_path = [str(SCHEMA.parent)]
 html_css_files = ["wide.css"]
 
 
-def offer_notebook(app, name, source):
+def offer_notebook(_, name, source):
     """Link a page of `notebooks` to what Jupyter reads."""
     folder, _, stem = name.rpartition("/")
     if folder == "notebooks":
-        download = f"{{download}}`{stem}.ipynb <../../build/notebooks/{stem}.ipynb>`"
-        source[0] = re.sub(r"^(# .*)$", rf"\1\n\nAs a Jupyter notebook: {download}", source[0], count=1, flags=re.M)
+        link = f"{{download}}`{stem}.ipynb <../../build/notebooks/{stem}.ipynb>`"
+        below = rf"\1\n\nAs a Jupyter notebook: {link}"
+        source[0] = re.sub(r"^(# .*)$", below, source[0], count=1, flags=re.M)
+
+
+def load_nothing(*event):
+    """Leave out the formulas' script that plotly would load; its views here have no formulas."""
+    context = event[3]
+    script = r'<script [^>]*src="https://[^"]*mathjax[^"]*"[^>]*></script>'
+    context["body"] = re.sub(script, "", context.get("body", ""))
 
 
 def setup(app):
     """Connect what this configuration adds."""
     app.connect("source-read", offer_notebook)
+    app.connect("html-page-context", load_nothing)

@@ -4,6 +4,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 from docutils import nodes
 from docutils.parsers.rst import Directive
 from matplotlib.figure import Figure
@@ -12,6 +13,7 @@ import symkin
 from symkin import plot
 from symkin.chains import PLATFORMS
 from symkin.io.template import mechanism_template
+from symkin.plot.drawing import skeleton_of
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "build" / "gallery"
@@ -22,9 +24,12 @@ def draw(mechanism, name):
     figure = Figure(figsize=(3, 3))
     in_space = mechanism.space.in_space
     # matplotlib keeps room for labels around what is in space.
-    place = (-0.2, -0.2, 1.4, 1.4) if in_space else (0.04, 0.04, 0.92, 0.92)
+    place = (-0.12, -0.12, 1.24, 1.24) if in_space else (0.04, 0.04, 0.92, 0.92)
     axes = figure.add_axes(place, projection="3d" if in_space else None)
-    plot.mechanism(mechanism, ax=axes)
+    pose = mechanism.home
+    if not np.ptp(skeleton_of(mechanism, pose).points, axis=0).any():
+        pose = (pose + mechanism.workspace.upper) / 2  # at home all joints coincide
+    plot.mechanism(mechanism, pose, ax=axes)
     axes.get_legend().remove()
     axes.axis("off")
     path = FOLDER / f"{name}.svg"
@@ -55,7 +60,11 @@ def templates():
             path.write_text(text, encoding="utf-8")
             option = "" if platform == "rigid" else f" --platform {platform}"
             mechanism = symkin.load_mechanism(path)
-            yield f"{chain}, {mechanism.pose_space}", mechanism, f'symkin new --chain "{chain}"{option}'
+            yield (
+                f"{chain}, {mechanism.pose_space}",
+                mechanism,
+                f'symkin new --chain "{chain}"{option}',
+            )
 
 
 class Gallery(Directive):
@@ -66,7 +75,9 @@ class Gallery(Directive):
     def run(self):
         FOLDER.mkdir(parents=True, exist_ok=True)
         of_chains = self.arguments[0] == "chains"
-        up = "../" * self.state.document.settings.env.docname.count("/") + "../"
+        env = self.state.document.settings.env
+        env.note_reread()  # a mechanism may be new though the page is not
+        up = "../" * env.docname.count("/") + "../"
         cards = nodes.container(classes=["gallery"])
         for number, (name, mechanism, words) in enumerate(templates() if of_chains else shipped()):
             path = draw(mechanism, f"chain{number}" if of_chains else name)

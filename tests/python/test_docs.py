@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The code of the documentation runs, and the commands that it names exist."""
 
+import ast
 import dataclasses
 import importlib
 import inspect
 import pkgutil
 import re
+import runpy
 import shlex
 import sys
 import types
@@ -40,6 +42,13 @@ PAGES = (
     "user-guide/studies.md",
     "reproducing.md",
     "api/plots.md",
+)
+
+
+NOTEBOOKS = sorted(
+    path.relative_to(DOCS).as_posix()
+    for path in DOCS.rglob("*.md")
+    if path.read_text(encoding="utf-8").startswith("---\nfile_format: mystnb")
 )
 
 
@@ -102,6 +111,24 @@ def test_the_python_code_of_a_page_runs_from_top_to_bottom(page, tmp_path, monke
     for block in code:
         exec(compile(shortened(block), page, "exec"), names)
     assert not re.search(r"\bnan\b", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("page", NOTEBOOKS)
+def test_the_cells_of_a_notebook_run_and_show_what_they_end_with(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for cell in blocks(page, "{code-cell} ipython3"):
+        tree = ast.parse(shortened(cell))
+        shown = ast.unparse(tree.body.pop()) if isinstance(tree.body[-1], ast.Expr) else "None"
+        exec(compile(tree, page, "exec"), names)
+        value = eval(shown, names)
+        if hasattr(value, "page"):
+            assert value._repr_html_().strip().startswith('<div class="symkin">')
+    assert names
+
+
+def test_the_papers_robot_takes_ten_cells():
+    assert len(blocks("notebooks/paper.md", "{code-cell} ipython3")) == 10
 
 
 def test_every_figure_is_drawn_on_its_page(monkeypatch):
@@ -214,3 +241,25 @@ def test_every_public_name_and_what_it_hands_out_is_in_the_reference():
         todo |= {word: classes[word] for word in words - seen}
     assert len(seen) > 60
     assert seen - {name.rpartition(".")[2] for name in documented} == set()
+
+
+def test_every_name_of_a_public_module_is_in_the_reference():
+    documented = {name.rpartition(".")[2] for name in reference()}
+    for room in symkin._ROOMS:
+        names = getattr(importlib.import_module(f"symkin.{room}"), "__all__", ())
+        assert set(names) - documented == set(), room
+
+
+def test_the_check_of_the_site_finds_broken_links_and_what_is_loaded_from_elsewhere(tmp_path):
+    check = runpy.run_path(str(DOCS.parent / "scripts" / "check_site.py"))["complaints"]
+    (tmp_path / "b.html").write_text('<h1 id="here">b</h1><a href="a.html#x">a</a>')
+    good = '<p id="x"><a href="b.html#here">b</a><a href="https://elsewhere.org">c</a>'
+    (tmp_path / "a.html").write_text(good)
+    assert check(tmp_path) == []
+    bad = '<a href="b.html#there"><a href="c.html"><script src="https://elsewhere.org/d.js">'
+    (tmp_path / "a.html").write_text(good + bad)
+    assert check(tmp_path) == [
+        "a.html loads https://elsewhere.org/d.js",
+        "a.html links to b.html#there, which has no such place",
+        "a.html links to c.html, which does not exist",
+    ]

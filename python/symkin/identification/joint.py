@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
     from symkin.report.content import Page
 
-__all__ = ["JointIdentification", "Unknown", "is_in"]
+__all__ = ["JointIdentification", "Unknown"]
 
 Array = NDArray[np.float64]
 Status = Literal[

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symkin.errors import MeasurementError
+from symkin.errors import MeasurementError, MechanismError
 from symkin.io.columns import pose_column_names
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
@@ -59,12 +59,17 @@ def explore(
     ImportError
         If plotly is not installed.
     SymkinError
-        If a chosen pose is out of reach, or there is no workspace to draw candidates from.
+        If a chosen pose is out of reach, there is no workspace to draw candidates from, or the
+        platform only turns.
     """
     try:
         import plotly.graph_objects as go
     except ImportError as error:
         raise ImportError('explore needs plotly: pip install "symkin[interactive]"') from error
+    if not mechanism.space.position:
+        raise MechanismError(
+            f'the platform of "{mechanism.name}" has no position; expected one that moves'
+        )
     chosen = plan if isinstance(plan, Plan) or plan is None else np.atleast_2d(np.asarray(plan))
     poses = np.empty((0, len(mechanism.home))) if chosen is None else pose_array(chosen)
     cloud = _cloud(mechanism, chosen, candidates)
