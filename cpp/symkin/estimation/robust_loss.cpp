@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/robust_loss.hpp"
 
-#include <ceres/loss_function.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -45,20 +43,6 @@ RobustLoss::Value RobustLoss::evaluate(double square, double spread) const {
     }
   }
   return {square, 1};
-}
-
-std::unique_ptr<ceres::LossFunction> RobustLoss::make(double spread) const {
-  switch (kind) {
-    case Kind::none:
-      break;
-    case Kind::huber:
-      return std::make_unique<ceres::HuberLoss>(width(spread));
-    case Kind::cauchy:
-      return std::make_unique<ceres::CauchyLoss>(width(spread));
-    case Kind::tukey:
-      return std::make_unique<ceres::TukeyLoss>(width(spread));
-  }
-  return nullptr;
 }
 
 double RobustLoss::spread(const Vector& standardised) const {

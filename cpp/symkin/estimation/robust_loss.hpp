@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <memory>
-
 #include "symkin/support/types.hpp"
-
-namespace ceres {
-class LossFunction;
-}
 
 namespace symkin {
 
@@ -28,16 +22,12 @@ struct RobustLoss {
     double cost, weight;
   };
   Value evaluate(double square, double spread = 1) const;
-  // The same for Ceres, for residuals that are `spread` times larger than standard normal ones;
-  // null for none.
-  std::unique_ptr<ceres::LossFunction> make(double spread = 1) const;
+  // Where it bends, for residuals that are `spread` times larger than standard normal ones.
+  double width(double spread) const;
   // How much larger than standard normal the bulk of the residuals is, at least 1 (and 1 without a
   // loss): the median absolute value over that of a standard normal. Keeps the loss from rejecting
   // everything where the declared noise is too small.
   double spread(const Vector& standardised) const;
-
- private:
-  double width(double spread) const;
 };
 
 }  // namespace symkin
