@@ -29,7 +29,7 @@ struct JointOptions {
   Vector tolerances;
   // Where the latent poses start, N x coordinates; NaN where nothing is known.
   RowMatrix start;
-  bool rows = true;  // whether to say something of every row, which takes a part of the fit's time
+  bool rows = true;  // whether to say something of every row, which takes up to the time of the fit
 };
 
 // One row of the observations and what the fit says of it.
