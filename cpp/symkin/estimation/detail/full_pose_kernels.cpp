@@ -2,7 +2,7 @@
 
 // Compiled twice on x86-64, see chains/detail/kernels.hpp: several poses side by side, as many as
 // the processor holds, and numbers of legs and scalars that the compiler knows where they are
-// usual. Together that is 3 to 4 times the speed of one pose at a time.
+// usual. Together that is about 3 times the speed of one pose at a time.
 #include "symkin/estimation/detail/full_pose_kernels.hpp"
 
 #include <cmath>
