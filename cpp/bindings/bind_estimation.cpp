@@ -372,6 +372,8 @@ void bind_diagnosis(py::module_& module) {
       .def_readonly("degrees_of_freedom", &Diagnosis::degrees_of_freedom);
   module.def("chi_square_tail", &symkin::chi_square_tail, py::arg("value"),
              py::arg("degrees_of_freedom"));
+  module.def("f_tail", &symkin::f_tail, py::arg("value"), py::arg("numerator"),
+             py::arg("denominator"));
   module.def("diagnose", &symkin::diagnose, py::arg("estimate"), py::arg("measurements"),
              py::arg("noise"), py::arg("rejected"), py::arg("turning_sensor"), py::arg("alarm"),
              ReleaseGil());

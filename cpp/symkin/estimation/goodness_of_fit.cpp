@@ -12,12 +12,10 @@
 #include "symkin/estimation/robust_loss.hpp"
 
 namespace symkin {
-namespace {
-
-constexpr double kFalseAlarms = 1e-3;
 
 GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_of_freedom,
                      Index problems) {
+  constexpr double kFalseAlarms = 1e-3;
   GoodnessOfFit fit;
   fit.legs = std::move(legs);
   fit.chi_square = chi_square;
@@ -31,8 +29,6 @@ GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_o
   }
   return fit;
 }
-
-}  // namespace
 
 double GoodnessOfFit::spread() const {
   return unexplained() ? std::sqrt(chi_square / static_cast<double>(degrees_of_freedom)) : 1;

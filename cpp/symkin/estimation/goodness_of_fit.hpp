@@ -29,8 +29,12 @@ struct GoodnessOfFit {
   double spread() const;
 };
 
-// `weights` are those of the robust loss, one a pose of the system. `problems` is how many problems
-// of the same robot are tested, so that all of them together keep the rate of false alarms.
+// `problems` is how many problems of the same robot are tested, so that all of them together keep
+// the rate of false alarms.
+GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_of_freedom,
+                     Index problems = 1);
+
+// `weights` are those of the robust loss, one a pose of the system.
 GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
                               Index problems);
 // The same of so many closures of one leg, over their standard deviations, and what their rows say

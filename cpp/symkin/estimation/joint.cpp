@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "symkin/estimation/detail/latent_problem.hpp"
 #include "symkin/estimation/detail/set_aside.hpp"
-#include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
@@ -46,22 +46,12 @@ RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& weigh
   return rows;
 }
 
-// The inverse of an information matrix that has been brought to columns of length one, empty if
-// squaring the rows into it has cost more than half of the digits; they have to be asked then.
-RowMatrix well_determined(const Eigen::MatrixXd& information) {
+// Whether squaring the rows into an information matrix has cost half of the digits at most; else
+// they have to be asked.
+bool well_determined(const RowMatrix& information, ScaledCholesky& cholesky) {
   constexpr double kLeastPivot = 1e-6;
-  const Vector diagonal = information.diagonal();
-  if (diagonal.size() == 0 || !(diagonal.array() > 0).all()) {
-    return {};
-  }
-  const Vector scale = diagonal.cwiseSqrt().cwiseInverse();
-  const RowMatrix half =
-      inverse_factor(RowMatrix(scale.asDiagonal() * information * scale.asDiagonal()));
-  if (half.size() == 0 || !(half.diagonal().cwiseAbs2().cwiseInverse().minCoeff() > kLeastPivot)) {
-    return {};
-  }
-  const RowMatrix root = half * scale.asDiagonal();
-  return root.transpose() * root;
+  cholesky.compute(information);
+  return information.size() > 0 && cholesky.least_pivot() > kLeastPivot;
 }
 
 // What rows (m x p) do not show, as directions of columns in `scale`, and their rank.
@@ -155,80 +145,71 @@ double spread_of(const RobustLoss& loss, const LatentProblem& problem) {
              : loss.spread(Eigen::Map<const Vector>(all.data(), static_cast<Index>(all.size())));
 }
 
-// Statistics of the rows of one pose; `covariance` is that of the columns without scaling.
-void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
-              std::vector<RowFit>& rows) {
-  const Index r = pose.count();
-  const Eigen::MatrixXd& g = pose.elimination.conditions;
-  const Eigen::MatrixXd left =
-      Eigen::MatrixXd::Identity(r, r) - pose.jacobian * covariance * pose.jacobian.transpose();
-  const Vector multipliers = g * pose.conditions;
-  const Vector errors = -pose.variances.cwiseProduct(multipliers);
+// Statistics of the rows of one pose.
+void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
-  for (Index k = 0; k < pose.misfit.size(); ++k) {
+  const Eigen::MatrixXd& e = pose.conditions;
+  for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
-    const double all = g.row(k).squaredNorm();
-    const double variance = g.row(k) * left * g.row(k).transpose();
+    const double multiplier = e.row(k) * pose.multipliers;
+    const double all = e.row(k) * pose.precision * e.row(k).transpose();
+    const double variance = e.row(k) * pose.left * e.row(k).transpose();
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
-    RowFit row{index,   static_cast<int>(origin.kind), origin.index, errors[k] / unit, kMissing,
-               kMissing};
-    if (r > 0 && variance > kSilent * all) {
-      row.t = -multipliers[k] / std::sqrt(variance) * (unit < 0 ? -1 : 1);
-      row.blunder = multipliers[k] / all / unit;
+    RowFit row{index,        static_cast<int>(origin.kind),
+               origin.index, -pose.variances[k] * multiplier / unit,
+               kMissing,     kMissing};
+    if (e.cols() > 0 && variance > kSilent * all) {
+      row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
+      row.blunder = multiplier / all / unit;
     }
     rows.push_back(row);
   }
 }
 
 GoodnessOfFit goodness_of(const JointFit& fit, Index rank, Index priors) {
-  constexpr double kFalseAlarms = 1e-3;
-  GoodnessOfFit goodness;
-  for (Index leg = 0; leg < fit.setup.parameters.rows(); ++leg) {
-    goodness.legs.push_back(leg);
-  }
-  goodness.chi_square = fit.chi_square_prior;
-  goodness.degrees_of_freedom = priors - rank;
+  std::vector<Index> legs(static_cast<std::size_t>(fit.setup.parameters.rows()));
+  std::iota(legs.begin(), legs.end(), Index{0});
+  double chi_square = fit.chi_square_prior;
+  Index degrees_of_freedom = priors - rank;
   for (std::size_t k = 0; k < fit.conditions.size(); ++k) {
     if (fit.loss_weights[static_cast<Index>(k)] >= kRejectedWeight) {
-      goodness.chi_square += fit.chi_squares[static_cast<Index>(k)];
-      goodness.degrees_of_freedom += fit.conditions[k];
+      chi_square += fit.chi_squares[static_cast<Index>(k)];
+      degrees_of_freedom += fit.conditions[k];
     }
   }
-  goodness.limit = goodness.least = kMissing;
-  if (goodness.degrees_of_freedom > 0) {
-    goodness.limit = chi_square_limit(goodness.degrees_of_freedom, kFalseAlarms);
-    goodness.least = chi_square_limit(goodness.degrees_of_freedom, 1 - kFalseAlarms);
-  }
-  return goodness;
+  return judged(std::move(legs), chi_square, degrees_of_freedom);
 }
 
 // What is said of ranks and covariances at the problem's present state.
-void determine(const LatentProblem& problem, const Eigen::MatrixXd& information,
-               const Layout& layout, const Vector& tolerances, const Vector& scale, JointFit& fit,
-               RowMatrix& unscaled) {
+void determine(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
+               const Vector& tolerances, const Vector& scale, JointFit& fit, RowMatrix& unscaled) {
   const Index columns = layout.columns();
   const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
   Index priors = 0;
   for (const double precision : precisions) {
     priors += precision > 0 ? 1 : 0;
   }
-  Eigen::MatrixXd data = information;
+  RowMatrix data = information;
   data.diagonal() -= precisions;
-  unscaled = well_determined(information);
-  if (unscaled.size() > 0 && (priors == 0 || well_determined(data).size() > 0)) {
-    fit.rank = fit.data_rank = columns;
-    fit.unseen.resize(columns, 0);
-    fit.goodness = goodness_of(fit, fit.rank, priors);
-    const double spread = fit.goodness.spread();
-    fit.covariance = unscaled;
-    if (spread > 1) {
+  ScaledCholesky cholesky;
+  if (well_determined(information, cholesky)) {
+    unscaled = cholesky.inverse();
+    if (priors == 0 || well_determined(data, cholesky)) {
+      fit.rank = fit.data_rank = columns;
+      fit.unseen.resize(columns, 0);
+      fit.goodness = goodness_of(fit, fit.rank, priors);
+      const double spread = fit.goodness.spread();
+      if (spread == 1) {
+        fit.covariance = unscaled;
+        return;
+      }
       data /= spread * spread;
       data.diagonal() += precisions;
-      fit.covariance = well_determined(data);
-    }
-    if (fit.covariance.size() > 0) {
-      return;
+      if (well_determined(data, cholesky)) {
+        fit.covariance = cholesky.inverse();
+        return;
+      }
     }
   }
   const RowMatrix rows = stacked_rows(linear_poses(problem), problem.weights(), layout.prior);
@@ -264,9 +245,8 @@ void determine(const LatentProblem& problem, const Eigen::MatrixXd& information,
 }
 
 // Everything that is said of the fit at the problem's present state.
-void describe(const LatentProblem& problem, const Eigen::MatrixXd& information,
-              const Layout& layout, const Vector& tolerances, const Vector& scale, bool rows,
-              JointFit& fit) {
+void describe(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
+              const Vector& tolerances, const Vector& scale, bool rows, JointFit& fit) {
   fit.setup = problem.setup();
   fit.change = problem.change();
   fit.poses = problem.poses();
@@ -284,8 +264,9 @@ void describe(const LatentProblem& problem, const Eigen::MatrixXd& information,
   fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
   RowMatrix unscaled;
   determine(problem, information, layout, tolerances, scale, fit, unscaled);
-  for (std::size_t k = 0; rows && k < problem.counts().size(); ++k) {
-    add_rows(static_cast<Index>(k), problem.linear(static_cast<Index>(k)), unscaled, fit.rows);
+  if (rows) {
+    problem.each_rows(
+        unscaled, [&](Index pose, const PoseRows& of_pose) { add_rows(pose, of_pose, fit.rows); });
   }
 }
 
@@ -316,16 +297,21 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
 
   JointFit fit;
   SolverOutcome outcome;
+  ScaledCholesky cholesky;
   Vector before = problem.change();
   for (int pass = 0;; ++pass) {
-    outcome = minimise(problem, {options.max_iterations});
+    SolverOptions solver{options.max_iterations};
+    if (problem.starts_near()) {
+      solver.damping = 0;  // two steps less
+    }
+    outcome = minimise(problem, solver);
     fit.iterations += outcome.iterations;
     if (problem.information().size() == 0) {
       throw InvalidInput(
           "the observations cannot be explained at the start: a residual is not finite");
     }
     bool open = false;  // directions that nothing shows
-    if (well_determined(problem.information()).size() == 0) {
+    if (!well_determined(problem.information(), cholesky)) {
       const Sight sight =
           sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
       open = sight.unseen.cols() > 0;

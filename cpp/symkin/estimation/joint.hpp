@@ -21,7 +21,7 @@ enum class Gauge {
 
 struct JointOptions {
   RobustLoss loss;
-  double loss_spread = 0;  // see RobustLoss::make; 0: from the residuals
+  double loss_spread = 0;  // see RobustLoss::spread; 0: from the residuals
   int max_iterations = 100;
   Gauge gauge = Gauge::refuse;
   // A typical size of each column's change, its tolerance: what directions are compared in. Zero
@@ -29,7 +29,7 @@ struct JointOptions {
   Vector tolerances;
   // Where the latent poses start, N x coordinates; NaN where nothing is known.
   RowMatrix start;
-  bool rows = true;  // whether to say something of every row, which takes as long as the fit
+  bool rows = true;  // whether to say something of every row, which takes up to the time of the fit
 };
 
 // One row of the observations and what the fit says of it.

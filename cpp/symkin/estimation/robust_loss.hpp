@@ -28,6 +28,7 @@ struct RobustLoss {
   double spread(const Vector& standardised) const;
 
  private:
+  // Where it bends, for residuals that are `spread` times larger than standard normal ones.
   double width(double spread) const;
 };
 

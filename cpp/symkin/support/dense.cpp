@@ -79,25 +79,24 @@ void ScaledCholesky::compute(const RowMatrix& matrix, double damping) {
     factor_(i, i) += damping;
   }
   least_pivot_ = std::numeric_limits<double>::infinity();
-  double* const factor = factor_.data();
-  for (Index i = 0; i < n; ++i) {
-    double* const row = factor + i * n;
-    double pivot = row[i];
-    for (Index j = 0; j < i; ++j) {
-      const double* const other = factor + j * n;
-      double value = row[j];
-      for (Index k = 0; k < j; ++k) {
-        value -= row[k] * other[k];
-      }
-      row[j] = value * other[j];
-      pivot -= row[j] * row[j];
-    }
+  // Column by column, each taken from the rest at once: sums of products one by one would wait for
+  // each other. The mirror has a column's numbers side by side.
+  for (Index k = 0; k < n; ++k) {
+    double* const column = factor_.data() + k * n;
+    const double pivot = column[k];
     if (!(pivot > 0)) {
       least_pivot_ = 0;
       return;
     }
     least_pivot_ = std::min(least_pivot_, pivot);
-    row[i] = 1 / std::sqrt(pivot);
+    column[k] = 1 / std::sqrt(pivot);
+    for (Index i = k + 1; i < n; ++i) {
+      double* __restrict row = factor_.data() + i * n;
+      const double value = row[k] = column[i] = row[k] * column[k];
+      for (Index j = k + 1; j <= i; ++j) {
+        row[j] -= value * column[j];
+      }
+    }
   }
 }
 
@@ -139,21 +138,20 @@ RowMatrix ScaledCholesky::inverse() const {
   RowMatrix half = RowMatrix::Zero(n, n);
   for (Index i = 0; i < n; ++i) {
     for (Index k = 0; k < i; ++k) {
-      for (Index j = 0; j <= k; ++j) {
-        half(i, j) -= factor_(i, k) * half(k, j);
-      }
+      half.row(i).head(k + 1) -= factor_(i, k) * half.row(k).head(k + 1);
     }
     half.row(i) *= factor_(i, i);
     half(i, i) = factor_(i, i);
   }
-  RowMatrix inverse(n, n);
+  RowMatrix inverse = RowMatrix::Zero(n, n);
+  for (Index k = 0; k < n; ++k) {
+    for (Index i = 0; i <= k; ++i) {
+      inverse.row(i).head(i + 1) += half(k, i) * half.row(k).head(i + 1);
+    }
+  }
   for (Index i = 0; i < n; ++i) {
     for (Index j = 0; j <= i; ++j) {
-      double sum = 0;
-      for (Index k = i; k < n; ++k) {
-        sum += half(k, i) * half(k, j);
-      }
-      inverse(i, j) = inverse(j, i) = sum * scale_[i] * scale_[j];
+      inverse(i, j) = inverse(j, i) = inverse(i, j) * scale_[i] * scale_[j];
     }
   }
   return inverse;

@@ -41,7 +41,7 @@ class ScaledCholesky {
   void forwards(Vector& vector) const;  // by the inverse of the factor
 
   Vector scale_;
-  RowMatrix factor_;  // lower triangular, with one over its diagonal
+  RowMatrix factor_;  // lower triangular, with one over its diagonal, and mirrored above
   double least_pivot_ = 0;
 };
 

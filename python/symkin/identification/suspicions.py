@@ -282,7 +282,7 @@ def _compared(
         statistic=statistic,
         terms=terms,
         spare=spare,
-        p_value=_f_tail(statistic, terms, spare),
+        p_value=_core.f_tail(statistic, terms, spare),
         limit=_FALSE_ALARMS / 3,
         options=wide,
     )
@@ -406,37 +406,6 @@ def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
 def _listed(names: list[str], most: int = 6) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
-
-
-def _f_tail(statistic: float, terms: int, spare: int) -> float:
-    """Probability of an F beyond this one, by the continued fraction of the incomplete beta."""
-    if statistic <= 0:
-        return 1.0
-    x = spare / (spare + terms * statistic)
-    return _incomplete_beta(spare / 2, terms / 2, x)
-
-
-def _incomplete_beta(a: float, b: float, x: float) -> float:
-    if x > (a + 1) / (a + b + 2):
-        return 1 - _incomplete_beta(b, a, 1 - x)
-    front = math.exp(
-        math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
-    )
-    c, d, fraction = 1.0, 0.0, 1.0
-    for i in range(400):
-        m = i // 2
-        if i == 0:
-            term = 1.0
-        elif i % 2 == 0:
-            term = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
-        else:
-            term = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
-        d = 1 / (1 + term * d or 1e-300)
-        c = 1 + term / c or 1e-300
-        fraction *= c * d
-        if abs(1 - c * d) < 1e-12:
-            break
-    return front * (fraction - 1) / a
 
 
 def without_blunders(

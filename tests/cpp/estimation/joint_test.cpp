@@ -61,6 +61,69 @@ TEST(LatentPoses, MeasuredInFullBringTheConditionsOfTheGeneralElimination) {
   }
 }
 
+// A hexapod whose poses a device measured that stands elsewhere, the target somewhere on the
+// platform, both known.
+struct Elsewhere {
+  Mechanism nominal = testing::hexapod();
+  symkin::Setup setup = symkin::Setup::of(nominal);
+  Observations observations;
+  JointOptions options;
+
+  explicit Elsewhere(const Eigen::Vector3d& target) {
+    constexpr Index kCount = 40;
+    const PoseSpace space = PoseSpace::spatial;
+    setup.base = {{1, -2, 0.5}, rotation_of({0.3, -0.8, 1.1})};
+    setup.target = {target, rotation_of({-0.2, 0.5, 0.1})};
+    const Mechanism actual = disturb(nominal, {1e-3, 1e-3, 1e-3}, 7);
+    options.start = sample_workspace(nominal, testing::hexapod_workspace(), kCount, 3).poses;
+    observations.readings = everywhere(inverse_kinematics(actual, options.start), 5e-5, 6);
+    observations.readings.values(4, 1) = std::numeric_limits<double>::quiet_NaN();
+    observations.poses = everywhere(options.start, 1e-4, 6);
+    observations.poses.deviations.rightCols(3).setConstant(3e-4);
+    for (Index i = 0; i < kCount; ++i) {
+      Eigen::Matrix<double, 6, 1> error;
+      for (Index k = 0; k < 6; ++k) {
+        error[k] = 1e-4 * std::sin(static_cast<double>(7 * i + 3 * k));
+      }
+      const Frame frame = setup.base * frame_of_pose(space, options.start.row(i).data());
+      pose_of_frame(space, moved(frame * setup.target, error), &observations.poses.values(i, 0));
+    }
+  }
+
+  JointFit fit() const {
+    return fit_jointly(nominal, setup, observations, Layout::of_all_parameters(nominal, setup),
+                       options);
+  }
+};
+
+TEST(LatentPoses, MeasuredInFullGiveTheFitOfTheGeneralElimination) {
+  for (const Eigen::Vector3d& target : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.1, 0.2, 0)}) {
+    Elsewhere robot(target);
+    const JointFit fit = robot.fit();
+    ASSERT_TRUE(fit.converged) << fit.failure;
+    // A column without a value leaves nothing but the general elimination.
+    robot.observations.reported =
+        everywhere(RowMatrix::Constant(40, 7, std::numeric_limits<double>::quiet_NaN()), 1, 6);
+    const JointFit general = robot.fit();
+    const Vector deviations = general.covariance.diagonal().cwiseSqrt();
+    EXPECT_LT((fit.change - general.change).cwiseQuotient(deviations).norm(), 1e-6);
+    EXPECT_LT((fit.covariance - general.covariance).norm(), 1e-6 * general.covariance.norm());
+    EXPECT_NEAR(fit.chi_square_data, general.chi_square_data, 1e-8 * general.chi_square_data);
+    ASSERT_EQ(fit.rows.size(), 40 * 12 - 1);
+    ASSERT_EQ(fit.rows.size(), general.rows.size());
+    for (std::size_t k = 0; k < fit.rows.size(); ++k) {
+      const RowFit& row = fit.rows[k];
+      const RowFit& other = general.rows[k];
+      ASSERT_EQ(row.pose, other.pose);
+      ASSERT_EQ(row.kind, other.kind);
+      ASSERT_EQ(row.index, other.index);
+      EXPECT_NEAR(row.residual, other.residual, 1e-9);
+      EXPECT_NEAR(row.t, other.t, 1e-5);
+      EXPECT_NEAR(row.blunder, other.blunder, 1e-8);
+    }
+  }
+}
+
 TEST(LatentPoses, AreRefusedWhereExactObservationsContradictEachOther) {
   const Mechanism three = testing::paper_3rrr();
   std::vector<Leg> legs = three.legs();

@@ -3,12 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace symkin {
 namespace {
-
-constexpr Index kMost = 16;  // legs
 
 // Left Jacobian of the rotation vector w: exp(w + J^-1 d) = exp(d) exp(w) to first order.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
@@ -16,9 +13,11 @@ Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
   Eigen::Matrix3d cross;
   cross << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
   const double square = angle * angle;
-  const bool small = angle < 1e-4;
-  const double a = small ? 0.5 - square / 24 : (1 - std::cos(angle)) / square;
-  const double b = small ? 1.0 / 6 - square / 120 : (angle - std::sin(angle)) / (square * angle);
+  // The series where the quotients lose digits.
+  const bool small = angle < 0.02;
+  const double a = small ? 0.5 - square / 24 * (1 - square / 30) : (1 - std::cos(angle)) / square;
+  const double b = small ? 1.0 / 6 - square / 120 * (1 - square / 42)
+                         : (angle - std::sin(angle)) / (square * angle);
   return Eigen::Matrix3d::Identity() + a * cross + b * cross * cross;
 }
 
@@ -35,23 +34,26 @@ bool free_frame(const Layout& layout, Index first) {
 
 FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observations,
                      const Layout& layout, const Setup& setup)
-    : mechanism_(&mechanism),
-      observations_(&observations),
-      layout_(&layout),
+    : mechanism_(mechanism),
+      layout_(layout),
       list_(setup),
       legs_(mechanism.leg_count()),
-      dof_(mechanism.dof()),
       taken_(static_cast<std::size_t>(observations.count()), false),
       legs_read_(taken_.size(), 0) {
   const PoseSpace space = mechanism.pose_space();
   const Observed& poses = observations.poses;
   if (space == PoseSpace::spherical || !poses.any() || observations.reported.any() ||
       observations.points.any() || observations.distances.any() || observations.heights.any() ||
-      mechanism.model().info().closures != 1 || free_frame(layout, list_.base()) ||
-      free_frame(layout, list_.target())) {
+      mechanism.model().info().closures != 1 || legs_ > FullPoseKernels::kMostLegs ||
+      free_frame(layout, list_.base()) || free_frame(layout, list_.target())) {
+    return;
+  }
+  // The closed form has the errors of position and of orientation apart.
+  if (has_orientation(space) && !setup.target.position.isZero(0)) {
     return;
   }
   const Index count = observations.count();
+  to_device_ = setup.base.rotation;
   const Frame from_device = setup.base.inverse();
   const Frame to_platform = setup.target.inverse();
   const bool turned = !setup.base.rotation.isIdentity(0);
@@ -61,8 +63,8 @@ FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observation
     const double* deviations = poses.deviations.row(i).data();
     // Deviations are those of the device's axes.
     if (!poses.values.row(i).allFinite() ||
-        (turned &&
-         !(equal(deviations, position) && equal(deviations + position, dof_ - position)))) {
+        (turned && !(equal(deviations, position) &&
+                     equal(deviations + position, mechanism.dof() - position)))) {
       continue;
     }
     taken_[static_cast<std::size_t>(i)] = true;
@@ -72,190 +74,87 @@ FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observation
                   from_device * frame_of_pose(space, poses.values.row(i).data()) * to_platform,
                   measured_.row(i).data());
   }
-  by_pose_.resize(count, legs_ * dof_);
-  precisions_.resize(count, legs_ * legs_);
+  pose_variances_ = poses.deviations.cwiseAbs2();
+  const auto read = observations.readings.values.array().isFinite();
+  unread_ = (!read).cast<double>();
+  reading_variances_ = read.select(observations.readings.deviations.cwiseAbs2(), 0);
+  precisions_.resize(count, legs_ * (legs_ + 1) / 2);
   multipliers_.resize(count, legs_);
-  misfits_.resize(count, dof_);
+  misfits_.resize(count, mechanism.dof());
   if (space == PoseSpace::spatial) {
     turns_.resize(count, 9);
   }
-  chi_squares_ = Vector::Zero(count);
+  chi_squares_.resize(count);
+  pivots_.resize(count);
+  of_legs_.resize(static_cast<std::size_t>(legs_));
 }
 
-bool FullPoses::eliminate(const State& state, Index pose) {
-  constexpr double kSingular = 1e-10;  // of a variance: what is left once the other legs are known
-  if (legs_ > kMost) {
-    return false;
+FullPoseRows FullPoses::rows(const State& state) {
+  for (std::size_t leg = 0; leg < of_legs_.size(); ++leg) {
+    const ClosureRows& rows = state.legs[leg];
+    of_legs_[leg] = {rows.closure.data(), rows.by_parameters.data(), rows.by_pose.data(),
+                     rows.by_reading.data()};
   }
-  const PoseSpace space = mechanism_->pose_space();
-  const double* sigma = observations_->poses.deviations.row(pose).data();
-  double* misfit = misfits_.row(pose).data();
-  pose_difference(space, state.poses.row(pose).data(), measured_.row(pose).data(), misfit);
-  if (turns_.size() > 0) {
-    Eigen::Map<Eigen::Matrix3d>(turns_.row(pose).data()) =
-        left_jacobian(Eigen::Map<const Eigen::Vector3d>(misfit + 3));
-  }
-  double conditions[kMost];
-  double lower[kMost * kMost];  // the covariance, then its Cholesky factor
-  Index n = 0;
-  double* by_pose = by_pose_.row(pose).data();
-  for (Index leg = 0; leg < legs_; ++leg) {
-    if (!std::isfinite(observations_->readings.values(pose, leg))) {
-      continue;
-    }
-    const ClosureRows& rows = state.legs[static_cast<std::size_t>(leg)];
-    const double* h = rows.by_pose.row(pose).data();
-    double* d = by_pose + n * dof_;
-    std::copy(h, h + dof_, d);
+  return {state.poses.rows(),
+          legs_,
+          mechanism_.dof(),
+          state.legs.front().by_parameters.cols(),
+          of_legs_.data(),
+          state.errors.data(),
+          reading_variances_.data(),
+          unread_.data(),
+          pose_variances_.data(),
+          misfits_.data(),
+          turns_.data(),
+          precisions_.data(),
+          multipliers_.data(),
+          chi_squares_.data(),
+          pivots_.data()};
+}
+
+void FullPoses::eliminate(const State& state) {
+  const PoseSpace space = mechanism_.pose_space();
+  for (Index i = 0; i < state.poses.rows(); ++i) {
+    double* misfit = misfits_.row(i).data();
+    pose_difference(space, state.poses.row(i).data(), measured_.row(i).data(), misfit);
     if (turns_.size() > 0) {
-      Eigen::Map<Eigen::RowVector3d>(d + 3) =
-          Eigen::Map<const Eigen::RowVector3d>(h + 3) *
-          Eigen::Map<const Eigen::Matrix3d>(turns_.row(pose).data());
-    }
-    const double g = rows.by_reading[pose] * state.gains[static_cast<std::size_t>(leg)][pose];
-    const double deviation = g * observations_->readings.deviations(pose, leg);
-    double condition = rows.closure[pose] - g * state.errors(pose, leg);
-    for (Index i = 0; i < dof_; ++i) {
-      condition -= d[i] * misfit[i];
-    }
-    conditions[n] = condition;
-    for (Index other = 0; other <= n; ++other) {
-      double covariance = other == n ? deviation * deviation : 0;
-      for (Index i = 0; i < dof_; ++i) {
-        covariance += d[i] * by_pose[other * dof_ + i] * sigma[i] * sigma[i];
-      }
-      lower[n * kMost + other] = covariance;
-    }
-    ++n;
-  }
-  // Cholesky's factor in place, its inverse, and from that the precisions.
-  double inverse[kMost * kMost];
-  for (Index i = 0; i < n; ++i) {
-    const double variance = lower[i * kMost + i];
-    for (Index j = 0; j <= i; ++j) {
-      double value = lower[i * kMost + j];
-      for (Index k = 0; k < j; ++k) {
-        value -= lower[i * kMost + k] * lower[j * kMost + k];
-      }
-      if (i != j) {
-        lower[i * kMost + j] = value / lower[j * kMost + j];
-      } else if (value > kSingular * variance) {
-        lower[i * kMost + i] = std::sqrt(value);
-      } else {
-        return false;
-      }
-    }
-    for (Index j = 0; j <= i; ++j) {
-      double value = i == j ? 1 : 0;
-      for (Index k = j; k < i; ++k) {
-        value -= lower[i * kMost + k] * inverse[k * kMost + j];
-      }
-      inverse[i * kMost + j] = value / lower[i * kMost + i];
+      Eigen::Map<Eigen::Matrix3d>(turns_.row(i).data()) =
+          left_jacobian(Eigen::Map<const Eigen::Vector3d>(misfit + 3));
     }
   }
-  double whitened[kMost];
-  double square = 0;
-  for (Index i = 0; i < n; ++i) {
-    whitened[i] = 0;
-    for (Index j = 0; j <= i; ++j) {
-      whitened[i] += inverse[i * kMost + j] * conditions[j];
-    }
-    square += whitened[i] * whitened[i];
-  }
-  for (Index i = 0; i < n; ++i) {
-    double multiplier = 0;
-    for (Index k = i; k < n; ++k) {
-      multiplier += inverse[k * kMost + i] * whitened[k];
-    }
-    multipliers_(pose, i) = multiplier;
-    for (Index j = 0; j < n; ++j) {
-      double precision = 0;
-      for (Index k = std::max(i, j); k < n; ++k) {
-        precision += inverse[k * kMost + i] * inverse[k * kMost + j];
-      }
-      precisions_(pose, i * n + j) = precision;
-    }
-  }
-  chi_squares_[pose] = square;
-  return true;
+  full_pose_kernels().eliminate(rows(state));
 }
 
-namespace {
-
-// The columns of one leg and another, or the same, at the poses of a problem: to += a' diag(w) b,
-// for widths that the compiler knows, and for any other (0).
-template <int kWidth>
-void add_outer(const double* a, const double* b, double weight, Index any_width, double* to,
-               Index stride) {
-  const Index width = kWidth > 0 ? kWidth : any_width;
-  for (Index s = 0; s < width; ++s) {
-    const double scaled = weight * a[s];
-    double* row = to + s * stride;
-    for (Index t = 0; t < width; ++t) {
-      row[t] += scaled * b[t];
-    }
+std::vector<Index> FullPoses::columns(Index width) const {
+  std::vector<Index> columns;
+  for (Index leg = 0; leg < legs_; ++leg) {
+    const auto first = layout_.column.begin() + list_.leg(leg);
+    columns.insert(columns.end(), first, first + width);
   }
+  return columns;
 }
 
-using AddOuter = void (*)(const double*, const double*, double, Index, double*, Index);
-
-template <int... kWidths>
-AddOuter add_outer_of(Index width, std::integer_sequence<int, kWidths...> /*widths*/) {
-  constexpr AddOuter kKernels[] = {add_outer<kWidths>...};
-  return width < static_cast<Index>(sizeof...(kWidths)) ? kKernels[width] : add_outer<0>;
+bool FullPoses::eliminated(Index pose) const {
+  constexpr double kSingular = 1e-10;  // of a variance: what is left once the other legs are known
+  return takes(pose) && pivots_[pose] > kSingular;
 }
-
-}  // namespace
 
 void FullPoses::add_to(NormalEquations& equations, const State& state, const Vector& weights,
-                       const std::vector<bool>& others) {
+                       const std::vector<Index>& poses) {
   // In the legs' own scalars first, a block a pair of legs: every pose adds to the same few.
-  const Index width = state.by_unknowns.front().cols();
-  const AddOuter add = add_outer_of(width, std::make_integer_sequence<int, 17>());
-  RowMatrix information = RowMatrix::Zero(legs_ * width, legs_ * width);
-  Vector gradient = Vector::Zero(legs_ * width);
-  std::vector<Index> read;
-  for (Index pose = 0; pose < observations_->count(); ++pose) {
-    if (!takes(pose) || others[static_cast<std::size_t>(pose)]) {
-      continue;
-    }
-    read.clear();
-    for (Index leg = 0; leg < legs_; ++leg) {
-      if (std::isfinite(observations_->readings.values(pose, leg))) {
-        read.push_back(leg);
-      }
-    }
-    const auto n = static_cast<Index>(read.size());
-    const double* precisions = precisions_.row(pose).data();
-    for (Index i = 0; i < n; ++i) {
-      const Index first = read[static_cast<std::size_t>(i)];
-      const double* a = state.by_unknowns[static_cast<std::size_t>(first)].row(pose).data();
-      const double force = weights[pose] * multipliers_(pose, i);
-      double* to = gradient.data() + first * width;
-      for (Index s = 0; s < width; ++s) {
-        to[s] += force * a[s];
-      }
-      for (Index j = 0; j <= i; ++j) {
-        const Index second = read[static_cast<std::size_t>(j)];
-        const double* b = state.by_unknowns[static_cast<std::size_t>(second)].row(pose).data();
-        add(a, b, weights[pose] * precisions[i * n + j], width,
-            &information(first * width, second * width), information.cols());
-      }
-    }
-  }
-  std::vector<Index> columns(static_cast<std::size_t>(legs_ * width));
-  for (Index leg = 0; leg < legs_; ++leg) {
-    for (Index s = 0; s < width; ++s) {
-      columns[static_cast<std::size_t>(leg * width + s)] =
-          layout_->column[static_cast<std::size_t>(list_.leg(leg) + s)];
-    }
-  }
-  for (Index i = 0; i < legs_ * width; ++i) {
+  const Index width = state.legs.front().by_parameters.cols();
+  const Index size = legs_ * width;
+  information_.setZero(size, size);
+  gradient_.setZero(size);
+  full_pose_kernels().add(rows(state), poses.data(), static_cast<Index>(poses.size()),
+                          weights.data(), information_.data(), gradient_.data());
+  const std::vector<Index> columns = this->columns(width);
+  for (Index i = 0; i < size; ++i) {
     const Index row = columns[static_cast<std::size_t>(i)];
     if (row < 0) {
       continue;
     }
-    equations.gradient[row] += gradient[i];
+    equations.gradient[row] += gradient_[i];
     // Blocks of a pair of legs were added once, those of one leg in full.
     const Index first_of_leg = i / width * width;
     for (Index j = 0; j < first_of_leg + width; ++j) {
@@ -263,57 +162,92 @@ void FullPoses::add_to(NormalEquations& equations, const State& state, const Vec
       if (column < 0) {
         continue;
       }
-      equations.information(row, column) += information(i, j);
+      equations.information(row, column) += information_(i, j);
       if (j < first_of_leg) {
-        equations.information(column, row) += information(i, j);
+        equations.information(column, row) += information_(i, j);
       }
     }
   }
 }
 
-Vector FullPoses::move(const State& state, Index pose, const Vector& d,
-                       Eigen::Ref<Eigen::RowVectorXd> errors) const {
-  const double* sigma = observations_->poses.deviations.row(pose).data();
-  const Index n = count(pose);
-  const double* by_pose = by_pose_.row(pose).data();
-  double effects[kMost];
-  Index read[kMost];
-  Index found = 0;
+void FullPoses::move(const State& state, const Vector& d, Moves& moves) {
+  const Index count = state.poses.rows();
+  const Index width = state.legs.front().by_parameters.cols();
+  effects_.resize(count, legs_);
+  Vector of_leg(width);
   for (Index leg = 0; leg < legs_; ++leg) {
-    if (!std::isfinite(observations_->readings.values(pose, leg))) {
-      continue;
+    for (Index s = 0; s < width; ++s) {
+      const Index column = layout_.column[static_cast<std::size_t>(list_.leg(leg) + s)];
+      of_leg[s] = column < 0 ? 0 : d[column];
     }
-    const RowMatrix& rows = state.by_unknowns[static_cast<std::size_t>(leg)];
-    const double* row = rows.row(pose).data();
-    const Index* columns = &layout_->column[static_cast<std::size_t>(list_.leg(leg))];
-    double effect = 0;
-    for (Index s = 0; s < rows.cols(); ++s) {
-      effect += columns[s] < 0 ? 0 : row[s] * d[columns[s]];
-    }
-    effects[found] = effect;
-    read[found++] = leg;
+    effects_.col(leg).noalias() = state.legs[static_cast<std::size_t>(leg)].by_parameters * of_leg;
   }
-  Vector move = -misfits_.row(pose).transpose();
-  for (Index i = 0; i < n; ++i) {
-    double multiplier = -multipliers_(pose, i);
-    for (Index j = 0; j < n; ++j) {
-      multiplier -= precisions_(pose, i * n + j) * effects[j];
+  moves.tangents.resize(count, mechanism_.dof());
+  moves.errors.resize(count, legs_);
+  full_pose_kernels().move(rows(state), effects_.data(), moves.tangents.data(),
+                           moves.errors.data());
+}
+
+RowMatrix FullPoses::own_covariance(const RowMatrix& covariance, Index width) const {
+  const std::vector<Index> columns = this->columns(width);
+  const auto size = static_cast<Index>(columns.size());
+  RowMatrix own = RowMatrix::Zero(size, size);
+  for (Index i = 0; i < size; ++i) {
+    for (Index j = 0; j < size; ++j) {
+      const Index row = columns[static_cast<std::size_t>(i)];
+      const Index column = columns[static_cast<std::size_t>(j)];
+      own(i, j) = row < 0 || column < 0 ? 0 : covariance(row, column);
     }
-    for (Index k = 0; k < dof_; ++k) {
-      move[k] += sigma[k] * sigma[k] * by_pose[i * dof_ + k] * multiplier;
+  }
+  return own;
+}
+
+PoseRows FullPoses::rows_of(const State& state, Index pose, const RowMatrix& own) const {
+  const Index dof = mechanism_.dof();
+  const Index position = position_size(mechanism_.pose_space());
+  PoseRows rows;
+  Eigen::MatrixXd h(legs_, dof);      // on the tangent of the measured pose, in the device's axes
+  RowMatrix explained(legs_, legs_);  // of the conditions' covariance, by the estimate: J C J'
+  rows.precision.resize(legs_, legs_);
+  for (Index leg = 0; leg < legs_; ++leg) {
+    const ClosureRows& of_leg = state.legs[static_cast<std::size_t>(leg)];
+    h.row(leg) = of_leg.by_pose.row(pose);
+    const Index width = of_leg.by_parameters.cols();
+    const Eigen::RowVectorXd by_own =
+        of_leg.by_parameters.row(pose) * own.middleRows(leg * width, width);
+    for (Index other = 0; other <= leg; ++other) {
+      rows.precision(leg, other) = rows.precision(other, leg) =
+          precisions_(pose, leg * (leg + 1) / 2 + other);
+      explained(leg, other) = explained(other, leg) =
+          by_own.segment(other * width, width)
+              .dot(state.legs[static_cast<std::size_t>(other)].by_parameters.row(pose));
     }
-    const Index leg = read[i];
-    const double g = state.legs[static_cast<std::size_t>(leg)].by_reading[pose] *
-                     state.gains[static_cast<std::size_t>(leg)][pose];
-    const double deviation = observations_->readings.deviations(pose, leg);
-    errors[leg] = g * deviation * deviation * multiplier;
   }
   if (turns_.size() > 0) {
-    const Eigen::Vector3d turned =
-        Eigen::Map<const Eigen::Matrix3d>(turns_.row(pose).data()) * move.tail<3>();
-    move.tail<3>() = turned;
+    h.rightCols<3>() *= Eigen::Map<const Eigen::Matrix3d>(turns_.row(pose).data());
+    h.rightCols<3>() *= to_device_.transpose();
   }
-  return move;
+  h.leftCols(position) *= to_device_.topLeftCorner(position, position).transpose();
+  const Index count = this->count(pose);
+  rows.conditions.setZero(count + dof, legs_);
+  rows.conditions.bottomRows(dof) = -h.transpose();
+  rows.variances.resize(count + dof);
+  rows.variances.tail(dof) = pose_variances_.row(pose);
+  for (Index leg = 0; leg < legs_; ++leg) {
+    if (unread_(pose, leg) == 0) {
+      const auto k = static_cast<Index>(rows.origins.size());
+      const double g = state.legs[static_cast<std::size_t>(leg)].by_reading[pose];
+      rows.origins.push_back({RowOrigin::Kind::closure, leg, g});
+      rows.variances[k] = g * g * reading_variances_(pose, leg);
+      rows.conditions(k, leg) = 1;
+    }
+  }
+  for (Index k = 0; k < dof; ++k) {
+    rows.origins.push_back({RowOrigin::Kind::pose, k, 0});
+  }
+  rows.multipliers = multipliers_.row(pose);
+  rows.left = rows.precision - rows.precision * explained * rows.precision;
+  return rows;
 }
 
 }  // namespace symkin

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "symkin/estimation/detail/factors.hpp"
@@ -114,8 +115,7 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       spread_(spread),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
-      now_{{}, {}, {}, {}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}},
-      saved_now_(now_) {
+      now_{{}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, {}} {
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
       if (layout.column[static_cast<std::size_t>(list_.curvature(leg) + i)] >= 0) {
@@ -135,48 +135,54 @@ void LatentProblem::take_in(Index pose, const double* start) {
   state_.errors.row(pose).setZero();
 }
 
-void LatentProblem::linearise_legs() {
+bool LatentProblem::starts_near() const {
+  for (Index i = 0; i < observations_.count(); ++i) {
+    if (!now_.full.takes(i)) {
+      return false;
+    }
+  }
+  return loss_.kind == RobustLoss::Kind::none;
+}
+
+void LatentProblem::linearise_leg(Index leg, ClosureRows& rows) const {
+  const LegModel& model = mechanism_.model();
   const Index n = observations_.count();
-  const Index geometry = mechanism_.parameter_count() - LinearSensor::kParameters;
-  const auto legs = static_cast<std::size_t>(mechanism_.leg_count());
-  now_.legs.resize(legs);
-  now_.by_unknowns.resize(legs);
-  now_.gains.resize(legs);
-  Vector joints(n);
-  for (std::size_t leg = 0; leg < legs; ++leg) {
-    const auto index = static_cast<Index>(leg);
-    const CurvedSensor sensor = state_.setup.sensor(index);
-    const auto reading = [&](Index i) {
-      return observations_.readings.values(i, index) + state_.errors(i, index);
-    };
-    for (Index i = 0; i < n; ++i) {
-      joints[i] = std::isfinite(reading(i)) ? sensor.active_joint(reading(i)) : 0;
-    }
-    Vector straight = state_.setup.parameters.row(index);
-    straight.tail<2>() << 1, 0;
-    ClosureRows& rows = now_.legs[leg];
-    mechanism_.model().linearise(straight, state_.poses, joints, rows);
-    if (mechanism_.model().info().closures != 1) {
-      continue;
-    }
-    RowMatrix& by_unknowns = now_.by_unknowns[leg];
-    Vector& gains = now_.gains[leg];
-    by_unknowns.resize(n, width_);
-    gains.resize(n);
-    const Index sensed = width_ - geometry;
-    for (Index i = 0; i < n; ++i) {
-      if (!std::isfinite(reading(i))) {
-        by_unknowns.row(i).setZero();
-        gains[i] = 0;
-        continue;
+  const Index closures = model.info().closures;
+  const Index parameters = mechanism_.parameter_count();
+  const CurvedSensor sensor = state_.setup.sensor(leg);
+  Vector straight = state_.setup.parameters.row(leg);
+  Vector readings = observations_.readings.values.col(leg) + state_.errors.col(leg);
+  readings = readings.unaryExpr([](double value) { return std::isfinite(value) ? value : 0; });
+  if (width_ == parameters && state_.setup.curvature.row(leg).isZero(0)) {
+    model.linearise(straight, state_.poses, readings, rows);
+  } else {
+    // By the rows of a sensor that shows q itself.
+    const Index geometry = parameters - LinearSensor::kParameters;
+    straight.tail<LinearSensor::kParameters>() << 1, 0;
+    ClosureRows own;
+    model.linearise(straight, state_.poses,
+                    readings.unaryExpr([&](double psi) { return sensor.active_joint(psi); }), own);
+    rows.closure = own.closure;
+    rows.by_pose = own.by_pose;
+    rows.by_reading.resize(n * closures);
+    rows.by_parameters.resize(n * closures, width_);
+    rows.by_parameters.leftCols(geometry) = own.by_parameters.leftCols(geometry);
+    for (Index at = 0; at < n * closures; ++at) {
+      const double psi = readings[at / closures];
+      const auto by_sensor = CurvedSensor::by_parameters(psi);
+      rows.by_reading[at] = own.by_reading[at] * sensor.by_reading(psi);
+      for (Index i = geometry; i < width_; ++i) {
+        rows.by_parameters(at, i) =
+            own.by_reading[at] * by_sensor[static_cast<std::size_t>(i - geometry)];
       }
-      gains[i] = sensor.by_reading(reading(i));
-      by_unknowns.row(i).head(geometry) = rows.by_parameters.row(i).head(geometry);
-      const auto by_sensor = sensed == 2 ? std::array<double, 5>{reading(i), 1, 0, 0, 0}
-                                         : CurvedSensor::by_parameters(reading(i));
-      for (Index s = 0; s < sensed; ++s) {
-        by_unknowns(i, geometry + s) = by_sensor[static_cast<std::size_t>(s)] * rows.by_reading[i];
-      }
+    }
+  }
+  for (Index i = 0; i < n; ++i) {
+    if (!std::isfinite(observations_.readings.values(i, leg))) {
+      rows.closure.segment(i * closures, closures).setZero();
+      rows.by_parameters.middleRows(i * closures, closures).setZero();
+      rows.by_pose.middleRows(i * closures, closures).setZero();
+      rows.by_reading.segment(i * closures, closures).setZero();
     }
   }
 }
@@ -185,32 +191,22 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
   const PoseSpace space = mechanism_.pose_space();
   const Index dof = mechanism_.dof();
   const Index closures = mechanism_.model().info().closures;
-  const Index geometry = mechanism_.parameter_count() - LinearSensor::kParameters;
   RowList rows(layout_, dof);
 
   for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
-    const double measured = observations_.readings.values(pose, leg);
-    if (!std::isfinite(measured)) {
+    if (!std::isfinite(observations_.readings.values(pose, leg))) {
       continue;
     }
-    const double error = state_.errors(pose, leg);
     const double deviation = observations_.readings.deviations(pose, leg);
-    const CurvedSensor sensor = state_.setup.sensor(leg);
-    const double gain = sensor.by_reading(measured + error);
-    const auto by_sensor = CurvedSensor::by_parameters(measured + error);
     const ClosureRows& of_leg = now_.legs[static_cast<std::size_t>(leg)];
-    for (Index c = 0; c < closures; ++c) {
-      const Index at = pose * closures + c;
-      const double by_joint = of_leg.by_reading[at];
-      const double g = by_joint * gain;
-      const Index row = rows.add({RowOrigin::Kind::closure, leg, g}, of_leg.closure[at] - g * error,
+    for (Index at = pose * closures; at < (pose + 1) * closures; ++at) {
+      const double g = of_leg.by_reading[at];
+      const Index row = rows.add({RowOrigin::Kind::closure, leg, g},
+                                 of_leg.closure[at] - g * state_.errors(pose, leg),
                                  g * g * deviation * deviation);
       rows.by_pose.row(row) = of_leg.by_pose.row(at);
-      for (Index i = 0; i < geometry; ++i) {
+      for (Index i = 0; i < width_; ++i) {
         rows.set(row, list_.leg(leg) + i, of_leg.by_parameters(at, i));
-      }
-      for (std::size_t i = 0; i < by_sensor.size(); ++i) {
-        rows.set(row, list_.leg(leg) + geometry + static_cast<Index>(i), by_sensor[i] * by_joint);
       }
     }
   }
@@ -310,35 +306,49 @@ LinearPose LatentProblem::linear(Index pose) const {
   return linear;
 }
 
+PoseRows LatentProblem::rows_of(const LinearPose& pose, const RowMatrix& covariance) {
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(pose.count(), pose.count());
+  return {pose.origins,
+          pose.variances,
+          pose.elimination.conditions,
+          one,
+          one - pose.jacobian * covariance * pose.jacobian.transpose(),
+          pose.conditions};
+}
+
 bool LatentProblem::linearise(NormalEquations& equations) {
   const Index columns = layout_.columns();
   const Index n = observations_.count();
   const auto count = static_cast<std::size_t>(n);
-  linearise_legs();
+  now_.legs.resize(static_cast<std::size_t>(mechanism_.leg_count()));
+  for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
+    linearise_leg(leg, now_.legs[static_cast<std::size_t>(leg)]);
+  }
   equations.reset(columns);
   now_.general.assign(count, false);
   now_.counts.assign(count, 0);
-  now_.poses.resize(count);
   now_.chi_squares.setZero(n);
   now_.weights.setOnes(n);
-  const FullPoses::State state = full_state();
-  std::vector<bool> others = aside_;
-  bool any_full = false;
+  const FullPoses::State state{state_.poses, state_.errors, now_.legs};
+  if (now_.full.any()) {
+    now_.full.eliminate(state);
+  }
+  std::vector<Index> in_full;
   for (Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (aside_[at]) {
       continue;
     }
-    LinearPose& linear = now_.poses[at];
-    if (now_.full.takes(i) && now_.full.eliminate(state, i)) {
+    if (now_.full.eliminated(i)) {
       now_.counts[at] = now_.full.count(i);
       now_.chi_squares[i] = now_.full.chi_square(i);
-      any_full = true;
+      in_full.push_back(i);
     } else {
-      others[at] = now_.general[at] = true;
-      assemble(i, linear);
-      now_.counts[at] = linear.count();
-      now_.chi_squares[i] = linear.conditions.squaredNorm();
+      now_.general[at] = true;
+      now_.poses.resize(count);
+      assemble(i, now_.poses[at]);
+      now_.counts[at] = now_.poses[at].count();
+      now_.chi_squares[i] = now_.poses[at].conditions.squaredNorm();
     }
     const double square = now_.chi_squares[i];
     if (!std::isfinite(square)) {
@@ -353,14 +363,15 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     }
     equations.cost += cost;
     if (now_.general[at]) {
+      const LinearPose& linear = now_.poses[at];
       equations.information.noalias() +=
           now_.weights[i] * linear.jacobian.transpose() * linear.jacobian;
       equations.gradient.noalias() +=
           now_.weights[i] * linear.jacobian.transpose() * linear.conditions;
     }
   }
-  if (any_full) {
-    now_.full.add_to(equations, state, now_.weights, others);
+  if (!in_full.empty()) {
+    now_.full.add_to(equations, state, now_.weights, in_full);
   }
   for (Index i = 0; i < columns; ++i) {
     const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
@@ -381,18 +392,18 @@ bool LatentProblem::linearise(NormalEquations& equations) {
 void LatentProblem::step(const Vector& d) {
   constexpr double kLargest = 0.3;  // m or rad
   saved_ = state_;
-  std::swap(now_, saved_now_);
   largest_move_ = 0;
-  const Linearisation& from = saved_now_;
-  const FullPoses::State full{saved_.poses, saved_.errors, from.legs, from.by_unknowns, from.gains};
+  if (now_.full.any()) {
+    now_.full.move({state_.poses, state_.errors, now_.legs}, d, moves_);
+  }
+  Vector move(mechanism_.dof());
   for (Index i = 0; i < observations_.count(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (aside_[at]) {
       continue;
     }
-    Vector move;
-    if (from.general[at]) {
-      const LinearPose& linear = from.poses[at];
+    if (now_.general[at]) {
+      const LinearPose& linear = now_.poses[at];
       const Vector errors = -linear.variances.cwiseProduct(
           linear.elimination.conditions * (linear.conditions + linear.jacobian * d));
       move = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
@@ -403,14 +414,15 @@ void LatentProblem::step(const Vector& d) {
         }
       }
     } else {
-      move = from.full.move(full, i, d, state_.errors.row(i));
+      move = moves_.tangents.row(i);
+      state_.errors.row(i) = moves_.errors.row(i);
     }
     const double size = move.lpNorm<Eigen::Infinity>();
     if (size > kLargest) {
       move *= kLargest / size;
     }
     // A pose that says nothing of the parameters may wander about a double root.
-    if (from.counts[at] > 0) {
+    if (now_.counts[at] > 0) {
       largest_move_ = std::max(largest_move_, size);
     }
     move_pose(mechanism_.pose_space(), move.data(), state_.poses.row(i).data());
@@ -421,7 +433,9 @@ void LatentProblem::step(const Vector& d) {
 
 void LatentProblem::undo() {
   state_ = saved_;
-  std::swap(now_, saved_now_);
+  // Steps that fail are rare: what they cost is less than to keep two linearisations.
+  NormalEquations again;
+  linearise(again);
 }
 
 }  // namespace symkin

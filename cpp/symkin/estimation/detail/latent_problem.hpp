@@ -6,19 +6,12 @@
 #include "symkin/estimation/detail/full_poses.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/estimation/detail/pose_elimination.hpp"
+#include "symkin/estimation/detail/pose_rows.hpp"
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/unknowns.hpp"
 
 namespace symkin {
-
-// What one row of a latent pose is of.
-struct RowOrigin {
-  enum class Kind { closure, pose, reported, point, distance, height };
-  Kind kind;
-  Index index;      // the leg, the component of the tangent, the point's coordinate, the anchor
-  double by_error;  // of a closure: dh/dpsi, its deviation per deviation of the reading
-};
 
 // One latent pose, linearised at the present state, and what is left of it (see PoseElimination).
 struct LinearPose {
@@ -55,6 +48,8 @@ class LatentProblem {
   double extent(const Vector& d) const { return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff(); }
   // Whether the last step left the latent poses where they were.
   bool still() const { return largest_move_ < 1e-11; }
+  // Whether all poses start at measured ones, and are nearly right with that.
+  bool starts_near() const;
 
   const Setup& setup() const { return state_.setup; }
   const Vector& change() const { return state_.change; }
@@ -62,7 +57,7 @@ class LatentProblem {
   const RowMatrix& reading_errors() const { return state_.errors; }
   const std::vector<bool>& aside() const { return aside_; }
   // Of the last linearisation: J'WJ with the priors, without the constraints.
-  const Eigen::MatrixXd& information() const { return now_.information; }
+  const RowMatrix& information() const { return now_.information; }
   // Of the last linearisation, of each pose: the number of its conditions, their sum of squares
   // and the weight of the loss; 0, 0 and 1 where it was set aside.
   const std::vector<Index>& counts() const { return now_.counts; }
@@ -70,8 +65,24 @@ class LatentProblem {
   const Vector& weights() const { return now_.weights; }
   // Its linearised rows, empty where it was set aside.
   LinearPose linear(Index pose) const;
+  // Of each pose that is not set aside, for estimates of this covariance of the columns.
+  template <typename Take>
+  void each_rows(const RowMatrix& covariance, const Take& take) const {
+    const RowMatrix own =
+        now_.full.any() ? now_.full.own_covariance(covariance, width_) : RowMatrix();
+    for (std::size_t k = 0; k < aside_.size(); ++k) {
+      const auto pose = static_cast<Index>(k);
+      if (now_.general[k]) {
+        take(pose, rows_of(now_.poses[k], covariance));
+      } else if (!aside_[k]) {
+        take(pose, now_.full.rows_of({state_.poses, state_.errors, now_.legs}, pose, own));
+      }
+    }
+  }
 
  private:
+  static PoseRows rows_of(const LinearPose& pose, const RowMatrix& covariance);
+
   struct State {
     Setup setup;
     Vector change;     // of the columns since the start
@@ -81,22 +92,19 @@ class LatentProblem {
 
   // What a linearisation leaves behind.
   struct Linearisation {
-    std::vector<ClosureRows> legs;       // of sensors that show q itself
-    std::vector<RowMatrix> by_unknowns;  // of each leg, by its scalars
-    std::vector<Vector> gains;           // dq/dpsi
-    std::vector<LinearPose> poses;       // those that `full` does not take
+    // Of each leg, zero where it was not read: by_parameters is by the first `width_` scalars that
+    // the leg has in the UnknownList.
+    std::vector<ClosureRows> legs;
     FullPoses full;
-    std::vector<bool> general;  // poses that have rows of their own in `poses`
+    std::vector<bool> general;      // poses that `full` does not take
+    std::vector<LinearPose> poses;  // of which these are, empty where there are none
     std::vector<Index> counts;
     Vector chi_squares, weights;
-    Eigen::MatrixXd information;
+    RowMatrix information;
   };
 
-  void linearise_legs();
+  void linearise_leg(Index leg, ClosureRows& rows) const;
   void assemble(Index pose, LinearPose& linear) const;
-  FullPoses::State full_state() const {
-    return {state_.poses, state_.errors, now_.legs, now_.by_unknowns, now_.gains};
-  }
 
   const Mechanism& mechanism_;
   const Observations& observations_;
@@ -108,7 +116,8 @@ class LatentProblem {
   std::vector<bool> aside_;
   RowMatrix constraints_;
   State state_, saved_;
-  Linearisation now_, saved_now_;
+  Linearisation now_;
+  FullPoses::Moves moves_;
   double largest_move_ = 0;
 };
 
