@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.drawing import as_drawn
 from symkin.errors import MeasurementError, SymkinError, one_of
 from symkin.frames import align, moved, poses_of, transforms
-from symkin.points import as_drawn
 from symkin.poses import (
     POSE_SPACES,
     Transform,

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.mechanism import Mechanism
+from symkin.points import cartesian
 from symkin.poses import (
     POSE_SPACES,
     Transform,
@@ -351,12 +352,14 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
     columns = zip(mechanism.parameter_roles, mechanism.parameters.T, strict=True)
     values = {role.kind: column for role, column in columns if role.end == end}
     azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]
-    polar = values.get("polar_angle", np.full(len(azimuth), np.pi / 2))
     length = np.full(len(azimuth), mechanism.characteristic_length)
     radius = values.get("radius", values.get("direction_distance", length))
-    level = radius * np.sin(polar)
-    height = values.get("height", radius * np.cos(polar))
-    points = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), height], axis=1)
+    tilt: dict[str, Array] = {
+        kind: values[kind] for kind in ("polar_angle", "height") if kind in values
+    }
+    known = cartesian({"radius": radius, "azimuth": azimuth, **tilt})
+    points = np.zeros((len(azimuth), 3))
+    points[:, : known.shape[1]] = known
     if "guide_elevation" in values:
         # Where the slider reads zero: the point itself is held along the guide.
         offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]

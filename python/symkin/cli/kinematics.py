@@ -58,10 +58,10 @@ def kinematics(
     in a folder. In rows that the mechanism cannot take, the cells of what was to be calculated are
     empty; such rows are counted on stderr, and then the exit code is 1.
     """
+    from symkin.drawing import as_drawn
     from symkin.io.columns import pose_column_names, reading_column_names
     from symkin.io.plans import read_pose_list
     from symkin.io.tables import write_table
-    from symkin.points import as_drawn
 
     with progress() as stage:
         stage("reading the mechanism and the table")

@@ -9,13 +9,13 @@ from typing import Annotated
 
 import typer
 
+from symkin.drawing import drawn_frames, own_frames
 from symkin.errors import QuantityError, SymkinError
 from symkin.identification.unknowns import Priors, Sensor
 from symkin.io.quantities import evaluate_quantity
 from symkin.mechanism import Mechanism
 from symkin.observed import Observed
 from symkin.planning.observing import Unknowns
-from symkin.points import drawn_frames, own_frames
 from symkin.probing import CALIPER, PrintedLength
 from symkin.settings import Frames
 

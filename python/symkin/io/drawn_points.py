@@ -16,14 +16,7 @@ from symkin.errors import QuantityError, did_you_mean
 from symkin.io.kinds import Kind, Schema, WrongValueError, quantity, table
 from symkin.io.toml_file import TomlSource
 from symkin.mechanism import Mechanism
-from symkin.points import (
-    cartesian,
-    centres,
-    jacobian,
-    point_parameters,
-    polar,
-    split_covariance,
-)
+from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints
 
 __all__ = ["ends_of", "leg_kind", "point_value", "read_points"]

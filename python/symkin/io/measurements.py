@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.drawing import as_drawn, from_drawing
 from symkin.frames import unframed
 from symkin.io.columns import (
     PoseValues,
@@ -34,7 +35,6 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.tables import Table, TableSource, read_table, write_table
 from symkin.measurements import ALL_LEGS, Measurements
-from symkin.points import as_drawn, from_drawing
 from symkin.settings import MeasurementColumns
 
 if TYPE_CHECKING:

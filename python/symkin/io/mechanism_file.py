@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import symkin
 from symkin.chains import chain_info
+from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
 from symkin.io.drawn_points import read_points
@@ -26,7 +27,6 @@ from symkin.io.mechanism_schema import (
 )
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
-from symkin.points import drawn_workspace, own_frames, own_workspace
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     DeclaredSymmetry,

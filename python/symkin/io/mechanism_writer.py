@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from symkin.chains import chain_info
+from symkin.drawing import drawn_frames, drawn_workspace
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
 from symkin.io.drawn_points import point_value
@@ -19,7 +20,7 @@ from symkin.io.mechanism_file import load_mechanism
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
-from symkin.points import drawn_frames, drawn_workspace, point_parameters
+from symkin.points import point_parameters
 from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]

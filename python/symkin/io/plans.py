@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.drawing import as_drawn, from_drawing
 from symkin.io.columns import (
     own_columns,
     pose_column_names,
@@ -20,7 +21,6 @@ from symkin.io.columns import (
 from symkin.io.output_files import OutputFiles
 from symkin.io.tables import TableSource, read_table, write_table
 from symkin.planning import Plan
-from symkin.points import as_drawn, from_drawing
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism

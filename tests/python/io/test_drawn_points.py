@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 import symkin
 from symkin.alignment import poses_of_mechanism
 from symkin.cli.unknown_options import observed
+from symkin.drawing import as_drawn, from_drawing
 from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
 from symkin.io.drawn_points import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
-from symkin.points import as_drawn, cartesian, from_drawing, jacobian, polar
+from symkin.points import cartesian, jacobian, polar
 from symkin.poses import Transform, rotations_from_vectors
 from symkin.settings import Frames
 
