@@ -122,8 +122,10 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
         outcome.converged = true;
         return outcome;
       }
+      // Steps of Gauss-Newton that do not become shorter may go round for ever where residuals are
+      // large: they must lower the cost then, and are damped until they do.
+      near = distance < kNear && distance < last_distance;
       last_distance = distance;
-      near = distance < kNear;
       if (near) {
         damping = 0;
       }
