@@ -68,7 +68,7 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize(("mistake", "words"), MISTAKES, ids=lambda each: str(each)[:40])
+@pytest.mark.parametrize(("mistake", "words"), MISTAKES, ids=[words for _, words in MISTAKES])
 def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake, words):
     (said,) = said_of(paper, mistake(measured(paper, plan, POSITIONS)))
     assert words in said
