@@ -6,9 +6,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from symkin.errors import SymkinError
 from symkin.frames import moved_workspace, transforms
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.poses import POSE_SPACES, Transform
 from symkin.settings import DrawnPoints, Frames, WorkspaceSettings
@@ -39,14 +41,14 @@ def _motions(points: DrawnPoints) -> tuple[Transform, Transform]:
     return base, platform
 
 
-def as_drawn(mechanism: Mechanism, poses: Array) -> Array:
+def as_drawn(mechanism: Mechanism, poses: ArrayLike) -> Array:
     """Return poses in a mechanism's own frames as the frames of its file have them.
 
     Parameters
     ----------
     mechanism : Mechanism
         Whose `points` say where the frames are.
-    poses : ndarray, shape (N, coordinates)
+    poses : array_like, shape (N, coordinates)
         m and rad (spatial: position and quaternion).
 
     Returns
@@ -56,13 +58,13 @@ def as_drawn(mechanism: Mechanism, poses: Array) -> Array:
     return _carried(mechanism, poses, inverse=False)
 
 
-def from_drawing(mechanism: Mechanism, poses: Array) -> Array:
+def from_drawing(mechanism: Mechanism, poses: ArrayLike) -> Array:
     """Return poses in the frames of a mechanism's file in its own: `as_drawn` back.
 
     Parameters
     ----------
     mechanism : Mechanism
-    poses : ndarray, shape (N, coordinates)
+    poses : array_like, shape (N, coordinates)
 
     Returns
     -------
@@ -71,8 +73,12 @@ def from_drawing(mechanism: Mechanism, poses: Array) -> Array:
     return _carried(mechanism, poses, inverse=True)
 
 
-def _carried(mechanism: Mechanism, poses: Array, *, inverse: bool) -> Array:
-    points = mechanism.points
+def _carried(mechanism: Mechanism, given: ArrayLike, *, inverse: bool) -> Array:
+    poses, points = pose_rows(given), mechanism.points
+    if poses.ndim != 2 or poses.shape[1] != mechanism.space.coordinates:
+        raise SymkinError(
+            f"poses have the shape {poses.shape}; expected N rows of {mechanism.space.coordinates}"
+        )
     if points is None or not points.moved:
         return poses
     base, platform = _motions(points)

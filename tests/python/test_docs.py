@@ -161,9 +161,8 @@ def test_a_mechanism_file_of_the_documentation_is_checked_and_run(text, tmp_path
     file.write_text(text, encoding="utf-8")
     assert main(["check", str(file)]) == 0
     if "[workspace]" in text:  # without one there is nothing to draw poses from
-        small = ["--pose-count", "12", "--candidates", "3000", "--seed"]
-        for seed in ("1", "2"):
-            assert main(["run", str(file), "--out", str(tmp_path / seed), *small, seed]) == 0
+        small = ["--pose-count", "12", "--candidates", "3000"]
+        assert main(["run", str(file), "--out", str(tmp_path / "out"), *small]) == 0
 
 
 def first_robots() -> list[tuple[str, list[str]]]:

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 import symkin
+import symkin.drawing
+import symkin.exports
 from symkin import _core
 from symkin.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
+from symkin.settings import DrawnPoints
 from symkin.symmetry import map_poses
 
 MECHANISMS = ("3RRR", "5bar", "hexapod_jugglebot")
@@ -378,6 +382,12 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     for name in ("inverse_kinematics", "pose_jacobian", "singularity_measures"):
         yield Call(f"Mechanism.{name}", {"poses": poses}, getattr(mechanism, name))
+    points = DrawnPoints(base=(0.1, -0.2, 0.3)[: max(mechanism.space.size, 2)])
+    drawn = mechanism.replace(points=points)
+    for name in ("as_drawn", "from_drawing"):
+        function = partial(getattr(symkin.drawing, name), drawn)
+        yield Call(name, {"poses": poses}, function)
+    yield Call("joint_values", {"poses": poses}, partial(symkin.exports.joint_values, mechanism))
     yield Call(
         "Mechanism.forward_kinematics",
         {"readings": readings, "start": poses},
