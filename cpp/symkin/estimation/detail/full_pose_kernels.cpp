@@ -19,7 +19,7 @@ namespace detail {
 template <typename T, int kLegs>
 class FullPoseLanes {
   static constexpr int kMost = kLegs > 0 ? kLegs : static_cast<int>(FullPoseKernels::kMostLegs);
-  static constexpr int kMostDof = kLegs > 0 ? kLegs : 6;
+  static constexpr int kMostDof = 6;
   using Rows = LaneRows<T>;
 
   static Index legs(const FullPoseRows& rows) { return kLegs > 0 ? kLegs : rows.legs; }
