@@ -43,7 +43,7 @@ from symkin.probing import with_printed_length
     "symkin identify 3RRR out/measurements.csv --cross-validate 5 --out identified",
     "symkin identify 3RRR out/measurements.csv --shared sensor_gain --fixed 'leg1.*_length'",
     "symkin plan linear_delta --observe height --out probe",
-    "symkin simulate linear_delta probe/plan.csv --observe height --out probed",
+    "symkin simulate linear_delta --plan probe/plan.csv --observe height --out probed",
     "symkin identify linear_delta probed/measurements.csv --printed '100 mm = 100.2 mm'",
 )
 def identify(

@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 
 # What a correction must leave less of chi-square than what is stated does, per degree of freedom.
 _MUCH_BETTER = 9.0
+_TOO_GOOD = 0.1  # per degree of freedom: where observations lost what they say
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
 _HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 _FIRST = (12, 6)  # poses and steps of a first look, which what is mistaken does not survive
@@ -172,7 +173,11 @@ def hypotheses_of(
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
     """The best correction, and those that the data do not tell from it; none if these are many."""
-    found = [(each, fit.goodness.chi_square, _per_degree(fit)) for each, fit in tried if fit]
+    found = [
+        (each, fit.goodness.chi_square, _per_degree(fit))
+        for each, fit in tried
+        if fit and _per_degree(fit) > _TOO_GOOD
+    ]
     if not found:
         return []
     _, least, share = min(found, key=lambda each: each[1])

@@ -135,3 +135,14 @@ def test_a_refusal_says_its_likely_cause(paper, plan):
         FailedFitError, match="Likely cause: the readings of legs 1, 2, 3 look like"
     ):
         symkin.identify(paper, replace(taken, readings=np.degrees(taken.readings)))
+
+
+def test_a_unit_in_which_the_observations_say_nothing_is_no_explanation():
+    """Heights near zero fit the drawing in millimetres, whatever the robot is."""
+    delta = symkin.load_mechanism("linear_delta")
+    probed = delta.plan(30, observe="height")
+    for seed in (1, 2):
+        taken = measured(delta, probed, Observed("height"), seed)
+        found = symkin.identify(delta, taken, free=["guide_swing", "plane"])
+        assert found.doubts
+        assert not any("millimetres" in doubt for doubt in found.doubts)
