@@ -39,6 +39,7 @@ class Invariance : public EveryChain {
       case ActiveJoint::distance:
       case ActiveJoint::travel_from_point:  // in space, see spatial_test.cpp
       case ActiveJoint::angle_about_axis:
+      case ActiveJoint::angle_from_meridian:
         break;
     }
     return offset;
