@@ -121,10 +121,15 @@ def _drawn(image: Image) -> Markup:
 def _svg(figure: Figure, name: str) -> str:
     """The figure's bare element, the same bytes for the same figure."""
     import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+    # As `savefig` does with transparent=True, which draws everything twice.
+    for patch in (figure.patch, *(axes.patch for axes in figure.axes)):
+        patch.set(facecolor="none", edgecolor="none")
+    figure.set_dpi(_DOTS_PER_INCH)
     buffer = io.StringIO()
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
-        figure.savefig(buffer, format="svg", dpi=_DOTS_PER_INCH, transparent=True)
+        FigureCanvasSVG(figure).print_svg(buffer)  # type: ignore[no-untyped-call]
     drawing = buffer.getvalue()
     drawing = drawing[drawing.index("<svg") :]
     # Its style would hold for the whole page, and has its place in the page's.
