@@ -48,6 +48,22 @@ class Valley final : public Curved {
   }
 };
 
+// A curved valley along x - y, which is hardly shown beside x + y, and a large rest.
+class HardlyShown final : public Curved {
+ public:
+  using Curved::Curved;
+  void residuals(RowMatrix& jacobian, Vector& residual) const override {
+    const double along = at_[0] - at_[1];
+    residual << 1e4 * (at_.sum() - 5e-4 * along * along), along - 1;
+    jacobian << 1e4 * (1 - 1e-3 * along), 1e4 * (1 + 1e-3 * along), 1, -1;
+  }
+  bool linearise(NormalEquations& equations) {
+    const bool finite = Curved::linearise(equations);
+    equations.cost += 4e4;
+    return finite;
+  }
+};
+
 // Shows the sum of the parameters alone.
 class Sum final : public Curved {
  public:
@@ -67,6 +83,14 @@ TEST(LevenbergMarquardt, FindsTheMinimumWithAndWithoutDampingAtFirst) {
     EXPECT_NEAR(problem.at()[0], 1, 1e-11);
     EXPECT_NEAR(problem.at()[1], 1, 1e-11);
   }
+}
+
+TEST(LevenbergMarquardt, FollowsACurvedValleyThatTheDataHardlyShow) {
+  HardlyShown problem(0, 0);
+  const SolverOutcome outcome = minimise(problem);
+  EXPECT_TRUE(outcome.converged) << outcome.failure;
+  EXPECT_LE(outcome.iterations, 20);
+  EXPECT_NEAR(problem.at()[0] - problem.at()[1], 1, 1e-7);
 }
 
 TEST(LevenbergMarquardt, DoesNotMoveWhatTheDataDoesNotShow) {

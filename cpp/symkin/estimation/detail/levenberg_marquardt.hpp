@@ -90,7 +90,10 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   // more than the parameters, whose cost is that of an optimum in the rest only to first order.
   constexpr double kSlack = 1e-10;
   constexpr double kNearSlack = kNear * kNear;
-  constexpr double kLeastDamping = 1e-4;  // after a step that failed
+  // After a step that failed: little, since a curved valley that the data hardly show wants little,
+  // and soon much more, where the start is far.
+  constexpr double kLeastDamping = 1e-8;
+  constexpr double kGrowth = 8;
   SolverOutcome outcome;
   NormalEquations now;
   NormalEquations next;
@@ -102,7 +105,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   }
   double damping = options.damping;
   double last_distance = std::numeric_limits<double>::infinity();
-  bool failed = false;  // the last step
+  double growth = kGrowth;
+  bool failed = false;   // the last step
+  bool undamped = true;  // no step without damping has failed since there was last none
   bool near = false;
   for (int tried = 0;; ++tried) {
     check_interrupt();
@@ -126,7 +131,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       // large: they must lower the cost then, and are damped until they do.
       near = distance < kNear && distance < last_distance;
       last_distance = distance;
-      if (near) {
+      if (near && undamped) {
         damping = 0;
       }
     }
@@ -150,11 +155,18 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
                                       now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
     if (failed) {
       problem.undo();
-      damping = std::max(8 * damping, kLeastDamping);
+      undamped = undamped && damping > 0;
+      damping = std::max(growth * damping, kLeastDamping);
+      growth *= kGrowth;
     } else {
       std::swap(now, next);
       ++outcome.iterations;
+      growth = kGrowth;
       damping /= 10;
+      if (damping < kLeastDamping / 10) {
+        damping = 0;
+        undamped = true;
+      }
     }
   }
 }
