@@ -9,12 +9,11 @@ from typing import Annotated
 import typer
 
 from symkin.alignment import Convention
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
-from symkin.cli.options import ColumnsOption, JsonOption, OverwriteOption
+from symkin.cli.console import print_result, progress
+from symkin.cli.options import ColumnsOption, JsonOption, OverwriteOption, command
 
 
-@with_example(
+@command(
     "symkin run hexapod_jugglebot --out out",
     "symkin align out/measurements.csv --mechanism hexapod_jugglebot --out aligned",
 )
@@ -100,7 +99,4 @@ def align(
             (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
             found.save(folder / names[1])
             found.report(folder / names[2])
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        say(found.text())
+    print_result(found, as_json=as_json)

@@ -6,11 +6,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symkin.errors import printable
 
-__all__ = ["print_json", "progress", "progress_bar", "say"]
+if TYPE_CHECKING:
+    from symkin.result import Result
 
 
 def say(text: str = "") -> None:
@@ -24,6 +25,23 @@ def print_json(document: Mapping[str, Any]) -> None:
     from symkin.io.results import results_text
 
     sys.stdout.write(results_text(document))
+
+
+def print_result(
+    result: Result,
+    document: Mapping[str, Any] | None = None,
+    *,
+    as_json: bool,
+    after: object = None,
+    whole: bool = False,
+) -> None:
+    """Print what there is to say of a result and, after it, a line; or its JSON document alone."""
+    if as_json:
+        print_json(result.to_dict() if document is None else document)
+        return
+    say(result.text(whole=whole))
+    if after is not None:
+        say(f"\n{after}")
 
 
 @contextmanager

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
+from symkin.cli.console import print_result, progress
 from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
     JsonOption,
     OverwriteOption,
     SeedOption,
+    command,
 )
 from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _FILES = ("evaluation.json", "evaluation.html")
 
 
-@with_example(
+@command(
     "symkin run 3RRR --out out",
     "symkin evaluate 3RRR --actual out/actual.toml",
     "symkin evaluate out/calibrated.toml --actual out/actual.toml",
@@ -98,12 +98,7 @@ def evaluate(
             if target:
                 write_results(document, target / "evaluation.json")
                 result.report(target / "evaluation.html")
-    if as_json:
-        print_json(document)
-    else:
-        say(result.text())
-        if out:
-            say(f"\n{out / 'evaluation.html'}")
+    print_result(result, document, as_json=as_json, after=out and out / "evaluation.html")
 
 
 def _require_one_robot(given: dict[str, Any]) -> None:
