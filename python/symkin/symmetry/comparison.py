@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from symkin.symmetry.near import (
     scaled_tolerance,
     tolerances_needed,
 )
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["ParameterDeviation", "SymmetryComparison", "SymmetryVerdict", "compare_symmetry"]
 
@@ -106,6 +103,8 @@ class SymmetryComparison(Result):
     sensor_deviations: tuple[ParameterDeviation, ...]
     spatial: bool
 
+    PAGE: ClassVar[str] = "symmetry.comparison_page"
+
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was found, in words."""
@@ -158,12 +157,6 @@ class SymmetryComparison(Result):
             f"{self.only_sensors_differ.capitalize()}: the structure has the symmetry, the sensors "
             "do not."
         )
-
-    def page(self) -> Page:
-        """Return what was found and what breaks it."""
-        from symkin.report.symmetry import comparison_page
-
-        return comparison_page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, legs counted from 1."""
