@@ -17,7 +17,7 @@ import typer
 
 from symkin.cli.align import align
 from symkin.cli.check import check, workspace
-from symkin.cli.errors import exit_code_of
+from symkin.cli.console import exit_code_of
 from symkin.cli.evaluate import evaluate
 from symkin.cli.formats import export, import_
 from symkin.cli.identify import identify, identify_batch

@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress
-from symkin.cli.errors import not_converged
+from symkin.cli.console import not_converged, print_result, progress
 from symkin.cli.option_values import printed_length_of
 from symkin.cli.options import (
     ColumnsOption,

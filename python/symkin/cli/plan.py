@@ -32,7 +32,7 @@ from symkin.cli.options import (
 )
 from symkin.io.output_files import OutputFiles
 from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
-from symkin.planning.probing import is_probing, write_bed_points
+from symkin.planning.observing import is_probing, write_bed_points
 
 _PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
 _POINTS = "points.csv"

@@ -10,8 +10,7 @@ from typing import Annotated
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress
-from symkin.cli.errors import not_converged
+from symkin.cli.console import not_converged, print_result, progress
 from symkin.cli.options import (
     CandidatesOption,
     ChoosingForPlan,

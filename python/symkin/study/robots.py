@@ -18,8 +18,8 @@ from symkin.mechanism import Mechanism
 from symkin.planning import Plan, make_plan
 from symkin.settings import Tolerances
 from symkin.simulation import Simulation, disturb, simulate_observed
+from symkin.study.asymmetry import mapped_candidates, mapped_efficiency
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.study.mapped import mapped_candidates, mapped_efficiency
 from symkin.workspace.sample import sample_workspace
 
 __all__ = ["COLUMNS", "Job", "robot_seed", "scaled"]
