@@ -10,6 +10,7 @@ import typer
 
 from symkin.alignment import Convention
 from symkin.cli.console import print_result, progress
+from symkin.cli.option_values import columns_of
 from symkin.cli.options import ColumnsOption, JsonOption, OverwriteOption, command
 
 
@@ -72,7 +73,7 @@ def align(
     The robot's geometry is trusted; identify finds frames and geometry together.
     """
     from symkin.alignment import align_frames, poses_of_columns, poses_of_mechanism
-    from symkin.io.mechanism_file import load_columns, load_mechanism
+    from symkin.io.mechanism_file import load_mechanism
     from symkin.io.output_files import OutputFiles
     from symkin.io.tables import read_table
 
@@ -85,7 +86,7 @@ def align(
         folder = outputs.folder(out, *names) if out else None
         stage("reading the poses")
         if mechanism is not None:
-            mapping = load_columns(columns) if columns else None
+            mapping = columns_of(columns)
             model = load_mechanism(mechanism)
             measured, own = poses_of_mechanism(model, table, mapping)
         else:

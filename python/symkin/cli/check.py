@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress
+from symkin.cli.console import print_result, progress, write_result
 from symkin.cli.option_values import angles_of
 from symkin.cli.options import (
     JsonOption,
@@ -54,7 +54,6 @@ def check(
     sampled, such as one around a singular home, without what rests on its poses.
     """
     from symkin.checks import check_mechanism
-    from symkin.io.results import write_results
 
     with progress() as stage:
         stage("reading the mechanism")
@@ -66,8 +65,7 @@ def check(
             document = {"command": "check", "settings": {"seed": seed}, **result.to_dict()}
             if target is not None:
                 stage("writing the page")
-                write_results(document, target / "check.json")
-                result.report(target / "check.html")
+                write_result(result, document, target, "check")
     after = out and out / "check.html"
     print_result(result, document, as_json=as_json, after=after, whole=verbose)
     symkin.load_mechanism(mechanism)  # tells in one sentence if the declared symmetry is absent
@@ -120,7 +118,6 @@ def workspace(
     With --out, writes workspace.html and workspace.json, and the last line printed is the page's
     path.
     """
-    from symkin.io.results import write_results
     from symkin.workspace.study import study_workspace
 
     orientation_list = None if orientations is None else angles_of(orientations, "--orientations")
@@ -136,6 +133,5 @@ def workspace(
             document = {"command": "workspace", "settings": settings, **study.to_dict()}
             if target is not None:
                 stage("writing the page")
-                write_results(document, target / "workspace.json")
-                study.report(target / "workspace.html")
+                write_result(study, document, target, "workspace")
     print_result(study, document, as_json=as_json, after=out and out / "workspace.html")

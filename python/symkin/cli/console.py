@@ -9,6 +9,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
@@ -54,6 +55,14 @@ def print_result(
     say(result.text(whole=whole))
     if after is not None:
         say(f"\n{after}")
+
+
+def write_result(result: Result, document: Mapping[str, Any], folder: Path, name: str) -> None:
+    """Write a result's JSON document and its page."""
+    from symkin.io.results import write_results
+
+    write_results(document, folder / f"{name}.json")
+    result.report(folder / f"{name}.html")
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import typer
 
 import symkin
 from symkin.cli.console import not_converged, print_result, progress
-from symkin.cli.option_values import printed_length_of
+from symkin.cli.option_values import columns_of, printed_length_of
 from symkin.cli.options import (
     ColumnsOption,
     EstimatorOption,
@@ -111,8 +111,6 @@ def identify(
     Where a probe touched a bed, heights are all that is known of the poses; the bed's plane is
     unknown then, and the tolerances are priors.
     """
-    from symkin.io.mechanism_file import load_columns
-
     if cross_validate_blocks and cross_validate is None:
         raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
     if printed and (unknown.free or unknown.frames):
@@ -123,7 +121,7 @@ def identify(
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
-        mapping = load_columns(columns) if columns else None
+        mapping = columns_of(columns)
         measured = symkin.read_measurements(measurements, nominal, mapping)
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
@@ -187,14 +185,12 @@ def identify_batch(
     as_json: JsonOption = False,
 ) -> None:
     """Identify many robots of one drawing into one table, a row a robot."""
-    from symkin.io.mechanism_file import load_columns
-
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
         with OutputFiles([nominal.source, *files, columns], overwrite) as outputs:
             target = outputs.folder(out, f"fleet.{table}", "report.html") if out else None
-            mapping = load_columns(columns) if columns else None
+            mapping = columns_of(columns)
             robots = fleet_of_files(nominal, files, mapping)
             stage(f"identifying {len(robots)} robots")
             found = Fleet.of(

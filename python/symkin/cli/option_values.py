@@ -7,17 +7,19 @@ import dataclasses
 import math
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import typer
 
 from symkin.drawing import drawn_frames, own_frames
 from symkin.errors import QuantityError
 from symkin.identification.unknowns import Priors
+from symkin.io.mechanism_file import load_columns
 from symkin.io.quantities import evaluate_quantity, unit_factor
 from symkin.mechanism import Mechanism
 from symkin.planning import Region
 from symkin.probing import CALIPER, PrintedLength
-from symkin.settings import Frames
+from symkin.settings import Frames, MeasurementColumns
 
 
 def quantity_of(text: str, unit: str, option: str) -> float:
@@ -153,6 +155,11 @@ def printed_length_of(text: str) -> PrintedLength:
     lengths = [quantity_of(each, "m", "--printed") for each in (commanded, measured)]
     known = quantity_of(deviation, "m", "--printed") if deviation else CALIPER
     return PrintedLength(commanded=lengths[0], measured=lengths[1], deviation=known)
+
+
+def columns_of(path: Path | None) -> MeasurementColumns | None:
+    """Read which columns of measurements hold what, if a file says it."""
+    return None if path is None else load_columns(path)
 
 
 def several_of(given: Sequence[str] | None) -> list[str] | None:

@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress
-from symkin.cli.option_values import accuracies_of, length_of, region_of
+from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.option_values import accuracies_of, columns_of, length_of, region_of
 from symkin.cli.options import (
     AccuracyOption,
     CandidatesOption,
@@ -124,14 +124,12 @@ def plan(
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
-    from symkin.io.mechanism_file import load_columns
     from symkin.io.plans import read_pose_list
-    from symkin.io.results import write_results
 
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
-        mapping = load_columns(columns) if columns else None
+        mapping = columns_of(columns)
         needed = read_pose_list(required, loaded) if required else None
         taken = symkin.read_measurements(measured, loaded, mapping) if measured else None
         limits = [region_of(text) for text in avoid or ()]
@@ -167,8 +165,7 @@ def plan(
             made.save(folder / "plan.csv")
             if probing:
                 write_bed_points(made, folder / _POINTS)
-            write_results(document, folder / "plan.json")
-            made.report(folder / "plan.html")
+            write_result(made, document, folder, "plan")
     print_result(made, document, as_json=as_json, after=_written(out, files))
 
 
@@ -209,8 +206,6 @@ def pose_count(
     With --observe, or unknowns as `symkin identify` has them, for what is observed and unknown then
     (--design mechanism).
     """
-    from symkin.io.results import write_results
-
     wanted = accuracies_of(accuracy)
     with progress() as stage:
         stage("reading the mechanism")
@@ -237,8 +232,7 @@ def pose_count(
                 result = curve.for_accuracy(*wanted)
             document = {"command": "pose-count", **result.to_dict()}
             if folder is not None:
-                write_results(document, folder / "pose-count.json")
-                result.report(folder / "pose-count.html")
+                write_result(result, document, folder, "pose-count")
     after = _written(out, _COUNT_FILES) if out else None
     print_result(result, document, as_json=as_json, after=after)
 
