@@ -81,7 +81,8 @@ def export(
         robot = symkin.load_mechanism(mechanism)
         drawn = symkin.load_mechanism(nominal) if nominal else None
         each = endstops.split(",") if endstops else ()
-        stops = [quantity_of(text, robot.reading_unit, "--endstops") for text in each]
+        unit = robot.reading_unit
+        stops = [quantity_of(text, unit, "--endstops", is_reading=True) for text in each]
         stage("writing")
         made = symkin.export(
             robot, to, out, endstops=stops, nominal=drawn, grid=grid, overwrite=overwrite

@@ -22,10 +22,11 @@ from symkin.probing import CALIPER, PrintedLength
 from symkin.settings import Frames, MeasurementColumns
 
 
-def quantity_of(text: str, unit: str, option: str) -> float:
-    """Read a number, in any unit; without one it is in `unit`."""
+def quantity_of(text: str, unit: str, option: str, *, is_reading: bool = False) -> float:
+    """Read a number, in any unit; without one it is in `unit`. Readings may be many turns."""
+    direction = unit == "rad" and not is_reading
     try:
-        return evaluate_quantity(_spaced(text), unit, direction=unit == "rad")
+        return evaluate_quantity(_spaced(text), unit, direction=direction)
     except QuantityError as error:
         raise typer.BadParameter(str(error), param_hint=option) from error
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symkin.errors import one_of
-from symkin.exports.written import Exported, ExportOptions, Loss, Written
+from symkin.exports.exported import Exported, ExportOptions, Loss, Written
 from symkin.io.output_files import OutputFiles
 from symkin.mechanism import Mechanism
 

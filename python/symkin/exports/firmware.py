@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.written import ExportOptions, Loss, Written, loss_of, nearest, workspace_poses
+from symkin.exports.exported import ExportOptions, Loss, Written, loss_of, nearest, workspace_poses
 from symkin.legs import Leg
 from symkin.mechanism import Mechanism
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from symkin.errors import SymkinError
+from symkin.exports.exported import ExportOptions, Written
 from symkin.exports.firmware import gain_notes, linear_delta, mm
 from symkin.exports.structure import structure_of
-from symkin.exports.written import ExportOptions, Written
 from symkin.mechanism import Mechanism
 
 __all__ = ["write_linuxcnc"]

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.exports.bodies import Body, Structure
+from symkin.exports.exported import MARK, ExportOptions, Written
 from symkin.exports.structure import structure_of
-from symkin.exports.written import MARK, ExportOptions, Written
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform
 from symkin.workspace.sample import workspace_coordinates

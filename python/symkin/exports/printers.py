@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
+from symkin.exports.exported import ExportOptions, Written, loss_of, nearest, workspace_poses
 from symkin.exports.firmware import (
     LinearDelta,
     endstop_readings,
@@ -32,7 +33,6 @@ from symkin.exports.firmware import (
     mm,
     require_delta,
 )
-from symkin.exports.written import ExportOptions, Written, loss_of, nearest, workspace_poses
 from symkin.io.tables import file_bytes
 from symkin.legs import Leg
 from symkin.measurements import Measurements

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
+from symkin.exports.exported import MARK
 from symkin.exports.printers import Imported, import_printer
-from symkin.exports.written import MARK
 from symkin.io.tables import file_bytes
 from symkin.legs import Leg
 from symkin.mechanism import Mechanism

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
-from symkin.exports.written import ExportOptions, Loss, Written, workspace_poses
+from symkin.exports.exported import ExportOptions, Loss, Written, workspace_poses
 from symkin.frames import transforms
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import poses_from_bounds, vectors_from_rotations

@@ -20,7 +20,7 @@ from scipy.interpolate import RegularGridInterpolator
 import symkin
 from symkin.errors import SymkinError
 from symkin.exports import FORMATS
-from symkin.exports.written import workspace_poses
+from symkin.exports.exported import workspace_poses
 from symkin.poses import poses_from_bounds
 
 
