@@ -54,10 +54,6 @@ class EstimatorFigures(Value):
     evaluation: Evaluation | None
     expected: ExpectedAccuracy | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return its figures."""
-        return super().to_dict() | {"expected": accuracy_figures(self.expected)}
-
 
 @record
 class ProtocolResult(FolderResult):
@@ -131,7 +127,7 @@ class ProtocolResult(FolderResult):
             "evaluation": {
                 "before": self.before.to_dict(),
                 "after": self.after.to_dict(),
-                "expected": accuracy_figures(self.expected),
+                "expected": self.expected.to_dict(),
             },
             "comparison": plain(self.comparison),
         }
@@ -163,18 +159,6 @@ class ProtocolResult(FolderResult):
             return EstimatorFigures(estimator, poses, False, None, None)
         expected = found.expected_accuracy(where)
         return EstimatorFigures(estimator, poses, found.converged, reached, expected)
-
-
-def accuracy_figures(accuracy: ExpectedAccuracy | None) -> dict[str, Any] | None:
-    """An expected accuracy with the keys of results files."""
-    if accuracy is None:
-        return None
-    return {
-        "position_rms_m": plain(accuracy.position),
-        "orientation_rms_rad": plain(accuracy.orientation),
-        "evaluated": accuracy.evaluated,
-        "failed": accuracy.failed,
-    }
 
 
 def run_protocol(

@@ -24,6 +24,7 @@ __all__ = [
     "Loss",
     "Written",
     "loss_of",
+    "named_columns",
     "nearest",
     "workspace_poses",
 ]
@@ -198,6 +199,11 @@ def nearest(
         f'no mechanism that the format can express is near "{actual.name}": the fit did not come '
         f"to rest in {_STEPS} steps"
     )
+
+
+def named_columns(mechanism: Mechanism) -> dict[str, Array]:
+    """Each parameter of all legs, shape (legs,), by its name."""
+    return dict(zip(mechanism.parameter_names, mechanism.parameters.T, strict=True))
 
 
 def loss_of(actual: Mechanism, model: Mechanism, poses: Array) -> Loss:

@@ -22,7 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.exported import ExportOptions, Loss, Written, loss_of, nearest, workspace_poses
+from symkin.exports.exported import (
+    ExportOptions,
+    Loss,
+    Written,
+    loss_of,
+    named_columns,
+    nearest,
+    workspace_poses,
+)
 from symkin.legs import Leg
 from symkin.mechanism import Mechanism
 
@@ -195,7 +203,7 @@ def linear_delta(
         What is lost with it.
     """
     require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
-    own = {name: mechanism.parameters[:, k] for k, name in enumerate(mechanism.parameter_names)}
+    own = named_columns(mechanism)
     tilts = np.hypot(own["guide_elevation"] - np.pi / 2, own["guide_swing"])
     if tilts.max() > _UPRIGHT or set(mechanism.working_modes) != {-1}:
         raise SymkinError(
@@ -222,7 +230,7 @@ def linear_delta(
     poses = workspace_poses(mechanism)
     model = mechanism.replace(legs=start.legs(readings), symmetry=None, deviations=None)
     model = nearest(mechanism, model, unknowns, poses)
-    found = {name: model.parameters[:, k] for k, name in enumerate(model.parameter_names)}
+    found = named_columns(model)
     values = LinearDelta(
         float(found["base_radius"][0]),
         found["base_azimuth"],

@@ -24,7 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.exported import ExportOptions, Written, loss_of, nearest, workspace_poses
+from symkin.exports.exported import (
+    ExportOptions,
+    Written,
+    loss_of,
+    named_columns,
+    nearest,
+    workspace_poses,
+)
 from symkin.exports.firmware import (
     LinearDelta,
     endstop_readings,
@@ -74,7 +81,7 @@ def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
 def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     """A rotary delta: the crank's axis level and tangential, an angle that turns up positive."""
     require_delta(mechanism, "[R]US", "rad", "rotary deltas", _FORMAT)
-    own = {name: mechanism.parameters[:, k] for k, name in enumerate(mechanism.parameter_names)}
+    own = named_columns(mechanism)
     tilts = np.hypot(own["axis_elevation"], own["axis_swing"])
     turned = np.abs(np.sin(own["axis_azimuth"] - own["base_azimuth"]))
     if max(tilts.max(), turned.max()) > _TILT or set(mechanism.working_modes) != {1}:
@@ -103,7 +110,7 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     unknowns += [[(leg, "base_azimuth"), (leg, "axis_azimuth")] for leg in every]
     start = mechanism.replace(legs=legs, symmetry=None, deviations=None)
     model = nearest(mechanism, start, unknowns, poses)
-    found = {name: model.parameters[:, k] for k, name in enumerate(model.parameter_names)}
+    found = named_columns(model)
     limits = mechanism.joint_limits
     # Cranks turn up to their endstops, which is towards smaller angles.
     readings = endstop_readings(mechanism, options, limits.lower)

@@ -25,10 +25,11 @@ from symkin.result import FolderResult, Value, record
 from symkin.settings import DeclaredSymmetry
 from symkin.simulation import simulate_observed
 from symkin.study.definition import StudyDefinition
+from symkin.study.robots import NORMAL_95
 from symkin.symmetry import generate_legs
 from symkin.workspace.sample import sample_workspace
 
-__all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "with_legs"]
+__all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "seconds_of", "with_legs"]
 
 Array = NDArray[np.float64]
 
@@ -205,13 +206,14 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
     }
     assert tasks.keys() == TASKS.keys()
     runs = [
-        {name: _seconds(task) for name, task in tasks.items()}
+        {name: seconds_of(task) for name, task in tasks.items()}
         for _ in range(definition.repetitions)
     ]
     return {name: statistics.median(run[name] for run in runs) for name in tasks}
 
 
-def _seconds(task: Callable[[], object]) -> float:
+def seconds_of(task: Callable[[], object]) -> float:
+    """Processor time that a call takes."""
     begin = time.process_time()
     task()
     return time.process_time() - begin
@@ -232,7 +234,7 @@ def _power(legs: NDArray[np.intp], times: Array) -> tuple[float, float, float]:
 
 def _student_95(degrees: int) -> float:
     """Two-sided 95% quantile of Student's distribution (expansion of Cornish and Fisher)."""
-    z = 1.959963984540054
+    z = NORMAL_95
     first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
     third = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
     return z + first / degrees + second / degrees**2 + third / degrees**3

@@ -20,7 +20,7 @@ from symkin.result import FolderResult, Value, field, plain, record
 from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, reading_curves
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.recommendation import Recommendation, recommend
-from symkin.study.robots import Job
+from symkin.study.robots import NORMAL_95, Job
 
 if TYPE_CHECKING:
     from symkin.study.paper import PaperFindings
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio", "StudyResult"]
 
 Array = NDArray[np.float64]
-
-_NORMAL_95 = 1.959963984540054
 
 
 @record
@@ -43,7 +41,7 @@ class Ratio(Value):
     @classmethod
     def of(cls, logarithm: float, standard_error: float) -> Ratio:
         """Return the ratio of which this is the logarithm."""
-        reach = _NORMAL_95 * standard_error
+        reach = NORMAL_95 * standard_error
         return cls(*(math.exp(logarithm + step) for step in (0.0, -reach, reach)))
 
 
@@ -81,7 +79,7 @@ class ErrorFigure(Value):
     @property
     def ratio_error(self) -> float:
         """Standard error of the ratio."""
-        return self.ratio * (math.log(self.high / self.low) / (2 * _NORMAL_95)) if self.rms else 0.0
+        return self.ratio * (math.log(self.high / self.low) / (2 * NORMAL_95)) if self.rms else 0.0
 
 
 @record
