@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,6 @@ from symkin.symmetry import (
 )
 from symkin.symmetry.detection import mechanism_groups
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined_angles"]
 
@@ -123,6 +120,9 @@ class CheckResult(Result):
     observability: tuple[Observability, ...]
     conditions: Conditions | None
     unusable: str | None = None
+
+    PAGE: ClassVar[str] = "check.check_page"
+    SUMMARY: ClassVar[str] = "check.check_summary"
 
     @property
     def undefined(self) -> tuple[str, ...]:
@@ -222,18 +222,6 @@ class CheckResult(Result):
             return f"symkin.make_plan(mechanism, poses, design={self.design!r})"
         named = shlex.quote(_typed_name(self.mechanism))
         return f"symkin plan {named} --design {self.design} --out planned"
-
-    def page(self) -> Page:
-        """Return the verdict, what it means for measuring, and the theory behind it."""
-        from symkin.report.check import check_page
-
-        return check_page(self)
-
-    def summary(self) -> Page:
-        """Return the verdict and what it means for measuring."""
-        from symkin.report.check import check_summary
-
-        return check_summary(self)
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 0."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from symkin.symmetry.detection import mechanism_groups
 from symkin.symmetry.group import named_group
 from symkin.workspace.sample import sample_workspace
 from symkin.workspace.study import READING_ROUNDING, ElementCheck, check_elements
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["Condition", "Conditions", "check_conditions"]
 
@@ -103,16 +100,12 @@ class Conditions(Result):
     groups: tuple[NamedGroup, ...] = field(private=True)
     derived = ("tested_group",)
 
+    PAGE: ClassVar[str] = "symmetry.conditions_page"
+
     @property
     def tested_group(self) -> str:
         """The group's name in the paper."""
         return self.group.paper_name
-
-    def page(self) -> Page:
-        """Return the verdicts with their figures."""
-        from symkin.report.symmetry import conditions_page
-
-        return conditions_page(self)
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a condition."""

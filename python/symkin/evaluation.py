@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,9 +25,6 @@ from symkin.poses import (
 )
 from symkin.result import Result, Value, field, plain, record
 from symkin.workspace.sample import WorkspaceSample
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
 
@@ -118,6 +115,8 @@ class Evaluation(Result):
     partial: int = field(private=True, default=0)
     closures: Array | None = field(private=True, default=None)
 
+    PAGE: ClassVar[str] = "evaluation.evaluation_page"
+
     @classmethod
     def of(
         cls,
@@ -198,12 +197,6 @@ class Evaluation(Result):
         differences[rows] = moved(frames[0], taken, frames[1], wanted)[:, components]
         base, tool = (_tangent(frame)[space.frame_components] for frame in frames)
         return AlignedErrors(*_figures(differences, space), base, tool, differences)
-
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.evaluation import evaluation_page
-
-        return evaluation_page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return its figures, without the single poses."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,6 @@ from symkin.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
-    from symkin.report.content import Page
     from symkin.settings import NoiseSettings
 
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
@@ -110,6 +109,8 @@ class Measurements(Result):
     distance_deviations: NDArray[np.float64] | None = None
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
+
+    PAGE: ClassVar[str] = "measurements.measurements_page"
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -388,12 +389,6 @@ class Measurements(Result):
         optional = {*_FURTHER, *_DEVIATIONS.values()}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
-
-    def page(self) -> Page:
-        """Return what was measured."""
-        from symkin.report.measurements import measurements_page
-
-        return measurements_page(self)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the columns of its file."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,6 @@ from symkin.result import Result, Value, field, record
 from symkin.settings import NoiseSettings, Tolerances
 
 if TYPE_CHECKING:
-    from symkin.report.content import Page
     from symkin.workspace import WorkspaceSample
 
 __all__ = [
@@ -73,17 +72,13 @@ class Observability(Result):
     rank: int
     unseen: tuple[str, ...]
 
+    PAGE: ClassVar[str] = "observability.observability_page"
+
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, the diagonal by the names of the parameters."""
         document = super().to_dict()
         named = zip(self.parameter_names, document["r_diagonal"], strict=True)
         return document | {"r_diagonal": dict(named)}
-
-    def page(self) -> Page:
-        """Return what the rows show."""
-        from symkin.report.observability import observability_page
-
-        return observability_page(self)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the diagonal, a row a parameter."""

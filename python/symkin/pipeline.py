@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
@@ -18,12 +17,9 @@ from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
-from symkin.result import Result, Value, plain, record
+from symkin.result import FolderResult, Value, plain, record
 from symkin.simulation import Simulation, simulate_observed
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
 
@@ -58,13 +54,9 @@ class EstimatorFigures(Value):
     evaluation: Evaluation | None
     expected: ExpectedAccuracy | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return its figures."""
-        return super().to_dict() | {"expected": accuracy_figures(self.expected)}
-
 
 @record
-class ProtocolResult(Result):
+class ProtocolResult(FolderResult):
     """Everything that the protocol made on its way.
 
     Attributes
@@ -94,6 +86,8 @@ class ProtocolResult(Result):
     after: Evaluation
     seed: int
 
+    PAGE: ClassVar[str] = "run.run_page"
+    SUMMARY: ClassVar[str] = "run.run_summary"
     FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Identification.FILES)
 
     @cached_property
@@ -105,18 +99,6 @@ class ProtocolResult(Result):
     def comparison(self) -> tuple[EstimatorFigures, ...]:
         """What every estimator makes of the same measurements."""
         return tuple(self._figures(*each) for each in _ESTIMATORS)
-
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.run import run_page
-
-        return run_page(self)
-
-    def summary(self) -> Page:
-        """Return the top of its page."""
-        from symkin.report.run import run_summary
-
-        return run_summary(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
@@ -145,7 +127,7 @@ class ProtocolResult(Result):
             "evaluation": {
                 "before": self.before.to_dict(),
                 "after": self.after.to_dict(),
-                "expected": accuracy_figures(self.expected),
+                "expected": self.expected.to_dict(),
             },
             "comparison": plain(self.comparison),
         }
@@ -156,37 +138,17 @@ class ProtocolResult(Result):
         errors = self.identification.mechanism.parameters - true
         return {**self.identification.columns(), "true": true.ravel(), "error": errors.ravel()}
 
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the files of all stages, see `FILES`.
-
-        Parameters
-        ----------
-        folder : str or path
-            Made if it does not exist.
-        overwrite : bool
-            Whether files that exist may be replaced.
-
-        Returns
-        -------
-        Path
-            The report.
-        """
-        from symkin.io.output_files import OutputFiles
+    def write_files(self, folder: Path) -> None:
+        """Write the files of all stages into a folder."""
         from symkin.io.plans import write_plan
-        from symkin.report.html import write_page
 
-        with OutputFiles(overwrite=overwrite) as outputs:
-            target = outputs.folder(Path(folder), *self.FILES)
-            write_plan(self.plan, target / "plan.csv", self.nominal)
-            measured = self.simulation.measurements
-            seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
-            measured = dataclasses.replace(measured, poses=seen)
-            dataclasses.replace(self.simulation, measurements=measured).write(target)
-            self.identification.save_calibrated(target / "calibrated.toml")
-            self.save(target / "results.json")
-            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
-            write_page(page, target / "report.html")
-        return Path(folder) / "report.html"
+        write_plan(self.plan, folder / "plan.csv", self.nominal)
+        measured = self.simulation.measurements
+        seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
+        measured = dataclasses.replace(measured, poses=seen)
+        dataclasses.replace(self.simulation, measurements=measured).write(folder)
+        self.identification.save_calibrated(folder / "calibrated.toml")
+        super().write_files(folder)
 
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
         simulation, where = self.simulation, self.candidates.poses
@@ -197,18 +159,6 @@ class ProtocolResult(Result):
             return EstimatorFigures(estimator, poses, False, None, None)
         expected = found.expected_accuracy(where)
         return EstimatorFigures(estimator, poses, found.converged, reached, expected)
-
-
-def accuracy_figures(accuracy: ExpectedAccuracy | None) -> dict[str, Any] | None:
-    """An expected accuracy with the keys of results files."""
-    if accuracy is None:
-        return None
-    return {
-        "position_rms_m": plain(accuracy.position),
-        "orientation_rms_rad": plain(accuracy.orientation),
-        "evaluated": accuracy.evaluated,
-        "failed": accuracy.failed,
-    }
 
 
 def run_protocol(

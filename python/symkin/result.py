@@ -8,6 +8,7 @@ form are renderings of that description, and JSON comes from the fields.
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import math
 import os
 from collections.abc import Mapping
@@ -22,7 +23,7 @@ from symkin.errors import ResultsError
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
-__all__ = ["Result", "Value", "field", "plain", "record"]
+__all__ = ["FolderResult", "Result", "Value", "field", "plain", "record"]
 
 _Class = TypeVar("_Class", bound=type)
 
@@ -139,7 +140,17 @@ class Value:
 
 
 class Result(Value):
-    """A result of a stage, which a person may look at, print, save and publish."""
+    """A result of a stage, which a person may look at, print, save and publish.
+
+    Attributes
+    ----------
+    PAGE, SUMMARY : str
+        Functions of `symkin.report`, with their modules, that say what there is to say of it; a
+        result without a summary of its own is summed up by its page.
+    """
+
+    PAGE: ClassVar[str]
+    SUMMARY: ClassVar[str] = ""
 
     def page(self) -> Page:
         """Return what there is to say of it, from which text and HTML are rendered.
@@ -148,7 +159,7 @@ class Result(Value):
         -------
         Page
         """
-        raise NotImplementedError
+        return self._described(self.PAGE)
 
     def summary(self) -> Page:
         """Return the top of its page, without what takes longer to calculate.
@@ -157,7 +168,12 @@ class Result(Value):
         -------
         Page
         """
-        return self.page()
+        return self._described(self.SUMMARY) if self.SUMMARY else self.page()
+
+    def _described(self, function: str) -> Page:
+        module, _, name = function.partition(".")
+        page: Page = getattr(importlib.import_module(f"symkin.report.{module}"), name)(self)
+        return page
 
     def text(self, *, whole: bool = False) -> str:
         """Return what the command line prints of it.
@@ -252,6 +268,46 @@ class Result(Value):
         except ImportError as error:
             raise ImportError("to_frame needs pandas: pip install pandas") from error
         return pd.DataFrame(dict(self.columns()))
+
+
+class FolderResult(Result):
+    """A result that is a folder of files.
+
+    Attributes
+    ----------
+    FILES : tuple of str
+        Their names; the last is the report.
+    """
+
+    FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write its files, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        from symkin.io.output_files import OutputFiles
+
+        with OutputFiles(overwrite=overwrite) as outputs:
+            self.write_files(outputs.folder(Path(folder), *self.FILES))
+        return Path(folder) / self.FILES[-1]
+
+    def write_files(self, folder: Path) -> None:
+        """Write them into a folder that is there."""
+        from symkin.report.html import write_page
+
+        self.save(folder / "results.json")
+        write_page(dataclasses.replace(self.page(), files=self.FILES[:-1]), folder / "report.html")
 
 
 def plain(value: Any, place: str = "") -> Any:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from symkin.observed import NO_NOISE, Observable, Observed
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.result import Result, record
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate", "simulate_observed"]
 
@@ -50,6 +47,7 @@ class Simulation(Result):
     nominal: Mechanism
     plan: Plan
 
+    PAGE: ClassVar[str] = "run.simulation_page"
     FILES: ClassVar[tuple[str, ...]] = ("measurements.csv", "actual.toml")
 
     @property
@@ -57,12 +55,6 @@ class Simulation(Result):
         """How many poses of each set spares replaced: of ``leg 1``, ..., or of ``all legs``."""
         sets = np.unique(self.plan.leg_sets).tolist()
         return dict(zip(map(set_name, sets), self.replaced, strict=True))
-
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.run import simulation_page
-
-        return simulation_page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what was measured, in numbers."""

@@ -37,7 +37,8 @@ def test_a_long_call_is_interrupted(code: str) -> None:
 
 
 def test_an_interrupted_command_ends_with_code_130(tmp_path: Path) -> None:
-    code = f"print('begun', flush=True); from symkin.cli import main; sys.exit(main({COMMAND}))"
+    begun = "from symkin.cli import main; print('begun', flush=True)"
+    code = f"{begun}; sys.exit(main({COMMAND}))"
     returncode, errors = _interrupted(["-c", f"import sys; {code}", str(tmp_path / "plan.csv")])
     assert returncode == 130
     assert "Traceback" not in errors

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The command line: one module a command, each a thin layer over one public function."""
+"""The command line: each command a thin layer over one public function."""
 
 from __future__ import annotations
 
@@ -16,22 +16,17 @@ from typing import Annotated, Any
 import typer
 
 from symkin.cli.align import align
-from symkin.cli.check import check
-from symkin.cli.errors import exit_code_of
+from symkin.cli.check import check, workspace
+from symkin.cli.console import exit_code_of
 from symkin.cli.evaluate import evaluate
-from symkin.cli.export import export
-from symkin.cli.help import with_example
-from symkin.cli.identify import identify
-from symkin.cli.identify_batch import identify_batch
-from symkin.cli.import_ import import_
+from symkin.cli.formats import export, import_
+from symkin.cli.identify import identify, identify_batch
 from symkin.cli.kinematics import kinematics
 from symkin.cli.new import list_mechanisms, new
-from symkin.cli.plan import plan
-from symkin.cli.pose_count import pose_count
-from symkin.cli.run import run
-from symkin.cli.simulate import simulate
+from symkin.cli.options import command
+from symkin.cli.plan import plan, pose_count
+from symkin.cli.simulate import run, simulate
 from symkin.cli.study import study
-from symkin.cli.workspace import workspace
 
 __all__ = ["app", "main"]
 
@@ -43,29 +38,29 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (
-    check,
-    workspace,
-    pose_count,
-    plan,
-    simulate,
-    identify,
-    evaluate,
-    run,
-    kinematics,
-    study,
-):
-    app.command()(command)
-app.command("identify-batch")(identify_batch)
-app.command()(align)
-app.command()(export)
-app.command("import")(import_)
-app.command()(new)
-app.command("list")(list_mechanisms)
+for name, function in {
+    "check": check,
+    "workspace": workspace,
+    "pose-count": pose_count,
+    "plan": plan,
+    "simulate": simulate,
+    "identify": identify,
+    "evaluate": evaluate,
+    "run": run,
+    "kinematics": kinematics,
+    "study": study,
+    "identify-batch": identify_batch,
+    "align": align,
+    "export": export,
+    "import": import_,
+    "new": new,
+    "list": list_mechanisms,
+}.items():
+    app.command(name)(function)
 
 
 @app.callback(invoke_without_command=True)
-@with_example("symkin run 3RRR --out out")
+@command("symkin run 3RRR --out out")
 def overview(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,

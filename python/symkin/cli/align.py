@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 
 from symkin.alignment import Convention
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
-from symkin.cli.options import ColumnsOption, JsonOption, OverwriteOption
+from symkin.cli.console import print_result, progress
+from symkin.cli.option_values import columns_of
+from symkin.cli.options import ColumnsOption, JsonOption, OverwriteOption, command
 
 
-@with_example(
+@command(
     "symkin run hexapod_jugglebot --out out",
     "symkin align out/measurements.csv --mechanism hexapod_jugglebot --out aligned",
 )
@@ -73,7 +73,7 @@ def align(
     The robot's geometry is trusted; identify finds frames and geometry together.
     """
     from symkin.alignment import align_frames, poses_of_columns, poses_of_mechanism
-    from symkin.io.mechanism_file import load_columns, load_mechanism
+    from symkin.io.mechanism_file import load_mechanism
     from symkin.io.output_files import OutputFiles
     from symkin.io.tables import read_table
 
@@ -86,7 +86,7 @@ def align(
         folder = outputs.folder(out, *names) if out else None
         stage("reading the poses")
         if mechanism is not None:
-            mapping = load_columns(columns) if columns else None
+            mapping = columns_of(columns)
             model = load_mechanism(mechanism)
             measured, own = poses_of_mechanism(model, table, mapping)
         else:
@@ -100,7 +100,4 @@ def align(
             (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
             found.save(folder / names[1])
             found.report(folder / names[2])
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        say(found.text())
+    print_result(found, as_json=as_json)

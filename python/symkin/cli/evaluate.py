@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
+from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.option_values import columns_of
 from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
     JsonOption,
     OverwriteOption,
     SeedOption,
+    command,
 )
 from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 _FILES = ("evaluation.json", "evaluation.html")
 
 
-@with_example(
+@command(
     "symkin run 3RRR --out out",
     "symkin evaluate 3RRR --actual out/actual.toml",
     "symkin evaluate out/calibrated.toml --actual out/actual.toml",
@@ -72,8 +73,6 @@ def evaluate(
     constant motions of base and tool, which say nothing of the mechanism.
     The closures are how far each leg is from reaching the measured poses at the measured readings.
     """
-    from symkin.io.results import write_results
-
     given = {"actual": actual, "plan": plan, "candidates": candidates}
     given |= {"measurements": measurements, "columns": columns}
     _require_one_robot(given)
@@ -96,14 +95,8 @@ def evaluate(
                 "evaluation": result.to_dict(),
             }
             if target:
-                write_results(document, target / "evaluation.json")
-                result.report(target / "evaluation.html")
-    if as_json:
-        print_json(document)
-    else:
-        say(result.text())
-        if out:
-            say(f"\n{out / 'evaluation.html'}")
+                write_result(result, document, target, "evaluation")
+    print_result(result, document, as_json=as_json, after=out and out / "evaluation.html")
 
 
 def _require_one_robot(given: dict[str, Any]) -> None:
@@ -120,9 +113,7 @@ def _require_one_robot(given: dict[str, Any]) -> None:
 
 
 def _against_measurements(model: Mechanism, path: Any, columns: Path | None) -> Evaluation:
-    from symkin.io.mechanism_file import load_columns
-
-    mapping = load_columns(columns) if columns else None
+    mapping = columns_of(columns)
     return symkin.evaluate(model, measurements=symkin.read_measurements(path, model, mapping))
 
 

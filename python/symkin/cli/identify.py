@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``symkin identify``."""
+"""``symkin identify`` and ``symkin identify-batch``: one robot, or many of one drawing."""
 
 from __future__ import annotations
 
@@ -9,36 +9,33 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.errors import not_converged
-from symkin.cli.help import with_example
+from symkin.cli.console import not_converged, print_result, progress
+from symkin.cli.option_values import columns_of, printed_length_of
 from symkin.cli.options import (
     ColumnsOption,
+    EstimatorOption,
     JsonOption,
+    LossOption,
+    MaxIterationsOption,
     MechanismArgument,
     OptionalEstimatorOption,
     OverwriteOption,
     PoseUseOption,
+    SchedulerOption,
     SeedOption,
+    ThreadsOption,
+    Unknown,
+    WorkersOption,
+    command,
 )
-from symkin.cli.unknown_options import (
-    FixedOption,
-    FramesOption,
-    FreeOption,
-    PrintedOption,
-    PriorOption,
-    SensorOption,
-    SharedOption,
-    printed_lengths,
-    unknowns,
-)
-from symkin.identification import JointIdentification, Loss
+from symkin.identification import FitOptions, JointIdentification
+from symkin.identification.fleet import Fleet, fleet_of_files
 from symkin.identification.unknowns import Gauge, LossPer
 from symkin.io.output_files import OutputFiles
 from symkin.probing import with_printed_length
 
 
-@with_example(
+@command(
     "symkin run 3RRR --out out",
     "symkin identify 3RRR out/measurements.csv --cross-validate 5 --out identified",
     "symkin identify 3RRR out/measurements.csv --shared sensor_gain --fixed 'leg1.*_length'",
@@ -47,6 +44,7 @@ from symkin.probing import with_printed_length
     "symkin identify linear_delta probed/measurements.csv --printed '100 mm = 100.2 mm'",
 )
 def identify(
+    *,
     mechanism: MechanismArgument,
     measurements: Annotated[
         Path,
@@ -55,18 +53,21 @@ def identify(
     columns: ColumnsOption = None,
     estimator: OptionalEstimatorOption = None,
     use: PoseUseOption = "all",
-    loss: Annotated[Loss, typer.Option(help="Robust loss against outliers.")] = "none",
+    loss: LossOption = "none",
     loss_per: Annotated[
         LossPer | None,
         typer.Option(help="Whether a blunder spoils its pose, or is found and left out alone."),
     ] = None,
-    free: FreeOption = None,
-    fixed: FixedOption = None,
-    shared: SharedOption = None,
-    prior: PriorOption = None,
-    frames: FramesOption = None,
-    sensor: SensorOption = None,
-    printed: PrintedOption = None,
+    unknown: Unknown,
+    printed: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LENGTH",
+            help="A piece that a probed delta printed along x, centred, before it was calibrated: "
+            "'100 mm = 100.12 mm', commanded and measured; with '+- 0.02 mm' behind, how well (by "
+            "default 0.05 mm).",
+        ),
+    ] = None,
     gauge: Annotated[
         Gauge | None,
         typer.Option(
@@ -97,9 +98,7 @@ def identify(
             metavar="DIR", help="Folder for calibrated.toml, results.json and report.html."
         ),
     ] = None,
-    max_iterations: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Steps after which a solver gives up.")
-    ] = 100,
+    max_iterations: MaxIterationsOption = 100,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -112,11 +111,9 @@ def identify(
     Where a probe touched a bed, heights are all that is known of the poses; the bed's plane is
     unknown then, and the tolerances are priors.
     """
-    from symkin.io.mechanism_file import load_columns
-
     if cross_validate_blocks and cross_validate is None:
         raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
-    if printed and (free or frames):
+    if printed and (unknown.free or unknown.frames):
         raise typer.BadParameter(
             "--printed leaves open where bed and ruler lay, which --free and --frames would say; "
             "hold parameters with --fixed instead"
@@ -124,10 +121,10 @@ def identify(
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
-        mapping = load_columns(columns) if columns else None
+        mapping = columns_of(columns)
         measured = symkin.read_measurements(measurements, nominal, mapping)
-        for piece in printed_lengths(printed):
-            measured = with_printed_length(nominal, measured, piece)
+        if printed is not None:
+            measured = with_printed_length(nominal, measured, printed_length_of(printed))
         with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
             target = outputs.folder(out, *JointIdentification.FILES) if out else None
             stage("identifying")
@@ -139,7 +136,7 @@ def identify(
                 loss=loss,
                 loss_per=loss_per,
                 max_iterations=max_iterations,
-                **unknowns(free, fixed, shared, prior, frames, sensor),
+                **unknown.arguments(),
                 gauge=gauge,
                 noise=None if noise == "declared" else noise,
             )
@@ -149,11 +146,65 @@ def identify(
             if target:
                 stage("writing the report")
                 found.write(target)
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        say(found.text())
-        if out:
-            say(f"\n{out / 'report.html'}")
+    print_result(found, as_json=as_json, after=out and out / "report.html")
     if not found.converged:
         not_converged(found.failure)
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
+    "symkin identify-batch 3RRR out/measurements.csv second/measurements.csv --out fleet",
+)
+def identify_batch(
+    mechanism: MechanismArgument,
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FILES...",
+            help="Measurements, CSV or Parquet: a file a robot, or one table with a column "
+            '"robot".',
+        ),
+    ],
+    columns: ColumnsOption = None,
+    estimator: EstimatorOption = "implicit",
+    use: PoseUseOption = "all",
+    loss: LossOption = "none",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the table, a row a robot, and report.html."),
+    ] = None,
+    table: Annotated[
+        Literal["csv", "parquet"], typer.Option(help="What the table is written as.")
+    ] = "csv",
+    max_iterations: MaxIterationsOption = 100,
+    threads: ThreadsOption = 0,
+    workers: WorkersOption = 1,
+    scheduler: SchedulerOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Identify many robots of one drawing into one table, a row a robot."""
+    with progress() as stage:
+        stage("reading the mechanism and the measurements")
+        nominal = symkin.load_mechanism(mechanism)
+        with OutputFiles([nominal.source, *files, columns], overwrite) as outputs:
+            target = outputs.folder(out, f"fleet.{table}", "report.html") if out else None
+            mapping = columns_of(columns)
+            robots = fleet_of_files(nominal, files, mapping)
+            stage(f"identifying {len(robots)} robots")
+            found = Fleet.of(
+                nominal,
+                robots,
+                FitOptions(estimator, use, loss, None, None, max_iterations),
+                threads=threads,
+                workers=workers,
+                scheduler=scheduler,
+            )
+            if target:
+                stage("writing the table")
+                found.write(target, table=table)
+    print_result(found, as_json=as_json, after=out and out / f"fleet.{table}")
+    failed = found.verdicts.count("failed")
+    if failed:
+        not_converged(f"{failed} of {len(found.robots)} robots; the table says why")

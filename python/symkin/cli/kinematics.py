@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 import symkin
 from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
-from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption
+from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, command
 from symkin.io.output_files import OutputFiles
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 _OUT_OF_REACH = 1
 
 
-@with_example(
+@command(
     "symkin run 3RRR --out out",
     "symkin kinematics out/calibrated.toml out/plan.csv --out out",
     "symkin kinematics out/calibrated.toml out/readings.csv --forward > taken.csv",

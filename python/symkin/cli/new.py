@@ -13,8 +13,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from symkin.cli.console import print_json, say
-from symkin.cli.help import with_example
-from symkin.cli.options import JsonOption
+from symkin.cli.options import JsonOption, command
 
 __all__ = ["list_mechanisms", "new"]
 
@@ -25,7 +24,7 @@ def _chains(incomplete: str) -> list[str]:
     return [name for name in chains() if name.startswith(incomplete)]
 
 
-@with_example('symkin new --chain "[R]RR" --legs 3 > robot.toml')
+@command('symkin new --chain "[R]RR" --legs 3 > robot.toml')
 def new(
     chain: Annotated[
         str,
@@ -57,7 +56,7 @@ def new(
     sys.stdout.write(mechanism_template(chain, legs, platform))
 
 
-@with_example("symkin list")
+@command("symkin list")
 def list_mechanisms(as_json: JsonOption = False) -> None:
     """List the mechanisms that come with symkin; their names can stand for a file."""
     from symkin.io.mechanism_file import load_mechanism, shipped_mechanisms

@@ -1,73 +1,59 @@
 # SPDX-License-Identifier: MIT
-"""``symkin plan``."""
+"""``symkin plan`` and ``symkin pose-count``: which poses to measure, and how many."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 import symkin
-from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
+from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.option_values import accuracies_of, columns_of, length_of, region_of
 from symkin.cli.options import (
+    AccuracyOption,
     CandidatesOption,
+    Choosing,
+    ChoosingForPlan,
     ColumnsOption,
-    CriterionOption,
-    DesignOption,
     JsonOption,
-    MarginSigmasOption,
     MechanismArgument,
-    MethodOption,
+    Observing,
+    OptionalEstimatorOption,
     OverwriteOption,
     PoseCountOption,
-    RowsOption,
+    PoseUseOption,
     SeedOption,
     ThreadsOption,
-)
-from symkin.cli.plan_options import AvoidOption, MinimumDistanceOption, length, regions
-from symkin.cli.unknown_options import (
-    NO_PLANE,
-    AnchorOption,
-    BaseOption,
-    FixedOption,
-    FramesOption,
-    FreeOption,
-    ObserveOption,
-    PlaneOption,
-    PointOption,
-    PriorOption,
-    SensorOption,
-    SharedOption,
-    TargetOption,
-    planned,
-    unknowns,
+    Unknown,
+    command,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.planning.probing import is_probing, write_bed_points
+from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
+from symkin.planning.observing import is_probing, write_bed_points
 
-_FILES = ("plan.csv", "plan.json", "plan.html")
+_PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
 _POINTS = "points.csv"
+_COUNT_FILES = ("pose-count.json", "pose-count.html")
 
 
-@with_example(
+@command(
     "symkin plan 3RRR --out planned",
     "symkin plan 3RRR --out orbits --design orbits --avoid y=0.3:",
     "symkin plan linear_delta --out probe --observe height",
     "symkin plan 3RRR --out seen --design mechanism --observe position --prior tolerances",
 )
 def plan(
+    *,
     mechanism: MechanismArgument,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for plan.csv, plan.json and plan.html.")
     ],
     pose_count: PoseCountOption = None,
     candidates: CandidatesOption = None,
-    design: DesignOption = "legs",
-    rows: RowsOption = "noise_aware",
-    criterion: CriterionOption = "O1",
-    method: MethodOption = "exchange",
+    choosing: ChoosingForPlan,
     required: Annotated[
         Path | None,
         typer.Option(
@@ -82,21 +68,23 @@ def plan(
         ),
     ] = None,
     columns: ColumnsOption = None,
-    observe: ObserveOption = None,
-    base: BaseOption = None,
-    target: TargetOption = None,
-    point: PointOption = None,
-    anchor: AnchorOption = None,
-    plane: PlaneOption = NO_PLANE,
-    free: FreeOption = None,
-    fixed: FixedOption = None,
-    shared: SharedOption = None,
-    prior: PriorOption = None,
-    frames: FramesOption = None,
-    sensor: SensorOption = None,
-    avoid: AvoidOption = None,
-    minimum_distance: MinimumDistanceOption = "0",
-    margin_sigmas: MarginSigmasOption = 3.0,
+    seen: Observing,
+    unknown: Unknown,
+    avoid: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="REGION",
+            help="Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
+            "an open end has no limit). May be given several times.",
+        ),
+    ] = None,
+    minimum_distance: Annotated[
+        str,
+        typer.Option(
+            metavar="LENGTH",
+            help="Between the positions of any two poses of a set, such as 0.05 or 5cm.",
+        ),
+    ] = "0",
     symmetry: Annotated[
         bool,
         typer.Option(
@@ -136,21 +124,19 @@ def plan(
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
-    from symkin.io.mechanism_file import load_columns
     from symkin.io.plans import read_pose_list
-    from symkin.io.results import write_results
 
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
-        mapping = load_columns(columns) if columns else None
+        mapping = columns_of(columns)
         needed = read_pose_list(required, loaded) if required else None
         taken = symkin.read_measurements(measured, loaded, mapping) if measured else None
-        limits = regions(avoid or [])
-        distance = length(minimum_distance, "--minimum-distance")
-        seen = planned(loaded, observe, base, target, point, anchor, plane)
-        probing = seen is not None and is_probing(loaded, seen)
-        files = (*_FILES, _POINTS) if probing else _FILES
+        limits = [region_of(text) for text in avoid or ()]
+        distance = length_of(minimum_distance, "--minimum-distance")
+        observe = seen.planned(loaded)
+        probing = observe is not None and is_probing(loaded, observe)
+        files = (*_PLAN_FILES, _POINTS) if probing else _PLAN_FILES
         with OutputFiles([loaded.source, required, measured, columns], overwrite) as outputs:
             folder = outputs.folder(out, *files)
             stage("sampling the workspace")
@@ -161,31 +147,95 @@ def plan(
                 sample,
                 pose_count,
                 seed,
-                design=design,
-                rows=rows,
-                criterion=criterion,
-                method=method,
                 required=needed,
                 measured=taken,
                 avoid=limits,
                 minimum_distance=distance,
-                margin_sigmas=margin_sigmas,
                 use_symmetry=symmetry,
                 visit=visit,
                 spares=spares,
                 time_limit=time_limit,
                 threads=threads,
-                observe=seen,
-                **unknowns(free, fixed, shared, prior, frames, sensor),
+                observe=observe,
+                **vars(choosing),
+                **unknown.arguments(),
             )
             document = {"command": "plan", **made.to_dict()}
             stage("writing the report")
             made.save(folder / "plan.csv")
             if probing:
                 write_bed_points(made, folder / _POINTS)
-            write_results(document, folder / "plan.json")
-            made.report(folder / "plan.html")
-    if as_json:
-        print_json(document)
-    else:
-        say(f"{made.text()}\n\nWritten: {', '.join(str(out / name) for name in files)}")
+            write_result(made, document, folder, "plan")
+    print_result(made, document, as_json=as_json, after=_written(out, files))
+
+
+@command(
+    "symkin pose-count 3RRR --out counted",
+    "symkin pose-count 3RRR --accuracy 0.05mm",
+)
+def pose_count(
+    *,
+    mechanism: MechanismArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for pose-count.json and pose-count.html."),
+    ] = None,
+    accuracy: AccuracyOption = None,
+    least_gain: Annotated[
+        float,
+        typer.Option(
+            metavar="SHARE",
+            help="Of the position error, that another pose must save to be worth while.",
+        ),
+    ] = 0.02,
+    estimator: OptionalEstimatorOption = None,
+    use: PoseUseOption = "all",
+    candidates: CandidatesOption = None,
+    choosing: Choosing,
+    seen: Observing,
+    unknown: Unknown,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Predict how many poses are enough.
+
+    For numbers of poses from that of a leg's parameters to ten times as many, poses are selected,
+    and the end-effector error after identification is predicted from the declared noise. With
+    --accuracy, the fewest poses are found that give it; if they are too many, what else would help.
+    With --observe, or unknowns as `symkin identify` has them, for what is observed and unknown then
+    (--design mechanism).
+    """
+    wanted = accuracies_of(accuracy)
+    with progress() as stage:
+        stage("reading the mechanism")
+        loaded = symkin.load_mechanism(mechanism)
+        with OutputFiles([loaded.source], overwrite) as outputs:
+            folder = outputs.folder(out, *_COUNT_FILES) if out else None
+            stage("sampling the workspace")
+            sample = symkin.sample_workspace(loaded, candidates, seed)
+            stage("selecting and predicting")
+            curve = pose_count_curve(
+                loaded,
+                sample,
+                seed=seed,
+                estimator=estimator,
+                poses=use,
+                least_gain=least_gain,
+                observe=seen.planned(loaded),
+                **vars(choosing),
+                **unknown.arguments(),
+            )
+            result: PoseCountCurve | NeededPoses = curve
+            if accuracy:
+                stage("looking for the number of poses")
+                result = curve.for_accuracy(*wanted)
+            document = {"command": "pose-count", **result.to_dict()}
+            if folder is not None:
+                write_result(result, document, folder, "pose-count")
+    after = _written(out, _COUNT_FILES) if out else None
+    print_result(result, document, as_json=as_json, after=after)
+
+
+def _written(folder: Path, files: Sequence[str]) -> str:
+    return f"Written: {', '.join(str(folder / name) for name in files)}"

@@ -9,10 +9,16 @@ from typing import Annotated, Literal
 
 import typer
 
-from symkin.cli.console import print_json, progress_bar, say
-from symkin.cli.help import with_example
-from symkin.cli.options import JsonOption, OverwriteOption
-from symkin.cli.plan_options import AccuracyOption, accuracies
+from symkin.cli.console import print_result, progress_bar
+from symkin.cli.option_values import accuracies_of
+from symkin.cli.options import (
+    AccuracyOption,
+    JsonOption,
+    OverwriteOption,
+    SchedulerOption,
+    WorkersOption,
+    command,
+)
 
 
 def _builtin(incomplete: str) -> list[str]:
@@ -21,7 +27,7 @@ def _builtin(incomplete: str) -> list[str]:
     return [name for name in builtin_studies() if name.startswith(incomplete)]
 
 
-@with_example(
+@command(
     "symkin study protocols --accuracy 0.05mm --workers 2 --out studied",
     "symkin study --show protocols > mine.toml",
 )
@@ -62,16 +68,8 @@ def study(
         typer.Option(metavar="N", min=1, max=10**7, help="In each cell, instead of the study's."),
     ] = None,
     accuracy: AccuracyOption = None,
-    workers: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=1, max=1024, help="Processes on this machine; more than 1 need Dask."
-        ),
-    ] = 1,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="tcp://...", help="A running Dask scheduler, whose workers compute."),
-    ] = None,
+    workers: WorkersOption = 1,
+    scheduler: SchedulerOption = None,
     format: Annotated[  # noqa: A002  # the option's name
         Literal["csv", "parquet"], typer.Option(help="Of the table, a row a robot and cell.")
     ] = "csv",
@@ -101,7 +99,7 @@ def study(
     definition = load_study(name)
     changes = {"mechanisms": tuple(mechanism) if mechanism else None, "robots": robots}
     definition = definition.replace(**{key: each for key, each in changes.items() if each})
-    wanted = accuracies(accuracy or [])
+    wanted = accuracies_of(accuracy)
     if accuracy and definition.kind != "accuracy":
         raise typer.BadParameter(
             f"goes with a study of accuracy, and {definition.name} is one of {definition.kind}",
@@ -122,8 +120,4 @@ def study(
             result = result.for_accuracy(*wanted)
         tell("writing the report", 1.0)
         report = result.write(out, overwrite=True)
-    if as_json:
-        print_json(result.to_dict())
-    else:
-        say(result.text())
-        say(f"\n{report}")
+    print_result(result, as_json=as_json, after=report)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symkin.errors import one_of
-from symkin.exports.options import Exported, ExportOptions, Loss, Written
+from symkin.exports.exported import Exported, ExportOptions, Loss, Written
 from symkin.io.output_files import OutputFiles
 from symkin.mechanism import Mechanism
 
@@ -41,17 +41,17 @@ class Format(NamedTuple):
 
 
 FORMATS = {
-    "klipper": Format("klipper", "write", "sections of printer.cfg; deltas"),
-    "marlin": Format("gcode", "write_marlin", "M665, M666; linear deltas"),
-    "reprapfirmware": Format("gcode", "write_reprapfirmware", "M665, M666; linear deltas"),
-    "linuxcnc": Format("linuxcnc", "write", "hexapods and linear deltas"),
-    "mjcf": Format("mjcf", "write", "MuJoCo, loops closed by constraints"),
-    "urdf": Format("urdf", "write", "a tree, loops cut"),
-    "sdf": Format("sdf", "write", "Gazebo, loops closed by ball joints"),
+    "klipper": Format("printers", "write_klipper", "sections of printer.cfg; deltas"),
+    "marlin": Format("firmware", "write_marlin", "M665, M666; linear deltas"),
+    "reprapfirmware": Format("firmware", "write_reprapfirmware", "M665, M666; linear deltas"),
+    "linuxcnc": Format("linuxcnc", "write_linuxcnc", "hexapods and linear deltas"),
+    "mjcf": Format("models", "write_mjcf", "MuJoCo, loops closed by constraints"),
+    "urdf": Format("models", "write_urdf", "a tree, loops cut"),
+    "sdf": Format("models", "write_sdf", "Gazebo, loops closed by ball joints"),
     "json": Format("parameters", "write_json", "parameters, units, deviations"),
     "yaml": Format("parameters", "write_yaml", "the same"),
     "c-header": Format("parameters", "write_c_header", "constants of C and C++"),
-    "table": Format("table", "write", "pose wanted, pose to command"),
+    "table": Format("table", "write_table", "pose wanted, pose to command"),
 }
 
 

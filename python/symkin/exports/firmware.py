@@ -4,23 +4,46 @@
 All of them know a linear delta by the same model: tower i stands at the radius R and an angle a_i,
 its carriage at the height ``z + sqrt(L_i^2 - (x - R cos a_i)^2 - (y - R sin a_i)^2)``, and it is
 found at the endstop. They differ in which of R, a_i and L_i may be told.
+
+M665 and M666 of Marlin and RepRapFirmware know one radius R, a trim of each tower's angle from 210,
+330 and 90 degrees, and the height H of the nozzle at the endstops. They differ in the rods (Marlin:
+one L and trims A, B, C; of RepRapFirmware an L for each) and in the sign and the mean of the
+endstops' corrections.
+Sources: Marlin 2.1 src/module/delta.cpp and gcode/calibrate/M665.cpp, M666.cpp;
+RepRapFirmware 3 src/Movement/Kinematics/LinearDeltaKinematics.cpp.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.nearest import loss_of, nearest, workspace_poses
-from symkin.exports.options import ExportOptions, Loss
+from symkin.exports.exported import (
+    ExportOptions,
+    Loss,
+    Written,
+    loss_of,
+    named_columns,
+    nearest,
+    workspace_poses,
+)
 from symkin.legs import Leg
 from symkin.mechanism import Mechanism
 
-__all__ = ["LinearDelta", "endstop_readings", "linear_delta", "mm", "require_delta"]
+__all__ = [
+    "LinearDelta",
+    "endstop_readings",
+    "gain_notes",
+    "linear_delta",
+    "mm",
+    "require_delta",
+    "write_marlin",
+    "write_reprapfirmware",
+]
 
 Array = NDArray[np.float64]
 
@@ -103,6 +126,15 @@ def mm(length: float) -> str:
     return f"{round(length * 1e3, _DIGITS) + 0.0:.{_DIGITS}f}"
 
 
+def gain_notes(drives: Iterable[str], gains: Iterable[float], change: str) -> list[str]:
+    """What a person must change in the drives, since they count another way than they go."""
+    return [
+        f"{drive}: {change} by {gain:.8f}, or the errors are larger than said here"
+        for drive, gain in zip(drives, gains, strict=True)
+        if abs(gain - 1) > 1e-9
+    ]
+
+
 def require_delta(mechanism: Mechanism, chain: str, unit: str, kind: str, firmware: str) -> None:
     """Refuse a robot that is no delta, or whose drives count something else."""
     found = f"{len(mechanism.legs)} legs {mechanism.chain}, {mechanism.pose_space}"
@@ -171,7 +203,7 @@ def linear_delta(
         What is lost with it.
     """
     require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
-    own = {name: mechanism.parameters[:, k] for k, name in enumerate(mechanism.parameter_names)}
+    own = named_columns(mechanism)
     tilts = np.hypot(own["guide_elevation"] - np.pi / 2, own["guide_swing"])
     if tilts.max() > _UPRIGHT or set(mechanism.working_modes) != {-1}:
         raise SymkinError(
@@ -198,7 +230,7 @@ def linear_delta(
     poses = workspace_poses(mechanism)
     model = mechanism.replace(legs=start.legs(readings), symmetry=None, deviations=None)
     model = nearest(mechanism, model, unknowns, poses)
-    found = {name: model.parameters[:, k] for k, name in enumerate(model.parameter_names)}
+    found = named_columns(model)
     values = LinearDelta(
         float(found["base_radius"][0]),
         found["base_azimuth"],
@@ -213,3 +245,56 @@ def linear_delta(
         )
     values = values.rounded()
     return values, loss_of(mechanism, model.replace(legs=values.legs(readings)), poses)
+
+
+_NOMINAL_ANGLES = np.array([210.0, 330.0, 90.0])
+_RODS = (
+    "A, B and C are trims of single rods: Marlin 2.1 knows them, older versions may take B for the "
+    "radius that is probed"
+)
+
+
+def write_marlin(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """Write a linear delta as commands for Marlin, whose carriages come down by M666 after homing.
+
+    With the carriages there the nozzle is at the height H in the middle of the bed, so that H is
+    the least height and no correction is positive.
+    """
+    delta, loss = linear_delta(mechanism, options, "Marlin")
+    rod, height = float(np.mean(delta.arms)), float(delta.heights.min())
+    trims = [mm(arm - float(mm(rod)) / 1e3) for arm in delta.arms]
+    rods, notes = f"L{mm(rod)}", tuple[str, ...]()
+    if any(float(trim) for trim in trims):
+        rods += f" A{trims[0]} B{trims[1]} C{trims[2]}"
+        notes = (_RODS,)
+    return _written(delta, loss, rods, height, height - delta.heights, "M500 ; keep it", notes)
+
+
+def write_reprapfirmware(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """Write a linear delta as commands for RepRapFirmware 2.03 or later.
+
+    Its corrections are what an endstop is higher than the mean.
+    """
+    delta, loss = linear_delta(mechanism, options, "RepRapFirmware")
+    rods = "L" + ":".join(mm(arm) for arm in delta.arms)
+    height = float(np.mean(delta.heights))
+    last = "; these lines belong into config.g"
+    return _written(delta, loss, rods, height, delta.heights - height, last)
+
+
+def _written(
+    delta: LinearDelta,
+    loss: Loss,
+    rods: str,
+    height: float,
+    stops: NDArray[np.float64],
+    last: str,
+    above: tuple[str, ...] = (),
+) -> Written:
+    trims = (delta.degrees - _NOMINAL_ANGLES + 180) % 360 - 180
+    x, y, z = (f"{trim:.6f}" for trim in np.round(trims, 6) + 0.0)
+    notes = (*above, *gain_notes("XYZ", delta.gains, "divide its steps per mm (M92)"))
+    lines = [f"; {note}" for note in notes]
+    lines.append(f"M665 {rods} R{mm(delta.radius)} H{mm(height)} X{x} Y{y} Z{z}")
+    lines.append(f"M666 X{mm(stops[0])} Y{mm(stops[1])} Z{mm(stops[2])}")
+    return Written("\n".join([*lines, last]) + "\n", notes, loss)

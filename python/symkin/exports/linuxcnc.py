@@ -11,18 +11,18 @@ from __future__ import annotations
 import numpy as np
 
 from symkin.errors import SymkinError
-from symkin.exports.firmware import linear_delta, mm
-from symkin.exports.options import ExportOptions, Written
+from symkin.exports.exported import ExportOptions, Written
+from symkin.exports.firmware import gain_notes, linear_delta, mm
 from symkin.exports.structure import structure_of
 from symkin.mechanism import Mechanism
 
-__all__ = ["write"]
+__all__ = ["write_linuxcnc"]
 
 _TOWERS = np.radians([90.0, 210.0, 330.0])
 _NEAR = np.radians(30)
 
 
-def write(mechanism: Mechanism, options: ExportOptions) -> Written:
+def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
     """Write a hexapod or a linear delta as HAL commands, and what the ini file has to say."""
     if mechanism.chain == "[P]US" and mechanism.pose_space == "translating":
         return _delta(mechanism, options)
@@ -75,11 +75,7 @@ def _delta(mechanism: Mechanism, options: ExportOptions) -> Written:
         leg = int(np.flatnonzero(towers == joint)[0])
         lines.append(f"# [JOINT_{joint}] HOME_OFFSET = {mm(delta.endstops[leg])}")
         notes.append(f"Joint {joint} is leg {leg + 1}")
-        if abs(delta.gains[leg] - 1) > 1e-9:
-            notes.append(
-                f"Joint {joint}: divide its SCALE by {delta.gains[leg]:.8f}, or the errors are "
-                "larger than said here"
-            )
+        notes += gain_notes([f"Joint {joint}"], delta.gains[leg : leg + 1], "divide its SCALE")
     above = [f"# {note}." for note in notes]
     return Written("\n".join([*above, *lines]) + "\n", tuple(notes), loss)
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from symkin.exports.options import ExportOptions, Written
+from symkin.exports.exported import ExportOptions, Written
 from symkin.mechanism import Mechanism
 
 __all__ = ["write_c_header", "write_json", "write_yaml"]

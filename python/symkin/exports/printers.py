@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Printers read from Klipper's printer.cfg, with what DELTA_CALIBRATE recorded.
+"""Klipper's printer.cfg, written of linear and rotary deltas, and read of linear ones.
 
-Klipper keeps, at the end of the file, how many steps below its endstop each carriage stood where
-the probe met the bed (``heightN_pos`` of ``[delta_calibrate]``), and the height of the nozzle there
-(``heightN``): readings and heights. See klippy/extras/delta_calibrate.py.
+https://www.klipper3d.org/Config_Reference.html, klippy/kinematics/delta.py and rotary_delta.py:
+a linear delta has one radius, and an angle, arm and endstop for each tower; a rotary one a shoulder
+radius and height, and an angle, two arms and an endstop for each.
+
+Klipper keeps what DELTA_CALIBRATE recorded at the end of the file: how many steps below its endstop
+each carriage stood where the probe met the bed (``heightN_pos`` of ``[delta_calibrate]``), and the
+height of the nozzle there (``heightN``): readings and heights. See
+klippy/extras/delta_calibrate.py.
 """
 
 from __future__ import annotations
@@ -16,11 +21,27 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.firmware import LinearDelta
-from symkin.exports.klipper import TOWERS
+from symkin.exports.exported import (
+    ExportOptions,
+    Written,
+    loss_of,
+    named_columns,
+    nearest,
+    workspace_poses,
+)
+from symkin.exports.firmware import (
+    LinearDelta,
+    endstop_readings,
+    gain_notes,
+    linear_delta,
+    mm,
+    require_delta,
+)
 from symkin.io.tables import file_bytes
+from symkin.legs import Leg
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
@@ -33,7 +54,120 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 
-__all__ = ["Imported", "import_printer"]
+__all__ = ["Imported", "import_printer", "write_klipper"]
+
+_TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
+_FORMAT = "Klipper"
+_MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
+_TILT = np.radians(10)
+
+
+def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """Write a linear or rotary delta as sections of a printer.cfg."""
+    if mechanism.chain == "[R]US":
+        return _rotary(mechanism, options)
+    delta, loss = linear_delta(mechanism, options, _FORMAT)
+    lines = ["[printer]", "kinematics: delta", f"delta_radius: {mm(delta.radius)}", ""]
+    for tower, angle, arm, height in zip(
+        _TOWERS, delta.degrees, delta.arms, delta.heights, strict=True
+    ):
+        lines += [f"[{tower}]", f"angle: {angle:.6f}", f"arm_length: {mm(arm)}"]
+        lines += [f"position_endstop: {mm(height)}", ""]
+    lines += ["[delta_calibrate]", f"radius: {mm(_probed_radius(mechanism))}"]
+    notes = (_MERGE, *gain_notes(_TOWERS, delta.gains, "multiply rotation_distance"))
+    return Written(_commented(notes, lines), notes, loss)
+
+
+def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """A rotary delta: the crank's axis level and tangential, an angle that turns up positive."""
+    require_delta(mechanism, "[R]US", "rad", "rotary deltas", _FORMAT)
+    own = named_columns(mechanism)
+    tilts = np.hypot(own["axis_elevation"], own["axis_swing"])
+    turned = np.abs(np.sin(own["axis_azimuth"] - own["base_azimuth"]))
+    if max(tilts.max(), turned.max()) > _TILT or set(mechanism.working_modes) != {1}:
+        raise SymkinError(
+            f"{_FORMAT} knows cranks whose axes are level and tangential, with the elbows "
+            "outwards; expected axis_elevation and axis_swing near 0 and working_mode 1 in every "
+            f'leg of "{mechanism.name}"'
+        )
+    poses = workspace_poses(mechanism)
+    assert mechanism.workspace is not None
+    # Klipper's bed is at 0, below the shoulders; a robot that hangs from its origin has its bed
+    # where the workspace ends.
+    bed = 0.0 if own["base_height"].min() > 0 else float(mechanism.workspace.lower[2])
+    every = range(3)
+    level = {"axis_elevation": 0.0, "axis_swing": 0.0}
+    radius, height = float(own["base_radius"].mean()), float(own["base_height"].mean())
+    legs = []
+    for leg, given in zip(every, mechanism.legs, strict=True):
+        # The direction of an axis is counted from its base point here.
+        azimuth = {"axis_azimuth": own["base_azimuth"][leg]}
+        same = {"base_radius": radius, "base_height": height}
+        legs.append(Leg("[R]US", {**given.parameters, **level, **azimuth, **same}, 1))
+    unknowns = [[(leg, name) for leg in every] for name in ("base_radius", "base_height")]
+    single = ("proximal_length", "distal_length", "sensor_offset", "sensor_gain")
+    unknowns += [[(leg, name)] for leg in every for name in single]
+    unknowns += [[(leg, "base_azimuth"), (leg, "axis_azimuth")] for leg in every]
+    start = mechanism.replace(legs=legs, symmetry=None, deviations=None)
+    model = nearest(mechanism, start, unknowns, poses)
+    found = named_columns(model)
+    limits = mechanism.joint_limits
+    # Cranks turn up to their endstops, which is towards smaller angles.
+    readings = endstop_readings(mechanism, options, limits.lower)
+    raised = -(found["sensor_offset"] + found["sensor_gain"] * readings)
+    radius, height = float(found["base_radius"][0]), float(found["base_height"][0]) - bed
+    if min(radius, height) <= 0:
+        raise SymkinError(
+            f'the shoulders of "{mechanism.name}" are {radius:g} m from the middle and '
+            f"{height:g} m above the bed; {_FORMAT} wants both positive"
+        )
+    crank, rod = found["proximal_length"], found["distal_length"]
+    heights = _nozzle_heights(radius, height, crank, rod, raised)
+    lines = ["[printer]", "kinematics: rotary_delta", f"shoulder_radius: {mm(radius)}"]
+    lines += [f"shoulder_height: {mm(height)}", ""]
+    for leg, tower in enumerate(_TOWERS):
+        lines += [
+            f"[{tower}]",
+            f"angle: {np.degrees(found['base_azimuth'][leg]) % 360:.6f}",
+        ]
+        lines += [f"upper_arm_length: {mm(crank[leg])}", f"lower_arm_length: {mm(rod[leg])}"]
+        lines += [f"position_endstop: {mm(heights[leg])}", ""]
+    shift = f"z in Klipper is z here + {mm(-bed)} mm"
+    gains = gain_notes(_TOWERS, found["sensor_gain"], "divide its gear_ratio")
+    notes = (_MERGE, shift, *gains)
+    return Written(_commented(notes, lines), notes, loss_of(mechanism, model, poses))
+
+
+def _nozzle_heights(
+    radius: float,
+    height: float,
+    crank: NDArray[np.float64],
+    rod: NDArray[np.float64],
+    raised: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Height of a nozzle in the middle with each crank raised so far, its elbow above."""
+    across = radius + crank * np.cos(raised)
+    if (np.abs(across) > rod).any():
+        raise SymkinError(
+            "with a crank at its endstop the nozzle does not reach the middle of the bed; "
+            f"{_FORMAT} wants its height there"
+        )
+    return np.asarray(height + crank * np.sin(raised) - np.sqrt(rod**2 - across**2))
+
+
+def _probed_radius(mechanism: Mechanism) -> float:
+    """Radius of the largest circle about the middle that the workspace's box has room for."""
+    assert mechanism.workspace is not None  # or nothing could be fitted
+    lower, upper = mechanism.workspace.lower[:2], mechanism.workspace.upper[:2]
+    room = min(*(-each for each in lower), *upper)
+    if room <= 0:
+        raise SymkinError("the middle of the bed is not in the workspace; Klipper probes around it")
+    return room
+
+
+def _commented(notes: tuple[str, ...], lines: list[str]) -> str:
+    return "\n".join([*(f"# {note}." for note in notes), "", *lines]) + "\n"
+
 
 _SAVED = "#*#"  # begins the lines that SAVE_CONFIG writes
 _ANGLES = (210.0, 330.0, 90.0)
@@ -95,14 +229,13 @@ def import_printer(path: str | os.PathLike[str]) -> Imported:
     first = [
         config.number("stepper_a", name, above=0.0) for name in ("arm_length", "position_endstop")
     ]
-    towers = [f"stepper_{tower}" for tower in TOWERS]
     arms = np.array(
-        [config.number(tower, "arm_length", first[0], above=radius) for tower in towers]
+        [config.number(tower, "arm_length", first[0], above=radius) for tower in _TOWERS]
     )
     heights = np.array(
-        [config.number(tower, "position_endstop", first[1], above=0.0) for tower in towers]
+        [config.number(tower, "position_endstop", first[1], above=0.0) for tower in _TOWERS]
     )
-    angles = [config.number(t, "angle", each) for t, each in zip(towers, _ANGLES, strict=True)]
+    angles = [config.number(t, "angle", each) for t, each in zip(_TOWERS, _ANGLES, strict=True)]
     delta = LinearDelta(
         radius * 1e-3,
         np.radians(angles),
@@ -112,7 +245,7 @@ def import_printer(path: str | os.PathLike[str]) -> Imported:
     )
     printed = config.number("printer", "print_radius", radius, above=0.0)
     notes = [*config.notes, _ASSUMED]
-    measurements, skipped = _records(config, towers)
+    measurements, skipped = _records(config)
     if skipped:
         notes.append(
             f"{skipped} distances of printed objects were not read: symkin knows distances from "
@@ -152,7 +285,7 @@ def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
     )
 
 
-def _records(config: _Config, towers: list[str]) -> tuple[Measurements | None, int]:
+def _records(config: _Config) -> tuple[Measurements | None, int]:
     """What was probed, and how many distances there are besides."""
     section = "delta_calibrate"
     heights, steps = [], []
@@ -163,7 +296,7 @@ def _records(config: _Config, towers: list[str]) -> tuple[Measurements | None, i
     skipped = sum(1 for _ in config.numbered(section, "distance"))
     if not heights:
         return None, skipped
-    ways = np.array([_step(config, tower) for tower in towers])
+    ways = np.array([_step(config, tower) for tower in _TOWERS])
     # Steps count downwards from the endstop; zero is no negative zero.
     readings = -np.array(steps) * ways * 1e-3 + 0.0
     unknown = np.full((len(heights), 3), np.nan)
@@ -246,8 +379,8 @@ class _Config:
     def triple(self, section: str, option: str) -> tuple[float, ...]:
         """Three numbers with commas between them."""
         parts = self.text(section, option).split(",")
-        if len(parts) != len(TOWERS):
-            raise self.error(section, option, f"has {len(parts)} numbers; expected {len(TOWERS)}")
+        if len(parts) != len(_TOWERS):
+            raise self.error(section, option, f"has {len(parts)} numbers; expected {len(_TOWERS)}")
         return tuple(self._float(section, option, part) for part in parts)
 
     def numbered(self, section: str, prefix: str) -> Iterator[str]:

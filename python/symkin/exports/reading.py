@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.exports.options import MARK
+from symkin.exports.exported import MARK
 from symkin.exports.printers import Imported, import_printer
 from symkin.io.tables import file_bytes
 from symkin.legs import Leg

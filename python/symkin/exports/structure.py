@@ -7,12 +7,13 @@ closed again by constraints. A leg is such a branch, and so is the platform.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError, SymkinError
 from symkin.exports.bodies import Body, Closure, Joint, Structure
-from symkin.exports.branches import LEGS, platform_point
 from symkin.frames import transforms
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
@@ -20,6 +21,10 @@ from symkin.mechanism import Mechanism
 __all__ = ["structure_of"]
 
 Array = NDArray[np.float64]
+# Bodies, the end in the frame of the last, and the values of passive joints.
+_Leg = tuple[list[Body], Array, dict[str, Array]]
+
+_X, _Y, _Z = np.eye(3)
 
 
 def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Structure:
@@ -96,3 +101,172 @@ def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
         joints = tuple(moving)
         values = {joint.name: rows[:, column] for column, joint in enumerate(joints)}
     return Body("platform", "", np.zeros(3), np.eye(3), joints, np.zeros(3)), values
+
+
+def platform_point(own: Mapping[str, float]) -> Array:
+    """The point of the platform that a leg holds, in the platform's frame."""
+    if "platform_radius" not in own:
+        return np.zeros(3)
+    return _point(own, "platform")
+
+
+def _point(own: Mapping[str, float], end: str) -> Array:
+    """A point that is given by a radius and angles, as its chain has them."""
+    radius = own[f"{end}_radius"]
+    if f"{end}_angle" in own:
+        return radius * _rho(own[f"{end}_angle"])
+    azimuth = own[f"{end}_azimuth"]
+    if f"{end}_polar_angle" in own:
+        polar = own[f"{end}_polar_angle"]
+        return np.asarray(radius * (np.sin(polar) * _rho(azimuth) + np.cos(polar) * _Z))
+    return np.asarray(radius * _rho(azimuth) + own[f"{end}_height"] * _Z)
+
+
+def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[R]RR."""
+    crank, rod = own["proximal_length"], own["distal_length"]
+    zero = own["sensor_offset"]
+    active = Joint(f"{name}_active", "hinge", _Z)
+    proximal = Body(
+        f"{name}_proximal", "", _point(own, "base"), _about_z(zero), (active,), crank * _X
+    )
+    angles = zero + travel
+    links = ends - proximal.position - crank * _rho(angles)
+    distal, values = _hinged(name, "distal", proximal, crank * _X, rod, links, angles)
+    return [proximal, distal], rod * _X, values
+
+
+def _slider_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[P]RR: the guide runs along the normal of the direction to its foot."""
+    rod, along = own["distal_length"], _rho(own["base_angle"] + np.pi / 2)
+    start = _point(own, "base") + own["sensor_offset"] * along
+    active = Joint(f"{name}_active", "slide", along)
+    slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
+    links = ends - start - np.outer(travel, along)
+    distal, values = _hinged(name, "distal", slider, np.zeros(3), rod, links, np.zeros(len(travel)))
+    return [slider, distal], rod * _X, values
+
+
+def _strut_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """R[P]R."""
+    base = _point(own, "base")
+    links = ends - base
+    ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
+    length = float(np.linalg.norm(links[0]))
+    lower, values = _hinged(name, "lower", ground, base, length / 2, links, np.zeros(len(travel)))
+    active = Joint(f"{name}_active", "slide", _X)
+    start = own["sensor_offset"] * _X
+    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _X)
+    return [lower, upper], np.zeros(3), values
+
+
+def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
+    """U[P]S."""
+    base = _point(own, "base")
+    links = ends - base
+    ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
+    length = float(np.linalg.norm(links[0]))
+    lower, values = _universal(name, "lower", ground, base, length / 2, links)
+    active = Joint(f"{name}_active", "slide", _Z)
+    start = own["sensor_offset"] * _Z
+    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _Z)
+    return [lower, upper], np.zeros(3), values
+
+
+def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[P]US."""
+    rod = own["distal_length"]
+    elevation, swing = own["guide_elevation"], own["guide_swing"]
+    rho, tau = _rho(own["guide_azimuth"]), _rho(own["guide_azimuth"] + np.pi / 2)
+    along = np.cos(swing) * (np.cos(elevation) * rho + np.sin(elevation) * _Z)
+    along = along + np.sin(swing) * tau
+    start = _point(own, "base") + own["sensor_offset"] * along
+    active = Joint(f"{name}_active", "slide", along)
+    slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
+    links = ends - start - np.outer(travel, along)
+    distal, values = _universal(name, "distal", slider, np.zeros(3), rod, links)
+    return [slider, distal], rod * _Z, values
+
+
+def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[R]US: the crank's frame has x along the crank at the angle zero, z along the axis."""
+    crank, rod = own["proximal_length"], own["distal_length"]
+    elevation, swing = own["axis_elevation"], own["axis_swing"]
+    rho, tau = _rho(own["axis_azimuth"]), _rho(own["axis_azimuth"] + np.pi / 2)
+    level = np.cos(elevation) * tau + np.sin(elevation) * _Z
+    axis = np.cos(swing) * level + np.sin(swing) * rho
+    start = np.cos(swing) * rho - np.sin(swing) * level
+    frame = np.column_stack([start, np.cross(axis, start), axis])
+    zero = own["sensor_offset"]
+    active = Joint(f"{name}_active", "hinge", _Z)
+    base = _point(own, "base")
+    proximal = Body(f"{name}_proximal", "", base, frame @ _about_z(zero), (active,), crank * _X)
+    turned = frame @ _about_z(zero + travel)
+    links = ends - base - crank * turned[:, :, 0]
+    local = np.einsum("nji,nj->ni", turned, links)
+    distal, values = _universal(name, "distal", proximal, crank * _X, rod, local)
+    return [proximal, distal], rod * _Z, values
+
+
+LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
+    "[R]RR": _crank_in_plane,
+    "[P]RR": _slider_in_plane,
+    "R[P]R": _strut_in_plane,
+    "U[P]S": _strut,
+    "[P]US": _slider,
+    "[R]US": _crank,
+}
+
+
+def _hinged(
+    name: str, what: str, parent: Body, place: Array, length: float, links: Array, turned: Array
+) -> tuple[Body, dict[str, Array]]:
+    """A link along x in the plane, whose hinge is at zero at home, and its angles.
+
+    `links` are its directions in the base frame, `turned` the angles of its parent there.
+    """
+    angles = np.arctan2(links[:, 1], links[:, 0]) - turned
+    joint = Joint(f"{name}_passive", "hinge", _Z)
+    body = Body(f"{name}_{what}", parent.name, place, _about_z(angles[0]), (joint,), length * _X)
+    return body, {joint.name: _wrapped(angles - angles[0])}
+
+
+def _universal(
+    name: str, what: str, parent: Body, place: Array, length: float, links: Array
+) -> tuple[Body, dict[str, Array]]:
+    """A link along z on a universal joint that is at zero at home, and its two angles.
+
+    `links` are its directions in the parent's frame. The angle about x, then y, of a direction
+    (x, y, z) in the frame at home: x is the sine of the second, (-y, z) has the first.
+    """
+    directions = links / np.linalg.norm(links, axis=1, keepdims=True)
+    frame = _with_z(directions[0])
+    x, y, z = (directions @ frame).T
+    names = f"{name}_passive_x", f"{name}_passive_y"
+    joints = Joint(names[0], "hinge", _X), Joint(names[1], "hinge", _Y)
+    body = Body(f"{name}_{what}", parent.name, place, frame, joints, length * _Z)
+    return body, {names[0]: np.arctan2(-y, z), names[1]: np.arctan2(x, np.hypot(y, z))}
+
+
+def _with_z(direction: Array) -> Array:
+    """A rotation whose third column is a unit vector."""
+    across = _X if abs(direction[0]) < 0.7 else _Y
+    first = np.cross(across, direction)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(direction, first), direction])
+
+
+def _rho(angle: float | Array) -> Array:
+    """Horizontal unit vectors, shape (..., 3)."""
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+
+
+def _about_z(angle: float | Array) -> Array:
+    """Rotations about z, shape (..., 3, 3)."""
+    return np.stack(
+        [_rho(angle), _rho(angle + np.pi / 2), np.broadcast_to(_Z, (*np.shape(angle), 3))], axis=-1
+    )
+
+
+def _wrapped(angles: Array) -> Array:
+    return np.asarray(np.arctan2(np.sin(angles), np.cos(angles)))

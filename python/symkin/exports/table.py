@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
-from symkin.exports.nearest import workspace_poses
-from symkin.exports.options import ExportOptions, Loss, Written
+from symkin.exports.exported import ExportOptions, Loss, Written, workspace_poses
 from symkin.frames import transforms
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import poses_from_bounds, vectors_from_rotations
 from symkin.workspace.sample import workspace_coordinates
 
-__all__ = ["write"]
+__all__ = ["write_table"]
 
 Array = NDArray[np.float64]
 
@@ -33,7 +32,7 @@ _GRID = {2: 21, 3: 21, 6: 5}  # poses along each coordinate, by how many there a
 _MOST = 10**6
 
 
-def write(mechanism: Mechanism, options: ExportOptions) -> Written:
+def write_table(mechanism: Mechanism, options: ExportOptions) -> Written:
     """Write a CSV: pose wanted, then pose to command; what is out of reach has no row."""
     nominal = options.nominal
     if nominal is None:

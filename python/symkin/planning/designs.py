@@ -63,18 +63,18 @@ class Task:
 
     Attributes
     ----------
+    mechanism : Mechanism
+        The nominal one.
     leg : int or None
         The leg, from 0, whose parameters it shows; None for those of all legs.
     sets : tuple of (int, tuple of SymmetryElement)
         The sets that it gives: the leg (from 0; -1 for all legs) and the elements that carry each
         chosen pose into the set.
-    rows_per_pose : int
-        Rows of the identification matrix that a candidate brings.
     """
 
+    mechanism: Mechanism
     leg: int | None
     sets: tuple[tuple[int, tuple[SymmetryElement, ...]], ...]
-    rows_per_pose: int
 
     @property
     def elements(self) -> tuple[SymmetryElement, ...]:
@@ -87,69 +87,63 @@ class Task:
         return any(len(elements) > 1 for _, elements in self.sets)
 
     def candidate_rows(
-        self, mechanism: Mechanism, poses: NDArray[np.float64], kind: RowKind
+        self, poses: NDArray[np.float64], kind: RowKind
     ) -> NDArray[np.float64] | LegRows:
         """Rows that candidates bring to a selection; those of one leg need not be held."""
         if self.leg is None:
-            return mechanism_rows(mechanism, poses, kind)
+            return mechanism_rows(self.mechanism, poses, kind)
         orbit = self.elements if self.is_orbit else ("r0",)
-        return LegRows(mechanism, self.leg, poses, kind, orbit=orbit)
+        return LegRows(self.mechanism, self.leg, poses, kind, orbit=orbit)
 
-    def rows(
-        self, mechanism: Mechanism, poses: NDArray[np.float64], kind: RowKind
-    ) -> NDArray[np.float64]:
-        """The same as an array, shape (n, rows_per_pose, p)."""
+    def rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
+        """The same as an array, shape (n, rows, p)."""
         if self.leg is None or not self.is_orbit:
-            return self.measured_rows(mechanism, poses, kind)
-        images = [map_poses(mechanism, element, poses) for element in self.elements]
+            return self.measured_rows(poses, kind)
+        images = [map_poses(self.mechanism, element, poses) for element in self.elements]
         return np.stack(
-            [observability_rows(mechanism, self.leg, image, kind) for image in images], axis=1
+            [observability_rows(self.mechanism, self.leg, image, kind) for image in images], axis=1
         )
 
-    def measured_rows(
-        self, mechanism: Mechanism, poses: NDArray[np.float64], kind: RowKind
-    ) -> NDArray[np.float64]:
+    def measured_rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
         """Rows of poses that are measured as they are, without images, shape (n, r, p)."""
         if self.leg is None:
-            return mechanism_rows(mechanism, poses, kind)
-        return observability_rows(mechanism, self.leg, poses, kind)[:, None, :]
+            return mechanism_rows(self.mechanism, poses, kind)
+        return observability_rows(self.mechanism, self.leg, poses, kind)[:, None, :]
 
-    def parameter_names(self, mechanism: Mechanism) -> tuple[str, ...]:
+    def parameter_names(self) -> tuple[str, ...]:
         """Names of the columns of its rows."""
         if self.leg is not None:
-            return mechanism.estimated_names(self.leg)
+            return self.mechanism.estimated_names(self.leg)
         return tuple(
             f"leg {leg + 1} {name}"
-            for leg in range(len(mechanism.legs))
-            for name in mechanism.estimated_names(leg)
+            for leg in range(len(self.mechanism.legs))
+            for name in self.mechanism.estimated_names(leg)
         )
 
-    def scale(self, mechanism: Mechanism) -> NDArray[np.float64]:
+    def scale(self) -> NDArray[np.float64]:
         """A typical size of an error in each column: its tolerance."""
-        return parameter_tolerances(mechanism)[self._identified(mechanism)]
+        return parameter_tolerances(self.mechanism)[self._identified()]
 
-    def error_weight(self, mechanism: Mechanism, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def error_weight(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
         """B of the expected squared error, see `symkin.observability.error_weight`."""
-        own = np.flatnonzero(self._identified(mechanism))
-        return error_weight(mechanism, poses)[np.ix_(own, own)]
+        own = np.flatnonzero(self._identified())
+        return error_weight(self.mechanism, poses)[np.ix_(own, own)]
 
-    def _identified(self, mechanism: Mechanism) -> NDArray[np.bool_]:
+    def _identified(self) -> NDArray[np.bool_]:
         """Which parameters its rows have columns for, shape (legs, p)."""
-        identified = np.array(mechanism.is_estimated)
+        identified = np.array(self.mechanism.is_estimated)
         if self.leg is not None:
             identified[np.arange(len(identified)) != self.leg] = False
         return identified
 
-    def prior(
-        self, mechanism: Mechanism, measured: Measurements | None, kind: RowKind
-    ) -> NDArray[np.float64] | None:
+    def prior(self, measured: Measurements | None, kind: RowKind) -> NDArray[np.float64] | None:
         """Information of what is measured already; rows that miss a reading do not count."""
         if measured is None:
             return None
         readings = measured.readings if self.leg is None else measured.readings[:, [self.leg]]
         measured.require_complete()
         complete = np.isfinite(readings).all(axis=1)
-        rows = self.measured_rows(mechanism, measured.poses[complete], kind)
+        rows = self.measured_rows(measured.poses[complete], kind)
         rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
         return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
 
@@ -187,17 +181,17 @@ def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) ->
 def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
     if not use_symmetry:
         identity = _identity(mechanism)
-        return [Task(leg, ((leg, (identity,)),), 1) for leg in range(len(mechanism.legs))]
+        return [Task(mechanism, leg, ((leg, (identity,)),)) for leg in range(len(mechanism.legs))]
     carriers = leg_carriers(mechanism)
     return [
         Task(
+            mechanism,
             reference,
             tuple(
                 (leg, (element,))
                 for leg, (origin, element) in enumerate(carriers)
                 if origin == reference
             ),
-            1,
         )
         for reference in sorted({origin for origin, _ in carriers})
     ]
@@ -210,11 +204,11 @@ def _orbit_task(mechanism: Mechanism) -> Task:
             f'mechanism "{mechanism.name}" has legs that are not images of leg 1, so no orbit of '
             'poses serves all legs; choose the design "legs" or "mechanism"'
         )
-    return Task(0, ((ALL_LEGS, tuple(elements)),), len(elements))
+    return Task(mechanism, 0, ((ALL_LEGS, tuple(elements)),))
 
 
 def _mechanism_task(mechanism: Mechanism) -> Task:
-    return Task(None, ((ALL_LEGS, (_identity(mechanism),)),), len(mechanism.legs))
+    return Task(mechanism, None, ((ALL_LEGS, (_identity(mechanism),)),))
 
 
 def _identity(mechanism: Mechanism) -> SymmetryElement:
@@ -285,7 +279,6 @@ def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -
 
 
 def allowed_candidates(
-    mechanism: Mechanism,
     task: Task,
     poses: NDArray[np.float64],
     conditions: NDArray[np.float64] | None,
@@ -303,7 +296,6 @@ def allowed_candidates(
         return np.concatenate(
             [
                 allowed_candidates(
-                    mechanism,
                     task,
                     poses[block],
                     None if conditions is None else conditions[block],
@@ -313,6 +305,7 @@ def allowed_candidates(
                 for block in blocks
             ]
         )
+    mechanism = task.mechanism
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
     if settings is not None and kept.reach_margin > least_reach_margin(mechanism):

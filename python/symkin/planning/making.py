@@ -25,9 +25,16 @@ from symkin.planning.designs import (
     clearance,
     design_tasks,
 )
-from symkin.planning.observing import ObservedTask, Observing, Survey, Unknowns
+from symkin.planning.observing import (
+    ObservedTask,
+    Observing,
+    Survey,
+    Unknowns,
+    is_probing,
+    on_the_bed,
+    probing_unknowns,
+)
 from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
-from symkin.planning.probing import is_probing, on_the_bed, probing_unknowns
 from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
 from symkin.planning.visiting import visiting_order
 from symkin.symmetry import SymmetryElement, map_poses
@@ -322,11 +329,9 @@ class _Chosen:
 
 def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     """Select the poses of a task and their spares."""
-    mechanism, required = demands.mechanism, demands.required
+    required = demands.required
     conditions = None if demands.sample is None else demands.sample.conditions
-    allowed = allowed_candidates(
-        mechanism, task, demands.candidates, conditions, demands.avoid, kept
-    )
+    allowed = allowed_candidates(task, demands.candidates, conditions, demands.avoid, kept)
     excluded = int(np.count_nonzero(~allowed))
     if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
         raise SymkinError(
@@ -341,11 +346,11 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         poses = np.concatenate([poses, required])
         allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
     numbers = np.arange(len(demands.candidates), len(poses), dtype=np.intp)
-    rows = task.candidate_rows(mechanism, poses, demands.rows)
+    rows = task.candidate_rows(poses, demands.rows)
     wanted = demands.count
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
-    prior = task.prior(mechanism, demands.measured, demands.rows)
+    prior = task.prior(demands.measured, demands.rows)
     selection = _select(
         demands,
         task,
@@ -359,7 +364,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         prior=prior,
         time_limit=demands.time_limit,
         threads=demands.threads,
-        parameter_names=task.parameter_names(mechanism),
+        parameter_names=task.parameter_names(),
         **_distances(demands, poses),
         **_criterion_settings(demands, task),
     )
@@ -395,10 +400,10 @@ def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
 
 
 def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:
-    scale = task.scale(demands.mechanism)
+    scale = task.scale()
     if demands.criterion != "expected_error":
         return {"scale": scale}
-    weight = task.error_weight(demands.mechanism, thinned(demands.candidates))
+    weight = task.error_weight(thinned(demands.candidates))
     return {"scale": scale, "error_weight": weight}
 
 
@@ -420,7 +425,7 @@ def _spares(
     mechanism = demands.mechanism
     few = np.flatnonzero(allowed)[:: -(-len(poses) // _THINNED)]
     some = np.unique(np.concatenate([chosen, few]))
-    rows = task.rows(mechanism, poses[some], demands.rows)
+    rows = task.rows(poses[some], demands.rows)
     limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
     safe = mechanism.singularity_measures(poses[some])[2] <= limit
     is_chosen = np.isin(some, chosen)

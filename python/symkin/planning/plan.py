@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,6 @@ from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
     from symkin.identification.estimate import Estimator
-    from symkin.report.content import Page
     from symkin.workspace import WorkspaceSample
 
 __all__ = ["ChosenPoses", "Plan", "PlanBasis", "set_name", "thinned"]
@@ -140,6 +139,8 @@ class Plan(Result):
     basis: PlanBasis | None = None
     candidates: WorkspaceSample | NDArray[np.float64] | None = None
     measured: Measurements | None = None
+
+    PAGE: ClassVar[str] = "plan.plan_page"
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
@@ -277,12 +278,6 @@ class Plan(Result):
                 for shown in self.observability
             ],
         }
-
-    def page(self) -> Page:
-        """Return its poses, their certificate and what they show."""
-        from symkin.report.plan import plan_page
-
-        return plan_page(self)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the columns of its file."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,6 @@ from symkin.planning.selection import Criterion
 from symkin.result import Result, Value, plain, record
 
 if TYPE_CHECKING:
-    from symkin.report.content import Page
     from symkin.workspace import WorkspaceSample
 
 __all__ = ["NeededPoses", "PoseCountCurve", "Remedy", "pose_count_curve", "predict_accuracy"]
@@ -168,6 +167,8 @@ class PoseCountCurve(Result):
     least_gain: float
     enough: int | None
 
+    PAGE: ClassVar[str] = "pose_count.pose_count_page"
+
     def for_accuracy(
         self, position: float | None = None, orientation: float | None = None
     ) -> NeededPoses:
@@ -256,12 +257,6 @@ class PoseCountCurve(Result):
             "enough": self.enough,
         }
 
-    def page(self) -> Page:
-        """Return what more poses bring."""
-        from symkin.report.pose_count import pose_count_page
-
-        return pose_count_page(self)
-
 
 @record
 class Remedy(Value):
@@ -313,6 +308,8 @@ class NeededPoses(Result):
     expected: ExpectedAccuracy
     remedies: tuple[Remedy, ...]
 
+    PAGE: ClassVar[str] = "pose_count.needed_poses_page"
+
     @property
     def excess(self) -> float:
         """How many times the expected error is what is wanted; at most 1 if it is reached.
@@ -340,12 +337,6 @@ class NeededPoses(Result):
                 "remedies": [remedy.to_dict() for remedy in self.remedies],
             }
         }
-
-    def page(self) -> Page:
-        """Return the answer, and what more poses bring."""
-        from symkin.report.pose_count import needed_poses_page
-
-        return needed_poses_page(self)
 
 
 def pose_count_curve(

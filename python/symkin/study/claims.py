@@ -26,6 +26,8 @@ _ALIKE, _NEARLY_ALIKE = 0.05, 0.25  # relative differences of errors that select
 _RARE = 0.01  # share of poses that robots cannot take
 _SAVING = 1.2  # times cheaper
 _OPEN = "not told apart"
+_FIGURE_6 = "section 6.2, Fig. 6a"
+_REPORTED = "section 2, advantage 3, Fig. 9"
 
 
 @record
@@ -181,6 +183,10 @@ class Evidence(Value):
     evaluated: int
 
 
+# In the order of the paper: name, place, figure and quotation as `Claim` has them, and who judges.
+CLAIMS: list[tuple[str, str, int, str, Callable[[Evidence], Judgement]]] = []
+
+
 def judge(evidence: Evidence) -> tuple[Claim, ...]:
     """Judge every claim, in the order of the paper."""
     claims = []
@@ -190,255 +196,21 @@ def judge(evidence: Evidence) -> tuple[Claim, ...]:
     return tuple(claims)
 
 
+def _claim(
+    name: str, place: str, figure: int, quotation: str
+) -> Callable[[Callable[[Evidence], Judgement]], Callable[[Evidence], Judgement]]:
+    """Say what a function judges."""
+
+    def known(judged: Callable[[Evidence], Judgement]) -> Callable[[Evidence], Judgement]:
+        CLAIMS.append((name, place, figure, quotation, judged))
+        return judged
+
+    return known
+
+
 def _graded(whole: bool, part: bool, sentence: str) -> Judgement:
     verdict: Verdict = "holds" if whole else "holds partly" if part else "does not hold"
     return Judgement(verdict, sentence)
-
-
-# Sections 4, 6.1 and 6.2: symmetry of the workspace and of the readings.
-
-
-def workspace_theorem(found: Evidence) -> Judgement:
-    """Eq. 2: every element of G_M should carry the workspace onto itself."""
-    order, kept = found.rotations + found.reflections, len(found.workspace_elements)
-    return _graded(
-        kept == order and found.mismatches == 0,
-        kept > 1 and found.mismatches == 0,
-        f"{kept} of the {order} elements ({', '.join(found.workspace_elements)}) carry the "
-        f"workspace of these dyads onto itself; the others flip the dyads and carry it onto that "
-        f"of the flipped ones. {plural(found.mismatches, 'mismatch', 'mismatches')} in "
-        f"{count(found.poses)} poses an element.",
-    )
-
-
-def structure_group(found: Evidence) -> Judgement:
-    """Eq. 18: three rotations and three reflections."""
-    return _graded(
-        (found.rotations, found.reflections) == (3, 3),
-        found.rotations == 3,
-        f"Found from the legs' parameters: {plural(found.rotations, 'rotation')} and "
-        f"{plural(found.reflections, 'reflection')}, the working modes aside.",
-    )
-
-
-def joint_conjecture(found: Evidence) -> Judgement:
-    """Eq. 5: the readings at the image of a pose are the image of the readings."""
-    return _graded(
-        found.reading_deviation_all < _ROUNDING,
-        found.reading_deviation < _ROUNDING,
-        f"The readings at the image of a pose differ from the image of its readings by at most "
-        f"{found.reading_deviation_all:.1g} rad, {found.reading_deviation:.1g} rad for the "
-        f"elements that keep the dyads ({count(found.poses)} poses an element). No forward "
-        "kinematics is needed to see it: a leg's inverse kinematics is that of its image.",
-    )
-
-
-def joint_group(found: Evidence) -> Judgement:
-    """Fig. 6a: rotations about the line of equal readings, and nothing else."""
-    elements = set(found.reading_elements)
-    return _graded(
-        elements == {"r0", "r1", "r2"},
-        len(elements) > 1,
-        f"The active-joint workspace of these dyads is carried onto itself by "
-        f"{', '.join(found.reading_elements)}: the cyclic exchanges of the readings.",
-    )
-
-
-def constant_orientations(found: Evidence) -> Judgement:
-    """Figs. 6b to 6d: each constant orientation has the symmetry."""
-    good = [
-        area > 0 and wrong == 0
-        for area, wrong in zip(found.slice_areas, found.slice_mismatches, strict=True)
-    ]
-    areas = ", ".join(f"{area:.3g}" for area in found.slice_areas)
-    return _graded(
-        all(good),
-        any(good),
-        f"The three slices have {areas} m\N{SUPERSCRIPT TWO}, of which rotations carry "
-        f"{plural(sum(found.slice_mismatches), 'cell')} out of the workspace.",
-    )
-
-
-def conditions(found: Evidence) -> Judgement:
-    """Sections 4 and 5: conditions (1) to (5) and (1) to (7)."""
-    return _graded(
-        found.conditions_met == found.conditions,
-        found.conditions_met > 0,
-        f"{found.conditions_met} of the {found.conditions} conditions of sections 4 and 5 are met, "
-        "each tested with the mechanism's numbers.",
-    )
-
-
-def sensor_offsets(found: Evidence) -> Judgement:
-    """Eq. 19: the offsets that make the readings symmetric."""
-    return _graded(
-        found.offsets_off < _ROUNDING,
-        found.offsets_off < 1e-3,
-        f"The offsets that symmetry asks of legs 2 and 3, given leg 1's, differ from Eq. 19 "
-        f"by {found.offsets_off:.1g} rad, whole turns aside.",
-    )
-
-
-# Section 5 and 6.4: observability and selection.
-
-
-def observability(found: Evidence) -> Judgement:
-    """Eq. 10 and Fig. 8: the same abs(R_ii) for every leg."""
-    return _graded(
-        max(found.mapped_deviation, found.printed_deviation) < _ROUNDING,
-        found.mapped_deviation < _ROUNDING,
-        f"|R_ii| of the legs at their mapped poses are equal to {found.mapped_deviation:.1g} "
-        f"(relative), by Eqs. 14 and 22. Eq. 10 as printed maps the other way round, by which they "
-        f"are up to {100 * found.printed_deviation:.0f}% off.",
-    )
-
-
-def same_orientations(found: Evidence) -> Judgement:
-    """Eqs. 14 and 22: P_kappa = P_1."""
-    planar, spatial = (value < _ROUNDING for value in (found.turned_planar, found.turned_spatial))
-    return _graded(
-        planar and spatial,
-        planar,
-        f"Mapped poses of the 3-RRR keep their angle (to {found.turned_planar:.1g} rad); those of "
-        f"a hexapod must turn about other axes (up to {significant(found.turned_spatial, 2)} rad "
-        "apart), so Eq. 14 holds for rotations of planar mechanisms.",
-    )
-
-
-def selection_cost(found: Evidence) -> Judgement:
-    """Section 5.1: 1 / n_legs of the searching."""
-    return _graded(
-        found.selection_saving >= 0.8 * found.legs,
-        found.selection_saving >= _SAVING,
-        f"Choosing for each of {found.legs} legs takes {significant(found.selection_saving, 2)} "
-        f"times as long as choosing for one; the whole plan, images and spares included, "
-        f"{significant(found.plan_saving, 2)} times.",
-    )
-
-
-def rule_of_thumb(found: Evidence) -> Judgement:
-    """Section 5.1: two or three times as many poses as parameters."""
-    fewest, twice, thrice = found.efficiencies
-    shares = ", ".join(f"{100 * share:.0f}" for share in found.efficiencies)
-    return _graded(
-        min(twice, thrice) >= _EFFICIENT and fewest < _EFFICIENT,
-        thrice >= _EFFICIENT,
-        f"With p, 2p and 3p poses a pose is worth {shares}% of what it is among 10p: twice or "
-        "three times p wastes little, and neither do fewer; but p poses leave nothing to check "
-        "the answer with.",
-    )
-
-
-def optimal_poses(found: Evidence) -> Judgement:
-    """Section 6.4, PS2: Sun and Hollerbach's algorithm selects optimal poses."""
-    return _graded(
-        found.selection_gap < _ROUNDING,
-        found.selection_gap < _NEAR,
-        f"O_1 of the 24 poses is {100 * found.selection_gap:.2f}% below that of a better set, "
-        f"found by exchange, and at most {100 * found.selection_bound:.2f}% below that of any.",
-    )
-
-
-# Section 6.5: identification.
-
-
-def printed_iteration(found: Evidence) -> Judgement:
-    """Eqs. 24 to 26: the linear steps should make the closures small."""
-    printed, corrected = (
-        steps[-1] < 0.1 * steps[0] if math.isfinite(steps[-1]) else False
-        for steps in (found.printed_steps, found.corrected_steps)
-    )
-    return _graded(
-        printed,
-        corrected,
-        f"With the signs as printed the closures grow in every step "
-        f"({_steps(found.printed_steps)} mrad); with the estimate subtracted in Eq. 26 the "
-        f"iteration converges ({_steps(found.corrected_steps)} mrad)."
-        if not printed
-        else f"The closures become {_steps(found.printed_steps)} mrad.",
-    )
-
-
-def numerical_efficiency(found: Evidence) -> Judgement:
-    """Sections 2 and 7: identifying reduced sets of parameters costs less."""
-    better = found.condition_leg < found.condition_whole / 2
-    return _graded(
-        found.step_saving >= _SAVING and better,
-        found.step_saving >= _SAVING or better,
-        f"A least-squares step of all {8 * found.legs} parameters at once takes "
-        f"{significant(found.step_saving, 2)} times as long as one a leg, but only if its zero "
-        f"blocks are multiplied: the legs' rows share no parameter. Condition numbers are "
-        f"{significant(found.condition_whole)} and {significant(found.condition_leg)}.",
-    )
-
-
-def calibration_helps(found: Evidence) -> Judgement:
-    """Fig. 9: errors before and after."""
-    position, orientation = found.improvement
-    return _graded(
-        min(found.improvement) > 10,
-        min(found.improvement) > 1,
-        f"The position error becomes {significant(position, 2)} times smaller, the orientation "
-        f"error {significant(orientation, 2)} times ({plural(found.robots, 'robot')}). It is a "
-        "matter of the kinematic errors, which the paper does not state.",
-    )
-
-
-def better_than_traditional(found: Evidence) -> Judgement:
-    """Fig. 9: better end-effector accuracy than a traditional calibration with 24 poses."""
-    return _compared(
-        found.against_traditional,
-        f"With {found.measured_divided} measured poses against {found.measured_traditional}",
-    )
-
-
-def better_at_equal_effort(found: Evidence) -> Judgement:
-    """The same claim, as many poses being measured."""
-    return _compared(
-        found.against_equal_effort, f"With {found.measured_divided} measured poses in both"
-    )
-
-
-def symmetrical_selection(found: Evidence) -> Judgement:
-    """Sections 5.2 and 7: mapped poses instead of independent ones."""
-    ratios = found.against_independent
-    sentence = (
-        f"With mapped poses the error is {_times(ratios[0])} in position and {_times(ratios[1])} "
-        "in orientation that with poses chosen for every leg."
-    )
-    states = {_likeness(each) for each in ratios}
-    if "apart" not in states and "not told" in states:
-        return Judgement("not decided", sentence)
-    return _graded(states == {"alike"}, "apart" not in states, sentence)
-
-
-def local_errors(found: Evidence) -> Judgement:
-    """Fig. 10: the local position errors are smaller."""
-    smaller = [each.divided < each.traditional for each in found.slices]
-    parts = "; ".join(
-        f"{each.orientation:g} rad: {milli(each.divided, 'm')} against "
-        f"{milli(each.traditional, 'm')}"
-        for each in found.slices
-    )
-    return _graded(
-        all(smaller),
-        any(smaller),
-        f"Root mean squares over the slices, divide and conquer (72 measured poses) against "
-        f"traditional (24): {parts}.",
-    )
-
-
-def poses_can_be_taken(found: Evidence) -> Judgement:
-    """Section 6.5: the robots take the poses that were designed, and all of the 30 000."""
-    commanded = found.replaced / found.commanded
-    evaluated = found.unreachable / found.evaluated
-    return _graded(
-        found.replaced == found.unreachable == 0,
-        max(commanded, evaluated) < _RARE,
-        f"{100 * commanded:.2g}% of the commanded poses, and {100 * evaluated:.2g}% of those of "
-        "the workspace, are beyond what a robot with these errors can take (spares replaced the "
-        "former): the pool keeps no distance for the errors of the robot.",
-    )
 
 
 def _steps(values: Sequence[float]) -> str:
@@ -480,167 +252,377 @@ def _times(ratio: Ratio) -> str:
     return f"{significant(ratio.value)} times ({low} to {high})"
 
 
-_FIGURE_6 = "section 6.2, Fig. 6a"
-_REPORTED = "section 2, advantage 3, Fig. 9"
-
-CLAIMS: tuple[tuple[str, str, int, str, Callable[[Evidence], Judgement]], ...] = (
-    (
-        "Symmetry of the workspace",
-        "sections 4.1 and 6.1, Eq. 2",
-        6,
-        "The actuation of the symmetrical group G_M on the end-effector workspace will make the "
-        "workspace superimpose with itself.",
-        workspace_theorem,
-    ),
-    (
-        "Conjecture of the active joints",
-        "sections 4.2 and 6.2, Eq. 5, Fig. 6a",
-        6,
-        "A numerical calculation of the active-joints workspace is performed to validate the "
-        "symmetrical conjecture.",
-        joint_conjecture,
-    ),
-    (
-        "Symmetrical observability",
-        "section 5, Eq. 10, and section 6.4, Fig. 8",
-        8,
-        "In Fig. 8 the symmetrical observability of the legs is verified by the calculation of the "
-        "observability index, Eq. 10.",
-        observability,
-    ),
-    (
-        "Cost of the selection",
-        "section 5.1",
-        7,
-        "By the symmetrical planning [...] it is possible to reduce the optimal posture selection "
-        "to 1/n of the original searching.",
-        selection_cost,
-    ),
-    (
-        "Number of poses",
-        "section 5.1, PS2",
-        7,
-        "As a rule of thumb the number of identification poses should be two or three times larger "
-        "than the number of parameters to be estimated.",
-        rule_of_thumb,
-    ),
-    (
-        "Mapped poses",
-        "section 5.1, Eq. 14, and section 6.4, Eq. 22",
-        7,
-        "R_\N{GREEK SMALL LETTER KAPPA} = \N{GREEK SMALL LETTER LAMDA}\N{GREEK SMALL LETTER KAPPA}"
-        "(R_1), P_\N{GREEK SMALL LETTER KAPPA} = P_1",
-        same_orientations,
-    ),
-    (
-        "Group of the structure",
-        "section 6.1, Eq. 18",
-        6,
-        "The first three elements of G_M represent rotations about the Z-axis [...] and the last "
-        "three elements of G_M denote reflections.",
-        structure_group,
-    ),
-    (
-        "Conditions of sections 4 and 5",
-        "sections 6.1 and 6.3",
-        6,
-        "The 3RRR symmetrical parallel mechanism satisfies the workspace symmetry conditions (1) "
-        "to (4) [...] Consequently with the conditions (1)-(7) [...] we configure this set of "
-        "parameters to be symmetrically observable.",
-        conditions,
-    ),
-    (
-        "Sensor offsets",
-        "section 6.2, Eq. 19",
-        6,
-        "The mechanism is configured symmetrically positioning the active-joints measuring system.",
-        sensor_offsets,
-    ),
-    (
-        "Group of the active joints",
-        _FIGURE_6,
-        6,
-        "The symmetry group of the active-joint workspace corresponds to rotations of 0 rad, "
-        "2\N{GREEK SMALL LETTER PI}/3 rad, and 4\N{GREEK SMALL LETTER PI}/3 rad around the axis "
-        "\N{GREEK SMALL LETTER PSI}1 = \N{GREEK SMALL LETTER PSI}2 = "
-        "\N{GREEK SMALL LETTER PSI}3.",
-        joint_group,
-    ),
-    (
-        "Constant orientations",
-        "section 6.2, Figs. 6b to 6d",
-        6,
-        "Three constant orientation workspaces are evaluated.",
-        constant_orientations,
-    ),
-    (
-        "Optimal poses",
-        "section 6.4, PS2, Fig. 7",
-        7,
-        "A set of 24 optimal identification poses [...] is selected using the robot calibration "
-        "algorithm of Sun and Hollerbach.",
-        optimal_poses,
-    ),
-    (
-        "Iteration of the estimate",
-        "section 6.5, Eqs. 24 to 26",
-        9,
-        "The estimation is achieved using a iterative linear least-squares solution of Eq. 24.",
-        printed_iteration,
-    ),
-    (
-        "Poses without singularities",
-        "section 6.5",
-        9,
-        "The set of measured poses corresponds to the set of 30 000 poses used to design the "
-        "identification experiments.",
-        poses_can_be_taken,
-    ),
-    (
-        "Before and after",
-        "section 6.5, Fig. 9",
-        9,
-        "RMSE of the end-effector pose estimated for the workspace without singularities before "
-        "and after calibration.",
-        calibration_helps,
-    ),
-    (
-        "Better than the traditional method",
-        _REPORTED,
-        9,
-        "Calibrating the kinematic model with the identified set of parameters results in a better "
-        "end-effector accuracy with respect to calibrations by means of other traditional "
-        "kinematic identification methods.",
-        better_than_traditional,
-    ),
-    (
-        "The same at equal measuring effort",
-        f"{_REPORTED}, as many poses being measured",
-        9,
-        "[...] results in a better end-effector accuracy [...]",
-        better_at_equal_effort,
-    ),
-    (
-        "Mapped instead of independent poses",
-        "section 5.2, Fig. 9",
-        9,
-        "The identification poses are optimized for a reference leg and the remaining n - 1 "
-        "sets are calculated by symmetry operations.",
-        symmetrical_selection,
-    ),
-    (
-        "Local errors",
-        "section 6.5, Fig. 10",
-        10,
-        "Local end-effector position errors calculated for constant orientation workspaces.",
-        local_errors,
-    ),
-    (
-        "Cost of the identification",
-        "section 5.2, DC2, and section 7",
-        9,
-        "The reduction of kinematic identification computational costs by the identification of "
-        "reduced sets of parameters.",
-        numerical_efficiency,
-    ),
+@_claim(
+    "Symmetry of the workspace",
+    "sections 4.1 and 6.1, Eq. 2",
+    6,
+    "The actuation of the symmetrical group G_M on the end-effector workspace will make the "
+    "workspace superimpose with itself.",
 )
+def workspace_theorem(found: Evidence) -> Judgement:
+    """Eq. 2: every element of G_M should carry the workspace onto itself."""
+    order, kept = found.rotations + found.reflections, len(found.workspace_elements)
+    return _graded(
+        kept == order and found.mismatches == 0,
+        kept > 1 and found.mismatches == 0,
+        f"{kept} of the {order} elements ({', '.join(found.workspace_elements)}) carry the "
+        f"workspace of these dyads onto itself; the others flip the dyads and carry it onto that "
+        f"of the flipped ones. {plural(found.mismatches, 'mismatch', 'mismatches')} in "
+        f"{count(found.poses)} poses an element.",
+    )
+
+
+@_claim(
+    "Conjecture of the active joints",
+    "sections 4.2 and 6.2, Eq. 5, Fig. 6a",
+    6,
+    "A numerical calculation of the active-joints workspace is performed to validate the "
+    "symmetrical conjecture.",
+)
+def joint_conjecture(found: Evidence) -> Judgement:
+    """Eq. 5: the readings at the image of a pose are the image of the readings."""
+    return _graded(
+        found.reading_deviation_all < _ROUNDING,
+        found.reading_deviation < _ROUNDING,
+        f"The readings at the image of a pose differ from the image of its readings by at most "
+        f"{found.reading_deviation_all:.1g} rad, {found.reading_deviation:.1g} rad for the "
+        f"elements that keep the dyads ({count(found.poses)} poses an element). No forward "
+        "kinematics is needed to see it: a leg's inverse kinematics is that of its image.",
+    )
+
+
+@_claim(
+    "Symmetrical observability",
+    "section 5, Eq. 10, and section 6.4, Fig. 8",
+    8,
+    "In Fig. 8 the symmetrical observability of the legs is verified by the calculation of the "
+    "observability index, Eq. 10.",
+)
+def observability(found: Evidence) -> Judgement:
+    """Eq. 10 and Fig. 8: the same abs(R_ii) for every leg."""
+    return _graded(
+        max(found.mapped_deviation, found.printed_deviation) < _ROUNDING,
+        found.mapped_deviation < _ROUNDING,
+        f"|R_ii| of the legs at their mapped poses are equal to {found.mapped_deviation:.1g} "
+        f"(relative), by Eqs. 14 and 22. Eq. 10 as printed maps the other way round, by which they "
+        f"are up to {100 * found.printed_deviation:.0f}% off.",
+    )
+
+
+@_claim(
+    "Cost of the selection",
+    "section 5.1",
+    7,
+    "By the symmetrical planning [...] it is possible to reduce the optimal posture selection "
+    "to 1/n of the original searching.",
+)
+def selection_cost(found: Evidence) -> Judgement:
+    """Section 5.1: 1 / n_legs of the searching."""
+    return _graded(
+        found.selection_saving >= 0.8 * found.legs,
+        found.selection_saving >= _SAVING,
+        f"Choosing for each of {found.legs} legs takes {significant(found.selection_saving, 2)} "
+        f"times as long as choosing for one; the whole plan, images and spares included, "
+        f"{significant(found.plan_saving, 2)} times.",
+    )
+
+
+@_claim(
+    "Number of poses",
+    "section 5.1, PS2",
+    7,
+    "As a rule of thumb the number of identification poses should be two or three times larger "
+    "than the number of parameters to be estimated.",
+)
+def rule_of_thumb(found: Evidence) -> Judgement:
+    """Section 5.1: two or three times as many poses as parameters."""
+    fewest, twice, thrice = found.efficiencies
+    shares = ", ".join(f"{100 * share:.0f}" for share in found.efficiencies)
+    return _graded(
+        min(twice, thrice) >= _EFFICIENT and fewest < _EFFICIENT,
+        thrice >= _EFFICIENT,
+        f"With p, 2p and 3p poses a pose is worth {shares}% of what it is among 10p: twice or "
+        "three times p wastes little, and neither do fewer; but p poses leave nothing to check "
+        "the answer with.",
+    )
+
+
+@_claim(
+    "Mapped poses",
+    "section 5.1, Eq. 14, and section 6.4, Eq. 22",
+    7,
+    "R_\N{GREEK SMALL LETTER KAPPA} = \N{GREEK SMALL LETTER LAMDA}\N{GREEK SMALL LETTER KAPPA}"
+    "(R_1), P_\N{GREEK SMALL LETTER KAPPA} = P_1",
+)
+def same_orientations(found: Evidence) -> Judgement:
+    """Eqs. 14 and 22: P_kappa = P_1."""
+    planar, spatial = (value < _ROUNDING for value in (found.turned_planar, found.turned_spatial))
+    return _graded(
+        planar and spatial,
+        planar,
+        f"Mapped poses of the 3-RRR keep their angle (to {found.turned_planar:.1g} rad); those of "
+        f"a hexapod must turn about other axes (up to {significant(found.turned_spatial, 2)} rad "
+        "apart), so Eq. 14 holds for rotations of planar mechanisms.",
+    )
+
+
+@_claim(
+    "Group of the structure",
+    "section 6.1, Eq. 18",
+    6,
+    "The first three elements of G_M represent rotations about the Z-axis [...] and the last "
+    "three elements of G_M denote reflections.",
+)
+def structure_group(found: Evidence) -> Judgement:
+    """Eq. 18: three rotations and three reflections."""
+    return _graded(
+        (found.rotations, found.reflections) == (3, 3),
+        found.rotations == 3,
+        f"Found from the legs' parameters: {plural(found.rotations, 'rotation')} and "
+        f"{plural(found.reflections, 'reflection')}, the working modes aside.",
+    )
+
+
+@_claim(
+    "Conditions of sections 4 and 5",
+    "sections 6.1 and 6.3",
+    6,
+    "The 3RRR symmetrical parallel mechanism satisfies the workspace symmetry conditions (1) "
+    "to (4) [...] Consequently with the conditions (1)-(7) [...] we configure this set of "
+    "parameters to be symmetrically observable.",
+)
+def conditions(found: Evidence) -> Judgement:
+    """Sections 4 and 5: conditions (1) to (5) and (1) to (7)."""
+    return _graded(
+        found.conditions_met == found.conditions,
+        found.conditions_met > 0,
+        f"{found.conditions_met} of the {found.conditions} conditions of sections 4 and 5 are met, "
+        "each tested with the mechanism's numbers.",
+    )
+
+
+@_claim(
+    "Sensor offsets",
+    "section 6.2, Eq. 19",
+    6,
+    "The mechanism is configured symmetrically positioning the active-joints measuring system.",
+)
+def sensor_offsets(found: Evidence) -> Judgement:
+    """Eq. 19: the offsets that make the readings symmetric."""
+    return _graded(
+        found.offsets_off < _ROUNDING,
+        found.offsets_off < 1e-3,
+        f"The offsets that symmetry asks of legs 2 and 3, given leg 1's, differ from Eq. 19 "
+        f"by {found.offsets_off:.1g} rad, whole turns aside.",
+    )
+
+
+@_claim(
+    "Group of the active joints",
+    _FIGURE_6,
+    6,
+    "The symmetry group of the active-joint workspace corresponds to rotations of 0 rad, "
+    "2\N{GREEK SMALL LETTER PI}/3 rad, and 4\N{GREEK SMALL LETTER PI}/3 rad around the axis "
+    "\N{GREEK SMALL LETTER PSI}1 = \N{GREEK SMALL LETTER PSI}2 = "
+    "\N{GREEK SMALL LETTER PSI}3.",
+)
+def joint_group(found: Evidence) -> Judgement:
+    """Fig. 6a: rotations about the line of equal readings, and nothing else."""
+    elements = set(found.reading_elements)
+    return _graded(
+        elements == {"r0", "r1", "r2"},
+        len(elements) > 1,
+        f"The active-joint workspace of these dyads is carried onto itself by "
+        f"{', '.join(found.reading_elements)}: the cyclic exchanges of the readings.",
+    )
+
+
+@_claim(
+    "Constant orientations",
+    "section 6.2, Figs. 6b to 6d",
+    6,
+    "Three constant orientation workspaces are evaluated.",
+)
+def constant_orientations(found: Evidence) -> Judgement:
+    """Figs. 6b to 6d: each constant orientation has the symmetry."""
+    good = [
+        area > 0 and wrong == 0
+        for area, wrong in zip(found.slice_areas, found.slice_mismatches, strict=True)
+    ]
+    areas = ", ".join(f"{area:.3g}" for area in found.slice_areas)
+    return _graded(
+        all(good),
+        any(good),
+        f"The three slices have {areas} m\N{SUPERSCRIPT TWO}, of which rotations carry "
+        f"{plural(sum(found.slice_mismatches), 'cell')} out of the workspace.",
+    )
+
+
+@_claim(
+    "Optimal poses",
+    "section 6.4, PS2, Fig. 7",
+    7,
+    "A set of 24 optimal identification poses [...] is selected using the robot calibration "
+    "algorithm of Sun and Hollerbach.",
+)
+def optimal_poses(found: Evidence) -> Judgement:
+    """Section 6.4, PS2: Sun and Hollerbach's algorithm selects optimal poses."""
+    return _graded(
+        found.selection_gap < _ROUNDING,
+        found.selection_gap < _NEAR,
+        f"O_1 of the 24 poses is {100 * found.selection_gap:.2f}% below that of a better set, "
+        f"found by exchange, and at most {100 * found.selection_bound:.2f}% below that of any.",
+    )
+
+
+@_claim(
+    "Iteration of the estimate",
+    "section 6.5, Eqs. 24 to 26",
+    9,
+    "The estimation is achieved using a iterative linear least-squares solution of Eq. 24.",
+)
+def printed_iteration(found: Evidence) -> Judgement:
+    """Eqs. 24 to 26: the linear steps should make the closures small."""
+    printed, corrected = (
+        steps[-1] < 0.1 * steps[0] if math.isfinite(steps[-1]) else False
+        for steps in (found.printed_steps, found.corrected_steps)
+    )
+    return _graded(
+        printed,
+        corrected,
+        f"With the signs as printed the closures grow in every step "
+        f"({_steps(found.printed_steps)} mrad); with the estimate subtracted in Eq. 26 the "
+        f"iteration converges ({_steps(found.corrected_steps)} mrad)."
+        if not printed
+        else f"The closures become {_steps(found.printed_steps)} mrad.",
+    )
+
+
+@_claim(
+    "Poses without singularities",
+    "section 6.5",
+    9,
+    "The set of measured poses corresponds to the set of 30 000 poses used to design the "
+    "identification experiments.",
+)
+def poses_can_be_taken(found: Evidence) -> Judgement:
+    """Section 6.5: the robots take the poses that were designed, and all of the 30 000."""
+    commanded = found.replaced / found.commanded
+    evaluated = found.unreachable / found.evaluated
+    return _graded(
+        found.replaced == found.unreachable == 0,
+        max(commanded, evaluated) < _RARE,
+        f"{100 * commanded:.2g}% of the commanded poses, and {100 * evaluated:.2g}% of those of "
+        "the workspace, are beyond what a robot with these errors can take (spares replaced the "
+        "former): the pool keeps no distance for the errors of the robot.",
+    )
+
+
+@_claim(
+    "Before and after",
+    "section 6.5, Fig. 9",
+    9,
+    "RMSE of the end-effector pose estimated for the workspace without singularities before "
+    "and after calibration.",
+)
+def calibration_helps(found: Evidence) -> Judgement:
+    """Fig. 9: errors before and after."""
+    position, orientation = found.improvement
+    return _graded(
+        min(found.improvement) > 10,
+        min(found.improvement) > 1,
+        f"The position error becomes {significant(position, 2)} times smaller, the orientation "
+        f"error {significant(orientation, 2)} times ({plural(found.robots, 'robot')}). It is a "
+        "matter of the kinematic errors, which the paper does not state.",
+    )
+
+
+@_claim(
+    "Better than the traditional method",
+    _REPORTED,
+    9,
+    "Calibrating the kinematic model with the identified set of parameters results in a better "
+    "end-effector accuracy with respect to calibrations by means of other traditional "
+    "kinematic identification methods.",
+)
+def better_than_traditional(found: Evidence) -> Judgement:
+    """Fig. 9: better end-effector accuracy than a traditional calibration with 24 poses."""
+    return _compared(
+        found.against_traditional,
+        f"With {found.measured_divided} measured poses against {found.measured_traditional}",
+    )
+
+
+@_claim(
+    "The same at equal measuring effort",
+    f"{_REPORTED}, as many poses being measured",
+    9,
+    "[...] results in a better end-effector accuracy [...]",
+)
+def better_at_equal_effort(found: Evidence) -> Judgement:
+    """The same claim, as many poses being measured."""
+    return _compared(
+        found.against_equal_effort, f"With {found.measured_divided} measured poses in both"
+    )
+
+
+@_claim(
+    "Mapped instead of independent poses",
+    "section 5.2, Fig. 9",
+    9,
+    "The identification poses are optimized for a reference leg and the remaining n - 1 "
+    "sets are calculated by symmetry operations.",
+)
+def symmetrical_selection(found: Evidence) -> Judgement:
+    """Sections 5.2 and 7: mapped poses instead of independent ones."""
+    ratios = found.against_independent
+    sentence = (
+        f"With mapped poses the error is {_times(ratios[0])} in position and {_times(ratios[1])} "
+        "in orientation that with poses chosen for every leg."
+    )
+    states = {_likeness(each) for each in ratios}
+    if "apart" not in states and "not told" in states:
+        return Judgement("not decided", sentence)
+    return _graded(states == {"alike"}, "apart" not in states, sentence)
+
+
+@_claim(
+    "Local errors",
+    "section 6.5, Fig. 10",
+    10,
+    "Local end-effector position errors calculated for constant orientation workspaces.",
+)
+def local_errors(found: Evidence) -> Judgement:
+    """Fig. 10: the local position errors are smaller."""
+    smaller = [each.divided < each.traditional for each in found.slices]
+    parts = "; ".join(
+        f"{each.orientation:g} rad: {milli(each.divided, 'm')} against "
+        f"{milli(each.traditional, 'm')}"
+        for each in found.slices
+    )
+    return _graded(
+        all(smaller),
+        any(smaller),
+        f"Root mean squares over the slices, divide and conquer (72 measured poses) against "
+        f"traditional (24): {parts}.",
+    )
+
+
+@_claim(
+    "Cost of the identification",
+    "section 5.2, DC2, and section 7",
+    9,
+    "The reduction of kinematic identification computational costs by the identification of "
+    "reduced sets of parameters.",
+)
+def numerical_efficiency(found: Evidence) -> Judgement:
+    """Sections 2 and 7: identifying reduced sets of parameters costs less."""
+    better = found.condition_leg < found.condition_whole / 2
+    return _graded(
+        found.step_saving >= _SAVING and better,
+        found.step_saving >= _SAVING or better,
+        f"A least-squares step of all {8 * found.legs} parameters at once takes "
+        f"{significant(found.step_saving, 2)} times as long as one a leg, but only if its zero "
+        f"blocks are multiplied: the legs' rows share no parameter. Condition numbers are "
+        f"{significant(found.condition_whole)} and {significant(found.condition_leg)}.",
+    )

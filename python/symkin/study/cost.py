@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,17 +21,15 @@ from symkin.mechanism import Mechanism
 from symkin.observability import noise_of
 from symkin.planning import Design, make_plan
 from symkin.planning.selection import LegRows, select_poses
-from symkin.result import Result, Value, record
+from symkin.result import FolderResult, Value, record
 from symkin.settings import DeclaredSymmetry
 from symkin.simulation import simulate_observed
 from symkin.study.definition import StudyDefinition
+from symkin.study.robots import NORMAL_95
 from symkin.symmetry import generate_legs
 from symkin.workspace.sample import sample_workspace
 
-if TYPE_CHECKING:
-    from symkin.report.content import Page
-
-__all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "with_legs"]
+__all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "seconds_of", "with_legs"]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +64,7 @@ class Exponent(Value):
 
 
 @record
-class CostResult(Result):
+class CostResult(FolderResult):
     """What a study of cost measured.
 
     Attributes
@@ -83,7 +79,7 @@ class CostResult(Result):
     definition: StudyDefinition
     table: Mapping[str, NDArray[Any]]
 
-    FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+    PAGE: ClassVar[str] = "study.cost_page"
 
     @cached_property
     def exponents(self) -> tuple[Exponent, ...]:
@@ -107,12 +103,6 @@ class CostResult(Result):
         """Times of a task, s, one a number of legs."""
         return np.asarray(self.table[task][self.table["mechanism"] == mechanism])
 
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.study import cost_page
-
-        return cost_page(self)
-
     def to_dict(self) -> dict[str, Any]:
         """Return the times and how they grow."""
         return {
@@ -127,20 +117,6 @@ class CostResult(Result):
     def columns(self) -> Mapping[str, Any]:
         """Return the times."""
         return self.table
-
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the times and the report, see `FILES`, and return the report.
-
-        Parameters
-        ----------
-        folder : str or path
-            Made if it does not exist.
-        overwrite : bool
-            Whether files that exist may be replaced.
-        """
-        from symkin.study.result import write_result
-
-        return write_result(self, Path(folder), self.FILES, overwrite=overwrite)
 
 
 def with_legs(mechanism: Mechanism, count: int) -> Mechanism:
@@ -230,13 +206,14 @@ def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float
     }
     assert tasks.keys() == TASKS.keys()
     runs = [
-        {name: _seconds(task) for name, task in tasks.items()}
+        {name: seconds_of(task) for name, task in tasks.items()}
         for _ in range(definition.repetitions)
     ]
     return {name: statistics.median(run[name] for run in runs) for name in tasks}
 
 
-def _seconds(task: Callable[[], object]) -> float:
+def seconds_of(task: Callable[[], object]) -> float:
+    """Processor time that a call takes."""
     begin = time.process_time()
     task()
     return time.process_time() - begin
@@ -257,7 +234,7 @@ def _power(legs: NDArray[np.intp], times: Array) -> tuple[float, float, float]:
 
 def _student_95(degrees: int) -> float:
     """Two-sided 95% quantile of Student's distribution (expansion of Cornish and Fisher)."""
-    z = 1.959963984540054
+    z = NORMAL_95
     first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
     third = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
     return z + first / degrees + second / degrees**2 + third / degrees**3

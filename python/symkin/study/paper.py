@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -25,6 +24,7 @@ from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Value, field, record
 from symkin.simulation import simulate_observed
 from symkin.study.claims import Claim, Evidence, SliceErrors, judge
+from symkin.study.cost import seconds_of
 from symkin.study.definition import load_study
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import robot_seed
@@ -417,10 +417,4 @@ def _step_figures(mechanism: Mechanism, plan: Plan, traditional: Plan) -> dict[s
 
 def _seconds(task: Callable[[], object]) -> float:
     """Processor time of the fastest of some repetitions."""
-
-    def once() -> float:
-        begin = time.process_time()
-        task()
-        return time.process_time() - begin
-
-    return min(once() for _ in range(_REPETITIONS))
+    return min(seconds_of(task) for _ in range(_REPETITIONS))

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -18,21 +16,18 @@ from symkin.errors import SymkinError, did_you_mean
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import Plan, predict_accuracy
 from symkin.planning.prediction import check_wanted
-from symkin.result import Result, Value, field, plain, record
+from symkin.result import FolderResult, Value, field, plain, record
 from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, reading_curves
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.recommendation import Recommendation, recommend
-from symkin.study.robots import Job
+from symkin.study.robots import NORMAL_95, Job
 
 if TYPE_CHECKING:
-    from symkin.report.content import Page
     from symkin.study.paper import PaperFindings
 
 __all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio", "StudyResult"]
 
 Array = NDArray[np.float64]
-
-_NORMAL_95 = 1.959963984540054
 
 
 @record
@@ -46,7 +41,7 @@ class Ratio(Value):
     @classmethod
     def of(cls, logarithm: float, standard_error: float) -> Ratio:
         """Return the ratio of which this is the logarithm."""
-        reach = _NORMAL_95 * standard_error
+        reach = NORMAL_95 * standard_error
         return cls(*(math.exp(logarithm + step) for step in (0.0, -reach, reach)))
 
 
@@ -84,7 +79,7 @@ class ErrorFigure(Value):
     @property
     def ratio_error(self) -> float:
         """Standard error of the ratio."""
-        return self.ratio * (math.log(self.high / self.low) / (2 * _NORMAL_95)) if self.rms else 0.0
+        return self.ratio * (math.log(self.high / self.low) / (2 * NORMAL_95)) if self.rms else 0.0
 
 
 @record
@@ -163,7 +158,7 @@ class PairedComparison(Value):
 
 
 @record
-class StudyResult(Result):
+class StudyResult(FolderResult):
     """What a study of simulated robots found.
 
     Attributes
@@ -184,7 +179,8 @@ class StudyResult(Result):
     job: Job
     wanted: tuple[float | None, float | None] = (None, None)
 
-    FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+    PAGE: ClassVar[str] = "study.study_page"
+    SUMMARY: ClassVar[str] = "study.study_summary"
 
     @property
     def robots(self) -> int:
@@ -295,18 +291,6 @@ class StudyResult(Result):
             "errors": linearity_curves(self, "tolerance_level"),
         }
 
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.study import study_page
-
-        return study_page(self)
-
-    def summary(self) -> Page:
-        """Return the top of its page."""
-        from symkin.report.study import study_summary
-
-        return study_summary(self)
-
     def to_dict(self) -> dict[str, Any]:
         """Return the cells' figures."""
         return {
@@ -329,23 +313,6 @@ class StudyResult(Result):
             name: column.astype(np.int64) if column.dtype == np.bool_ else column
             for name, column in self.table.items()
         }
-
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the cells' figures and the report, see `FILES`.
-
-        Parameters
-        ----------
-        folder : str or path
-            Made if it does not exist.
-        overwrite : bool
-            Whether files that exist may be replaced.
-
-        Returns
-        -------
-        Path
-            The report.
-        """
-        return write_result(self, Path(folder), self.FILES, overwrite=overwrite)
 
     def _place(self, name: str) -> int:
         names = [cell.id for cell in self.definition.cells]
@@ -403,18 +370,6 @@ class StudyResult(Result):
     @cached_property
     def _predictions(self) -> dict[tuple[Any, ...], ExpectedAccuracy | None]:
         return {}
-
-
-def write_result(result: Result, folder: Path, files: tuple[str, ...], *, overwrite: bool) -> Path:
-    """Write the results and the page of a study into its folder, and return the page."""
-    from symkin.io.output_files import OutputFiles
-    from symkin.report.html import write_page
-
-    with OutputFiles(overwrite=overwrite) as outputs:
-        target = outputs.folder(folder, *files)
-        result.save(target / "results.json")
-        write_page(dataclasses.replace(result.page(), files=files[:-1]), target / "report.html")
-    return folder / "report.html"
 
 
 def _figure(after: Array, before: Array, predicted: float) -> ErrorFigure:

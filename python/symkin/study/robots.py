@@ -18,11 +18,11 @@ from symkin.mechanism import Mechanism
 from symkin.planning import Plan, make_plan
 from symkin.settings import Tolerances
 from symkin.simulation import Simulation, disturb, simulate_observed
+from symkin.study.asymmetry import mapped_candidates, mapped_efficiency
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.study.mapped import mapped_candidates, mapped_efficiency
 from symkin.workspace.sample import sample_workspace
 
-__all__ = ["COLUMNS", "Job", "robot_seed", "scaled"]
+__all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
 
 Array = NDArray[np.float64]
 Plans = Mapping[tuple[Any, ...], Plan | str]
@@ -47,7 +47,7 @@ COLUMNS: dict[str, type] = {
     "chi_square_ratio": float,
     "mapped_efficiency": float,
 }
-_NORMAL_95 = 1.959963984540054
+NORMAL_95 = 1.959963984540054
 _SEED_BITS = 53  # so that a program that reads numbers as floats gets them whole
 
 
@@ -227,7 +227,7 @@ class _Robot:
             "position_max_m": after.position_max,
             "orientation_max_rad": after.orientation_max,
             "evaluated": after.evaluated,
-            "inside_95": float(np.mean((off < _NORMAL_95 * fit.deviations)[estimated])),
+            "inside_95": float(np.mean((off < NORMAL_95 * fit.deviations)[estimated])),
             "chi_square_ratio": fit.chi_square,
         }
 

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""The symmetry that a mechanism has, against the one that it declares or nearly has."""
+"""The symmetry that a mechanism has, against the one that it declares or nearly has.
+
+A mechanism nearly has the group that it would have without the errors of manufacture or rounding.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -12,23 +16,31 @@ from symkin import _core
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 from symkin.result import Result, Value, field, plain, record
-from symkin.symmetry.detection import DetectedSymmetry, declared_group, detect_symmetry
-from symkin.symmetry.group import SymmetryGroup, group_title, subgroup_names
-from symkin.symmetry.near import (
-    larger_group,
-    near_limit,
-    scaled_tolerance,
-    tolerances_needed,
+from symkin.symmetry.detection import (
+    DetectedSymmetry,
+    declared_group,
+    detect_symmetry,
+    detect_within,
 )
+from symkin.symmetry.group import SymmetryGroup, group_title, subgroup_names
 
-if TYPE_CHECKING:
-    from symkin.report.content import Page
-
-__all__ = ["ParameterDeviation", "SymmetryComparison", "SymmetryVerdict", "compare_symmetry"]
+__all__ = [
+    "ParameterDeviation",
+    "SymmetryComparison",
+    "SymmetryVerdict",
+    "compare_symmetry",
+]
 
 SymmetryVerdict = Literal["exact", "nearly", "broken"]
 
 _ROUNDING = _core.SymmetryTolerance()
+# Two legs that are made alike differ in dozens of parameters, each by a normal error of both.
+_NEARLY = 6.0  # tolerances
+_GROWTH = 2**0.5
+# The centre that the detection finds moves with every leg's errors, and on a small platform turns
+# its legs by a multiple of them; about the origin the same group may well be near.
+_DETECTED_UP_TO = 4 * _NEARLY
+_LARGEST_SHARE = 0.5  # of the largest parameter, and rad: beyond, any legs are alike
 _EXACT = _core.IMAGE_TOLERANCES * _ROUNDING.length  # m, rad, and of gains
 
 
@@ -106,6 +118,8 @@ class SymmetryComparison(Result):
     sensor_deviations: tuple[ParameterDeviation, ...]
     spatial: bool
 
+    PAGE: ClassVar[str] = "symmetry.comparison_page"
+
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was found, in words."""
@@ -159,12 +173,6 @@ class SymmetryComparison(Result):
             "do not."
         )
 
-    def page(self) -> Page:
-        """Return what was found and what breaks it."""
-        from symkin.report.symmetry import comparison_page
-
-        return comparison_page(self)
-
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, legs counted from 1."""
         reference = self.reference
@@ -209,19 +217,19 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)
     lacks = (
         declared is not None
-        and tolerances_needed(mechanism, declared, _ROUNDING) > _core.IMAGE_TOLERANCES
+        and _tolerances_needed(mechanism, declared, _ROUNDING) > _core.IMAGE_TOLERANCES
     )
-    reference = declared if lacks else larger_group(mechanism, found.structure)
+    reference = declared if lacks else _larger_group(mechanism, found.structure)
     verdict: SymmetryVerdict
     kept: tuple[str, ...] = ()
     if reference is None:
         verdict = "exact" if declared is not None or found.structure.size > 1 else "broken"
         group, tolerance = declared or found.with_modes, _ROUNDING
     else:
-        needed = tolerances_needed(mechanism, reference)
-        verdict = "nearly" if needed <= near_limit(reference) else "broken"
+        needed = _tolerances_needed(mechanism, reference)
+        verdict = "nearly" if needed <= _near_limit(reference) else "broken"
         group = reference
-        tolerance = scaled_tolerance(mechanism, max(near_limit(reference), 1.001 * needed))
+        tolerance = _scaled_tolerance(mechanism, max(_near_limit(reference), 1.001 * needed))
         kept = _kept(mechanism, group, tolerance)
     structure, sensors = _deviations(mechanism, group, tolerance)
     return SymmetryComparison(
@@ -254,7 +262,7 @@ def _sensor_verdict(
 ) -> SymmetryVerdict:
     if not deviations:
         return "exact"
-    return "nearly" if deviations[0].in_tolerances <= near_limit(group) else "broken"
+    return "nearly" if deviations[0].in_tolerances <= _near_limit(group) else "broken"
 
 
 def _deviations(
@@ -284,3 +292,114 @@ def _deviations(
 
 def _largest_first(deviations: list[ParameterDeviation]) -> tuple[ParameterDeviation, ...]:
     return tuple(sorted(deviations, key=lambda each: -each.in_tolerances))
+
+
+def _larger_group(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup | None:
+    """Find the largest group beyond the one that the legs have, which they nearly have.
+
+    For a mechanism without any symmetry the nearest group, if none is near; else None.
+    """
+    near = nearest = None
+    for multiple, tolerance in _growing(mechanism):
+        if multiple > _DETECTED_UP_TO and (near or nearest or found.size > 1):
+            break
+        detected = detect_within(mechanism, tolerance)
+        loose = detected.structure
+        if loose.size > (near or found).size:
+            group = _about_the_origins(mechanism, loose)
+            if detected.with_modes.size > 1:  # or no leg has another to be compared with
+                nearest = nearest or group
+            if _tolerances_needed(mechanism, group) <= _near_limit(group):
+                near = group
+    return near or (nearest if found.size == 1 else None)
+
+
+def _near_limit(group: SymmetryGroup) -> float:
+    """Up to how many tolerances a group is near; a reflection doubles the error of an angle."""
+    return 2 * _NEARLY if group.dihedral else _NEARLY
+
+
+def _scaled_tolerance(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
+    """Return what lets the images of legs be off by so many manufacturing tolerances."""
+    return _manufacturing(mechanism, multiple / _core.IMAGE_TOLERANCES)
+
+
+def _tolerances_needed(
+    mechanism: Mechanism, group: SymmetryGroup, unit: _core.SymmetryTolerance | None = None
+) -> float:
+    """How many tolerances the legs' images are off at most, sensors apart; infinity if two are one.
+
+    A tolerance is `unit`, by default the manufacturing one.
+    """
+    one = _manufacturing(mechanism, 1) if unit is None else unit
+    worst = 0.0
+    for element in group.elements:
+        image = _core.image_of_legs(mechanism.core, group.core, element, one)
+        if len(set(image.permutation)) < len(image.permutation):
+            return math.inf
+        worst = max(worst, *(deviation.in_tolerances for deviation in image.deviations))
+    return worst
+
+
+def _manufacturing(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
+    tolerances, gains = mechanism.tolerances, mechanism.sensor_gains
+    return _core.SymmetryTolerance(
+        multiple * tolerances.length,
+        multiple * tolerances.angle,
+        multiple * tolerances.gain * float(np.abs(gains).max()),
+    )
+
+
+def _growing(mechanism: Mechanism) -> Iterator[tuple[float, _core.SymmetryTolerance]]:
+    """Tolerances from a few manufacturing ones to where legs are hardly told apart."""
+    length = _LARGEST_SHARE * float(np.abs(mechanism.parameters).max()) / _core.IMAGE_TOLERANCES
+    angle = _LARGEST_SHARE / _core.IMAGE_TOLERANCES
+    multiple = _NEARLY
+    while True:
+        full = _scaled_tolerance(mechanism, multiple)
+        smaller = min(full.length, length), min(full.angle, angle)
+        yield multiple, _core.SymmetryTolerance(*smaller, full.gain)
+        if full.length > length and full.angle > angle:
+            return
+        multiple *= _GROWTH
+
+
+def _about_the_origins(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGroup:
+    """The same group about the frames' origins, if the legs have that nearly as well.
+
+    A centre and an axis that are found from all legs move with each error of one, and so would
+    spread it over the others. Of several axes the one is taken that leaves fewest to explain.
+    """
+    name = found.name.replace("_", "")
+    allowed = max(_near_limit(found), 2 * _tolerances_needed(mechanism, found))
+    groups = [SymmetryGroup(name, axis) for axis in _axes(mechanism, found)]
+    near = [group for group in groups if _tolerances_needed(mechanism, group) <= allowed]
+    return min(near, key=lambda group: _spread(mechanism, group, allowed), default=found)
+
+
+def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
+    """The axis that was found, and those near it on which pairs of legs mirror each other."""
+    axis = found.frame.base_axis
+    turning = [
+        index
+        for index, (end, kind) in enumerate(mechanism.parameter_roles)
+        if end == "base" and kind in ("azimuth", "direction_azimuth")
+    ]
+    if not found.dihedral or not turning:
+        return [axis]
+    azimuths = mechanism.parameters[:, turning[0]]
+    between = (azimuths[:, np.newaxis] + azimuths).ravel() / 2 - axis
+    offsets = np.remainder(between + math.pi / (2 * found.rotations), math.pi / found.rotations)
+    offsets -= math.pi / (2 * found.rotations)
+    return [axis, *(axis + offsets[np.abs(offsets) < 0.1]).tolist()]
+
+
+def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
+    """Sum of the roots of all deviations in tolerances: one is less than its parts."""
+    tolerance = _scaled_tolerance(mechanism, multiple)
+    deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
+    units = _manufacturing(mechanism, 1)
+    structure = [not role.of_sensor for role in mechanism.parameter_roles]
+    scale = [units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units]
+    shares = np.abs(deviations / scale)[:, structure]
+    return float(np.sqrt(shares).round(9).sum())

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,6 @@ from symkin.mechanism import Leg, Mechanism
 from symkin.result import Result, field, record
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry.group import NamedGroup, SymmetryElement, SymmetryGroup, named_group
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = [
     "DetectedSymmetry",
@@ -116,11 +113,7 @@ class DetectedSymmetry(Result):
     permutations: Mapping[str, tuple[int, ...]] = field(number=True)
     keeps_modes: Mapping[str, bool]
 
-    def page(self) -> Page:
-        """Return the groups and what their elements do."""
-        from symkin.report.symmetry import detection_page
-
-        return detection_page(self)
+    PAGE: ClassVar[str] = "symmetry.detection_page"
 
 
 def detect_symmetry(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,6 @@ from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 from symkin.poses import poses_from_bounds
 from symkin.result import Result, field, record
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = [
     "WorkspaceSample",
@@ -71,16 +68,12 @@ class WorkspaceSample(Result):
     reading_unit: str = field(private=True)
     derived = ("share",)
 
+    PAGE: ClassVar[str] = "workspace.sample_page"
+
     @property
     def share(self) -> float:
         """Share of the box that the workspace takes."""
         return 1 - sum(self.rejected.values()) / self.drawn
-
-    def page(self) -> Page:
-        """Return how many poses there are, and of how many."""
-        from symkin.report.workspace import sample_page
-
-        return sample_page(self)
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return poses, readings and condition numbers, named as in symkin's files."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from symkin.workspace.slices import (
     mode_slices,
     other_working_modes,
 )
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = [
     "READING_ROUNDING",
@@ -93,6 +90,8 @@ class WorkspaceStudy(Result):
     sample: WorkspaceSample
     elements: tuple[ElementCheck, ...]
 
+    PAGE: ClassVar[str] = "workspace.workspace_page"
+
     @property
     def slices(self) -> tuple[ConstantOrientation, ...]:
         """The constant-orientation workspaces in the mechanism's own working modes."""
@@ -109,12 +108,6 @@ class WorkspaceStudy(Result):
         return tuple(
             check.element for check in self.elements if check.keeps_aspect and check.mismatches == 0
         )
-
-    def page(self) -> Page:
-        """Return whether the workspace has the symmetry, and what it looks like."""
-        from symkin.report.workspace import workspace_page
-
-        return workspace_page(self)
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row for each constant orientation of each working mode."""

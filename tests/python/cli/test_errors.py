@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from symkin.cli.errors import exit_code_of
+from symkin.cli.console import exit_code_of
 from symkin.errors import MeasurementError
 
 

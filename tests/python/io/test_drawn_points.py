@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin.alignment import poses_of_mechanism
-from symkin.cli.unknown_options import observed
+from symkin.cli.options import Observing
 from symkin.drawing import as_drawn, from_drawing
 from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
@@ -412,11 +412,11 @@ def test_check_says_where_the_parameters_have_their_centre(tmp_path: Path) -> No
 
 def test_frames_on_the_command_line_are_those_of_the_drawing() -> None:
     nominal = symkin.load_mechanism("hangprinter")
-    seen = observed(nominal, None, "1 m, 0, 0, 0, 0, 0", None, None, None, "20 mm, 0, 0.1")
+    seen = Observing(base="1 m, 0, 0, 0, 0, 0", plane="20 mm, 0, 0.1").observed(nominal)
     x, y, z = nominal.points.base
     assert seen.base == pytest.approx((1 + x, y, z, 0, 0, 0))
     assert seen.plane == pytest.approx((0.02 + 0.1 * y - z, 0, 0.1))
-    usual = observed(nominal, None, None, None, None, None, "0, 0, 0")
+    usual = Observing().observed(nominal)
     assert usual.in_frames(nominal.frames) == usual
     assert usual.base == nominal.frames.base
 

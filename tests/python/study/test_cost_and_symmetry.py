@@ -5,9 +5,8 @@ import pytest
 
 import symkin
 from symkin.study import CostResult, StudyDefinition, StudyResult, run_study
-from symkin.study.asymmetry import Curve
+from symkin.study.asymmetry import Curve, mapped_candidates, mapped_efficiency
 from symkin.study.cost import TASKS, _power, with_legs
-from symkin.study.mapped import mapped_candidates, mapped_efficiency
 from symkin.symmetry import verify_declared
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``symkin export``."""
+"""``symkin export`` and ``symkin import``: formats of controllers and simulators."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import typer
 
 import symkin
 from symkin.cli.console import print_json, progress, say
-from symkin.cli.help import with_example
-from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption
-from symkin.errors import QuantityError, SymkinError
+from symkin.cli.option_values import quantity_of
+from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, command
+from symkin.io.output_files import OutputFiles
 
 # Those of symkin.exports.FORMATS, which a test compares.
 _To = Literal[
@@ -29,9 +29,10 @@ _To = Literal[
     "c-header",
     "table",
 ]
+_MECHANISM, _PROBED = "mechanism.toml", "probed.csv"
 
 
-@with_example(
+@command(
     "symkin export out/calibrated.toml --to mjcf --out robot.xml",
     "symkin export linear_delta --to klipper --endstops '400 mm'",
     "symkin export out/calibrated.toml --to table --nominal 3RRR --out table.csv",
@@ -79,7 +80,9 @@ def export(
         stage("reading the mechanism")
         robot = symkin.load_mechanism(mechanism)
         drawn = symkin.load_mechanism(nominal) if nominal else None
-        stops = _readings(endstops, robot.reading_unit) if endstops else ()
+        each = endstops.split(",") if endstops else ()
+        unit = robot.reading_unit
+        stops = [quantity_of(text, unit, "--endstops", is_reading=True) for text in each]
         stage("writing")
         made = symkin.export(
             robot, to, out, endstops=stops, nominal=drawn, grid=grid, overwrite=overwrite
@@ -100,11 +103,40 @@ def export(
         say(str(out))
 
 
-def _readings(text: str, unit: str) -> list[float]:
-    """Readings in any unit, separated by commas."""
-    from symkin.io.quantities import evaluate_quantity
+@command(
+    "symkin import printer.cfg --out printer",
+    "symkin identify printer/mechanism.toml printer/probed.csv --out calibrated",
+)
+def import_(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Klipper's printer.cfg of a linear delta, or an MJCF or URDF file of symkin.",
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for mechanism.toml and probed.csv.")
+    ],
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Make a mechanism file of a printer's configuration, and a table of what it has probed.
 
-    try:
-        return [evaluate_quantity(part, unit) for part in text.split(",")]
-    except QuantityError as error:
-        raise SymkinError(f"--endstops: {error}") from error
+    Of Klipper's printer.cfg, linear deltas with what SAVE_CONFIG wrote: towers, rods, endstops, and
+    the heights that DELTA_CALIBRATE recorded. Models are read if symkin wrote them. Last printed
+    are the files that were written.
+    """
+    from symkin.exports.reading import import_mechanism
+
+    with OutputFiles([file], overwrite) as outputs:
+        folder = outputs.folder(out, _MECHANISM, _PROBED)
+        found = import_mechanism(file)
+        header = f"Read from {file.name}"
+        symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
+        if found.measurements is not None:
+            symkin.write_measurements(found.measurements, folder / _PROBED, found.mechanism)
+    for note in found.notes:
+        say(f"{note}.")
+    say(str(out / _MECHANISM))
+    if found.measurements is not None:
+        say(str(out / _PROBED))
