@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from symkin.measurements import Measurements
 
 __all__ = [
+    "FALSE_ALARMS",
     "Alternative",
     "alternatives_of",
     "blunder_limit",
@@ -33,19 +34,21 @@ __all__ = [
     "doubts_of",
     "estimated_noise",
     "notes_of",
+    "observed_count",
     "symptoms_of",
     "without_blunders",
 ]
 
 Array = NDArray[np.float64]
 
-_FALSE_ALARMS = 1e-3
+FALSE_ALARMS = 1e-3  # of one kind of test, for a sound robot
 _UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effect not measured
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
 _OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
+_POSES = ("poses", "reported")
 
 
 @record
@@ -108,10 +111,7 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
     """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
-    # Where no more is observed than a pose has coordinates, noise alone may leave none, and nothing
-    # is lost with it.
-    told = _observed_count(found.measurements) > found.measurements.space.dof
-    aside = [row for row in found.aside if told[row]]
+    aside = found.unexplained_rows
     if aside:
         shown = ", ".join(str(numbers[row]) for row in aside[:8])
         more = f" and {len(aside) - 8} more" if len(aside) > 8 else ""
@@ -159,7 +159,7 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
         )
 
 
-def _observed_count(taken: Measurements) -> NDArray[np.intp]:
+def observed_count(taken: Measurements) -> NDArray[np.intp]:
     """How many scalars were observed of each row; a rotation in space counts as three."""
     count = np.zeros(len(taken.poses), dtype=np.intp)
     for name in _OBSERVED:
@@ -167,8 +167,8 @@ def _observed_count(taken: Measurements) -> NDArray[np.intp]:
         if values is not None:
             known = np.isfinite(values).reshape(len(values), -1)
             count += known.sum(axis=1)
-            if name in ("poses", "reported") and known.shape[1] == 7:
-                count -= known[:, 6]
+            if name in _POSES and taken.space.has_quaternion:
+                count -= known[:, -1]
     return count
 
 
@@ -208,7 +208,7 @@ def blunder_limit(found: JointIdentification) -> float:
     Where all residuals are too large, one that is as large as the others is no blunder.
     """
     known = max(int(np.isfinite(found.rows.t).sum()), 1)
-    return found.spread * NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / known)
+    return found.spread * NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
 
 
 def blunders_of(found: JointIdentification) -> list[Blunder]:
@@ -283,7 +283,7 @@ def _compared(
         terms=terms,
         spare=spare,
         p_value=_core.f_tail(statistic, terms, spare),
-        limit=_FALSE_ALARMS / 3,
+        limit=FALSE_ALARMS / 3,
         options=wide,
     )
 
@@ -391,7 +391,7 @@ def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
     ]  # fmt: skip
     if not moved:
         return
-    limit = NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / len(moved))
+    limit = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / len(moved))
     far = sorted((each for each in moved if each[0] > limit), key=lambda each: -each[0])
     if far:
         named = ", ".join(
@@ -429,7 +429,7 @@ def without_blunders(
             worst = int(own[np.argmax(size[own])])
             left = fit.conditions[pose] - 1
             rest = fit.chi_squares[pose] - rows.t[worst] ** 2
-            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > _FALSE_ALARMS
+            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > FALSE_ALARMS
             changes.append((pose, worst if sound or left == 0 else -1))
         if not changes:
             break
@@ -456,11 +456,10 @@ def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Mea
                 copied(name)[pose] = np.nan
     else:
         kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
-        values = copied(kind)[pose : pose + 1].reshape(1, -1)
-        quaternion = kind in ("poses", "reported") and values.shape[1] == 7 and index >= 3
-        values[0, 3:] = np.nan if quaternion else values[0, 3:]
-        if not quaternion:
-            values[0, index] = np.nan
+        values = copied(kind)[pose].reshape(-1)
+        space = measurements.space
+        whole = kind in _POSES and space.has_quaternion and index >= space.size
+        values[slice(space.size, None) if whole else index] = np.nan
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 
