@@ -10,6 +10,7 @@
 #include "symkin/estimation/joint.hpp"
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {
@@ -120,9 +121,7 @@ Relaxed damped(const Mechanism& mechanism, const Observations& observations, con
     problem.step(Vector(0));
     const RowMatrix move = problem.poses() - here.reported.values;
     if (move.lpNorm<Eigen::Infinity>() < kStill) {
-      LatentProblem bare(mechanism, alone, held, setup, problem.poses(), {false}, RobustLoss(), 1);
-      return bare.linearise(equations) ? Relaxed{problem.poses(), bare.chi_squares()[0]}
-                                       : Relaxed{};
+      return {problem.poses(), problem.chi_squares()[0]};  // damping costs nothing at rest
     }
     deviation =
         std::min(deviation * (move.cwiseProduct(last).sum() < 0 ? kShorter : kLonger), kLargest);
@@ -217,7 +216,11 @@ double left_unexplained(const Mechanism& mechanism, const Setup& setup,
   for (Index i = 0; i < poses.rows(); ++i) {
     aside.push_back(!poses.row(i).allFinite());
   }
-  return from_neighbours(mechanism, observations, setup, poses, aside, pose, damped).cost;
+  try {
+    return from_neighbours(mechanism, observations, setup, poses, aside, pose, damped).cost;
+  } catch (const Error&) {  // exact readings that contradict each other press on to a singular pose
+    return std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace symkin
