@@ -35,7 +35,7 @@ from symkin.identification.knowledge import (
     directions_of,
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
-from symkin.identification.models import Model, models_of
+from symkin.identification.models import Model, model_of, models_of
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
     FALSE_ALARMS,
@@ -339,6 +339,16 @@ class JointIdentification(Result):
         if not self.converged or self.degrees_of_freedom <= 0 or not self.symptoms:
             return ()
         return tuple(models_of(self))
+
+    def model(self, what: str) -> Model | None:
+        """One of `models` by its `what`, fitted once; None if that has no solution."""
+        if what not in self._models:
+            self._models[what] = model_of(self, what)
+        return self._models[what]
+
+    @cached_property
+    def _models(self) -> dict[str, Model | None]:
+        return {}
 
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:

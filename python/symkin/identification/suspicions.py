@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.hypotheses import motion_in_words, with_frames
-from symkin.identification.models import unseen_rms
+from symkin.identification.hypotheses import frame_in_words, with_frames
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
+from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
 
@@ -299,12 +299,14 @@ def contradiction_of(found: JointIdentification) -> str:
     options = found.options
     if options.free is None and not options.fixed and not options.shared:
         return ""
-    wide = dataclasses.replace(_all_free(options), prior="tolerances", gauge="prior")
+    wide = dataclasses.replace(
+        _all_free(options), prior="tolerances", gauge="prior", noise=found.noise
+    )
     try:
-        other = type(found).of(found.nominal, found.measurements, wide)
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, wide).resolved()
     except SymkinError:
         return ""
-    if not other.converged or other.unexplained:
+    if not fit.converged or fit.goodness.chi_square > fit.goodness.limit:
         return ""
     if not found.unexplained:
         return (
@@ -313,37 +315,32 @@ def contradiction_of(found: JointIdentification) -> str:
         )
     return (
         "what is held or shared contradicts the observations: with everything free within the "
-        f"tolerances it converges, to chi-square {other.chi_square:.3g} instead of "
-        f"{found.chi_square:.3g}, and moves {_most_moved(found, other)}"
+        f"tolerances it converges, to chi-square {fit.goodness.chi_square:.3g} "
+        f"instead of {found.chi_square:.3g}, and moves {_most_moved(found, problem, fit)}"
     )
 
 
-def _most_moved(found: JointIdentification, other: JointIdentification) -> str:
+def _most_moved(found: JointIdentification, problem: Problem, fit: _core.JointFit) -> str:
     """What of the held or shared moves most where it is free."""
     held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
-    moved = [
-        (abs(each.value - each.nominal) / each.tolerance, each.name)
-        for each in other.unknowns
-        if each.name in held and math.isfinite(each.deviation) and each.tolerance > 0
-    ]
-    return ", ".join(
-        f"{name} ({by:.2g} tolerances)" for by, name in sorted(moved)[: -_NAMED - 1 : -1]
-    )
+    layout = problem.layout
+    free = (layout.column >= 0) & (layout.tolerances > 0)
+    moves = np.abs(scalar_values(fit.setup) - scalar_values(problem.setup))[free]
+    names = np.array(layout.scalars)[free]
+    moved = sorted(zip(moves / layout.tolerances[free], names, strict=True), reverse=True)
+    named = [f"{name} ({by:.2g} tolerances)" for by, name in moved if name in held]
+    return ", ".join(named[:_NAMED])
 
 
 def _in_words(found: JointIdentification, other: Alternative) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
-        _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
-        asked = [f"--frames {frame}" for frame in other.options.frames]
-        asked += [f"--fixed {each}" for each in set(other.options.fixed) - set(found.options.fixed)]
-        return (
-            f"the frame of the measurements is not the drawing's ({evidence}): "
-            f"{motion_in_words(found.nominal.space, fit.setup.base)}; identify with "
-            f"{' '.join(asked)}"
-        )
+        fit = Problem.of(found.nominal, found.measurements, other.options).resolved()[1]
+        space, why = found.nominal.space, f" ({evidence})"
+        return frame_in_words(space, fit.setup.base, found.options, other.options, why)
     if other.what == "held":
-        moved = _most_moved(found, type(found).of(found.nominal, found.measurements, other.options))
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
+        moved = _most_moved(found, problem, fit)
         return (
             f"parameters that are held or shared are not as they are said to be ({evidence} if "
             f"all are free, which moves {moved}); free them{_help(found, other)}"
@@ -357,7 +354,8 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
 
 def _help(found: JointIdentification, other: Alternative) -> str:
     """By how much a model helps at poses that the fit did not see."""
-    rms = [unseen_rms(found, each) for each in (found.options, other.options)]
+    models = found.model("identified"), found.model(other.what)
+    rms = [each.unseen_rms if each else math.nan for each in models]
     if not all(map(math.isfinite, rms)):
         return ""
     return (
