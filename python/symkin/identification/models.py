@@ -14,9 +14,10 @@ from symkin.identification.problem import JointOptions, Problem
 from symkin.result import Value, field, record
 
 if TYPE_CHECKING:
+    from symkin.identification.fit import Fit
     from symkin.identification.joint import JointIdentification
 
-__all__ = ["Model", "model_of", "models_of"]
+__all__ = ["Model", "help_in_words", "model_of", "models_of", "unseen_rms"]
 
 _FOLDS = 5
 
@@ -69,7 +70,7 @@ def model_of(found: JointIdentification, what: str) -> Model | None:
     """Fit what was identified, one of its alternatives, or "frames alone"; None without a fit."""
     if what == "identified":
         goodness = found.chi_square, found.degrees_of_freedom
-        return Model(what, len(found.names), *goodness, _unseen_rms(found, found.options))
+        return Model(what, len(found.names), *goodness, unseen_rms(found, found.options))
     options = {each.what: each.options for each in found.alternatives}.get(what)
     if what == "frames alone":
         framed = with_frames(found.nominal, found.measurements, found.options)
@@ -85,10 +86,10 @@ def model_of(found: JointIdentification, what: str) -> Model | None:
     if not fit.converged:
         return None
     goodness = fit.goodness.chi_square, fit.goodness.degrees_of_freedom
-    return Model(what, len(problem.layout.names), *goodness, _unseen_rms(found, options))
+    return Model(what, len(problem.layout.names), *goodness, unseen_rms(found, options))
 
 
-def _unseen_rms(found: JointIdentification, options: JointOptions) -> float:
+def unseen_rms(found: Fit | JointIdentification, options: JointOptions) -> float:
     """How a model does at full poses that it did not see: closures of the legs, m; NaN without."""
     from symkin.identification.estimate import joint_cross_validation
 
@@ -100,3 +101,13 @@ def _unseen_rms(found: JointIdentification, options: JointOptions) -> float:
     except SymkinError:
         return math.nan
     return validation.residual_rms
+
+
+def help_in_words(before: float, after: float, closure_unit: str) -> str:
+    """By how much a model helps at poses that the fit did not see; empty where nobody knows."""
+    if not math.isfinite(before + after):
+        return ""
+    return (
+        f", which brings the closures at unseen poses from {1e3 * before:.3g} to "
+        f"{1e3 * after:.3g} m{closure_unit}"
+    )

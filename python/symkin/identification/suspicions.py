@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.hypotheses import frame_in_words, with_frames
+from symkin.identification.models import help_in_words
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
@@ -353,15 +354,9 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
 
 
 def _help(found: JointIdentification, other: Alternative) -> str:
-    """By how much a model helps at poses that the fit did not see."""
     models = found.model("identified"), found.model(other.what)
-    rms = [each.unseen_rms if each else math.nan for each in models]
-    if not all(map(math.isfinite, rms)):
-        return ""
-    return (
-        f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
-        f"{1e3 * rms[1]:.3g} m{found.nominal.space.closure_unit}"
-    )
+    before, after = (each.unseen_rms if each else math.nan for each in models)
+    return help_in_words(before, after, found.nominal.space.closure_unit)
 
 
 def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
