@@ -390,7 +390,7 @@ def _observed(stated: _Correction) -> Iterator[_Correction]:
 
 
 def _scaled(measured: Measurements, factor: float) -> Measurements | None:
-    """With other lengths, reported poses but for what a controller reports; None without any."""
+    """With other lengths, but for what a controller reports; None without any that have a unit."""
     size = measured.space.size
     changes: dict[str, Array] = {}
     for name in ("poses", "pose_deviations"):
@@ -401,8 +401,14 @@ def _scaled(measured: Measurements, factor: float) -> Measurements | None:
         for name in (f"{kind}s", f"{kind}_deviations"):
             if getattr(measured, name) is not None:
                 changes[name] = factor * getattr(measured, name)
-    lengths = (changes["poses"][:, :size], *(v for k, v in changes.items() if k != "poses"))
-    if not any(np.isfinite(each).any() for each in lengths):
+    lengths = (
+        np.abs(values[:, :size] if name == "poses" else values)
+        for name, values in changes.items()
+        if not name.endswith("_deviations")
+    )
+    known = np.concatenate([each[np.isfinite(each)] for each in lengths])
+    # Heights where a probe touches are zero in any unit: a wrong one would only become small.
+    if not len(known) or np.median(known) == 0:
         return None
     return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
 

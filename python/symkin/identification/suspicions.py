@@ -48,6 +48,7 @@ _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
+_ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 _OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 _POSES = ("poses", "reported")
 
@@ -367,11 +368,18 @@ def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
     named = "; ".join(
         f"row {found.measurements.row_numbers[found.rows.pose[each.row]]}, "
         f"{found.rows.what(each.row, space)}: off by {each.size:+.3g} "
-        f"{found.rows.unit(each.row, space, unit)} ({abs(each.t):.3g} deviations)"
+        f"{found.rows.unit(each.row, space, unit)} ({abs(each.t):.3g} deviations"
+        f"{_or_another(found.rows, each)})"
         for each in blunders[:_NAMED]
     )
     more = f" and {len(blunders) - _NAMED} more" if len(blunders) > _NAMED else ""
     yield f"single observations do not fit: {named}{more}"
+
+
+def _or_another(rows: Rows, blunder: Blunder) -> str:
+    """Whether another observation of the pose may be to blame: with one condition any may be."""
+    same = (rows.pose == rows.pose[blunder.row]) & (np.abs(rows.t) > _ALIKE * abs(blunder.t))
+    return ", or as well another observation of that row" if same.sum() > 1 else ""
 
 
 def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
