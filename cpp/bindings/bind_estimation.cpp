@@ -312,6 +312,8 @@ void bind_joint(py::module_& module) {
       py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
       py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
       py::arg("rows") = true, ReleaseGil());
+  module.def("left_unexplained", &symkin::left_unexplained, py::arg("mechanism"), py::arg("setup"),
+             py::arg("observations"), py::arg("poses"), py::arg("pose"), ReleaseGil());
 }
 
 void bind_fleet(py::module_& module) {

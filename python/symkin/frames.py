@@ -81,29 +81,25 @@ def frame(pose_space: str, values: Sequence[float]) -> Transform:
 
 def unframed(mechanism: Mechanism, poses: Array) -> Array:
     """Poses of the target in the device's frame as poses of the platform in the base's."""
-    frames = mechanism.frames
-    if frames is None or not (frames.base or frames.target):
-        return poses
-    space = mechanism.pose_space
-    base, target = (frame(space, values) for values in (frames.base, frames.target))
-    turned = base.turn + target.turn
-    own = poses_of(space, base.inverse @ transforms(space, poses) @ target.inverse)
-    if space == "planar":
-        own[:, 2] = poses[:, 2] - turned  # on the branch that was measured
-    return own
+    return _through_frames(mechanism, poses, inverse=True)
 
 
 def framed(mechanism: Mechanism, poses: Array) -> Array:
     """Poses of the platform in the base's frame as those of the target in the device's."""
+    return _through_frames(mechanism, poses, inverse=False)
+
+
+def _through_frames(mechanism: Mechanism, poses: Array, *, inverse: bool) -> Array:
     frames = mechanism.frames
     if frames is None or not (frames.base or frames.target):
         return poses
     space = mechanism.pose_space
-    base, target = (frame(space, values) for values in (frames.base, frames.target))
-    seen = poses_of(space, base @ transforms(space, poses) @ target)
+    ends = [frame(space, values) for values in (frames.base, frames.target)]
+    base, target = [each.inverse for each in ends] if inverse else ends
+    found = poses_of(space, base @ transforms(space, poses) @ target)
     if space == "planar":
-        seen[:, 2] = poses[:, 2] + base.turn + target.turn
-    return seen
+        found[:, 2] = poses[:, 2] + base.turn + target.turn  # on the branch that was given
+    return found
 
 
 def align(

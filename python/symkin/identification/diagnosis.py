@@ -9,20 +9,30 @@ than 1 of 100.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import named_legs
-from symkin.identification.fit import Fit, GoodnessOfFit, core_measurements
+from symkin.errors import SymkinError, named_legs
+from symkin.identification.fit import (
+    Estimator,
+    Fit,
+    FitOptions,
+    GoodnessOfFit,
+    core_measurements,
+)
 from symkin.identification.mistakes import coarse_readings, likely_causes, signs_of_mistakes
+from symkin.identification.models import help_in_words, unseen_rms
 from symkin.identification.plausibility import (
     implausible_parameters,
     unknown_parameters,
     weak_parameters,
 )
+from symkin.identification.problem import JointOptions
+from symkin.identification.unknowns import Sensor
 from symkin.observability import noise_of
 from symkin.result import Value, field, record
 from symkin.workspace.sample import coordinate_names
@@ -36,6 +46,8 @@ _CONDITION_LIMIT = 1e5
 # With fewer poses to spare, a noise three times larger than declared would often pass.
 _FEW_SPARE_POSES = 3
 _NAMED_ROWS = 5
+# Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
+_GROSS_CHI_SQUARE = 9.0
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
@@ -151,15 +163,7 @@ def diagnose(found: Fit) -> Diagnosis:
     -------
     Diagnosis
     """
-    rejected = sorted({int(row) for leg in found.legs for row in leg.rejected})
-    result = _core.diagnose(
-        found.mechanism.core,
-        core_measurements(found.measurements),
-        noise_of(found.noise),
-        rejected,
-        found.nominal.reading_unit == "rad",
-        FALSE_ALARMS,
-    )
+    result = _diagnosed(found)
     tests = _tests(found, result)
     outliers = _outliers(found, result)
     doubts = [*_doubts_of_size(found), *_doubts_of_noise(found), *signs_of_mistakes(found)]
@@ -172,11 +176,28 @@ def diagnose(found: Fit) -> Diagnosis:
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
     if doubts or consequences or not found.converged:
-        causes = likely_causes(found)
+        causes = [
+            f"likely cause: {cause}" for cause in likely_causes(found) or _gross_errors(found)
+        ]
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
     return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
+
+
+def _diagnosed(found: Fit) -> _core.Diagnosis:
+    return _core.diagnose(
+        found.mechanism.core,
+        core_measurements(found.measurements),
+        noise_of(found.noise),
+        _rejected(found),
+        found.nominal.reading_unit == "rad",
+        FALSE_ALARMS,
+    )
+
+
+def _rejected(found: Fit) -> list[int]:
+    return sorted({int(row) for leg in found.legs for row in leg.rejected})
 
 
 def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
@@ -226,6 +247,45 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
         if result.pose_p[row] < limit_of_pose or closures[row].min() < limit_of_closure
     ]
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
+
+
+def _gross_errors(found: Fit) -> list[str]:
+    """Poses without which everything fits.
+
+    A robust loss finds them, since some may mask each other, and rejects a few sound ones besides.
+    Only those are named that do not fit the others when they alone come back.
+    """
+    worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
+    if found.options.loss != "none" or worst < _GROSS_CHI_SQUARE:
+        return []
+    estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
+    options = FitOptions(estimator, found.options.poses, noise=found.noise)
+    count = len(found.measurements.poses)
+
+    def fitted(rows: NDArray[np.intp], how: FitOptions) -> Fit:
+        return Fit.of(found.nominal, found.measurements.subset(rows), how)
+
+    try:
+        robust = fitted(np.arange(count), replace(options, loss="cauchy"))
+        gross = np.array(_rejected(robust), dtype=np.intp)
+        sound = np.setdiff1d(np.arange(count), gross)
+        for row in gross if robust.converged else ():
+            rows = np.union1d(sound, [row])
+            back = fitted(rows, options)
+            if row not in rows[[each.row for each in _outliers(back, _diagnosed(back))]]:
+                gross = np.setdiff1d(gross, [row])
+        clean = fitted(np.setdiff1d(np.arange(count), gross), options)
+    except SymkinError:
+        return []
+    if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
+        return []
+    numbers = found.measurements.row_numbers[gross]
+    listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
+    return [
+        f"gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} of {count} "
+        "poses that do not fit the others, whose chi-square is "
+        f"{clean.chi_square:.3g} per degree of freedom"
+    ]
 
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:
@@ -346,16 +406,32 @@ def _size(alarms: Sequence[ResidualTest]) -> str:
     return f"{max(test.size for test in alarms) * 1e3:.3g} m{alarms[0].closure_unit} rms"
 
 
+def _eccentric(found: Fit) -> str:
+    """What to ask for where `joint` can learn it: of sensors that read an angle."""
+    if found.nominal.reading_unit != "rad":
+        return ""
+    return f"; identify with --sensor eccentric{_help(found, 'eccentric')}"
+
+
+def _help(found: Fit, sensor: Sensor) -> str:
+    """By how much `joint` does better with such sensors at poses that it did not see."""
+    straight = JointOptions(poses=found.options.poses, noise=found.noise)
+    models = straight, replace(straight, sensor=sensor)
+    before, after = (unseen_rms(found, each) for each in models)
+    return help_in_words(before, after, found.nominal.space.closure_unit)
+
+
 _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit], str]] = {
     "sensor_curvature": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
         f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "
-        "fills, a rope that stretches or a slipping drive; --sensor quadratic can learn it"
+        "fills, a rope that stretches or a slipping drive; identify with --sensor quadratic"
+        f"{_help(found, 'quadratic')}"
     ),
     "sensor_eccentricity": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals repeat with each turn of the sensor "
         f"({_size(alarms)} of the closures): an encoder or a spool runs out of true"
-        + ("; --sensor eccentric can learn it" if found.nominal.reading_unit == "rad" else "")
+        + _eccentric(found)
     ),
     "geometry": lambda alarms, found: (
         f"{_single_legs(alarms, found)}: the residuals depend on the pose, most on "

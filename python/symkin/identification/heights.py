@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
+from symkin.identification.knowledge import survey_of
 from symkin.probing import CALIPER, is_probed
 from symkin.result import Value, field, record
 
@@ -183,17 +184,12 @@ def _size_effects(found: JointIdentification, places: Array) -> tuple[Array, flo
 
     They are centred among the points, as long as these are wide.
     """
-    from symkin.identification.problem import Problem
-    from symkin.observed import Observed
-    from symkin.planning.observing import Survey
-
     centre = places.mean(axis=0)
     half = float(np.sqrt(np.mean(np.sum((places - centre)[:, :2] ** 2, axis=1))))
     angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     along = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)])
     robot = found.mechanism.replace(frames=None, curvature=None)
-    layout = Problem.of(found.nominal, found.measurements, found.options).layout
-    survey = Survey(Observed(("height",)), layout.names, layout.prior, robot, layout, found.options)
+    survey = survey_of(found, robot, "height")
     ends = [survey.effects(centre + sign * half * along)[0][:, :3] for sign in (-1, 1)]
     return np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * half), 2 * half
 

@@ -35,9 +35,9 @@ from symkin.workspace.sample import best_homes
 __all__ = [
     "Hypothesis",
     "explained_jointly",
+    "frame_in_words",
     "hypotheses_of",
     "in_modes",
-    "motion_in_words",
     "with_frames",
 ]
 
@@ -390,7 +390,7 @@ def _observed(stated: _Correction) -> Iterator[_Correction]:
 
 
 def _scaled(measured: Measurements, factor: float) -> Measurements | None:
-    """With other lengths, reported poses but for what a controller reports; None without any."""
+    """With other lengths, but for what a controller reports; None without any that have a unit."""
     size = measured.space.size
     changes: dict[str, Array] = {}
     for name in ("poses", "pose_deviations"):
@@ -401,8 +401,14 @@ def _scaled(measured: Measurements, factor: float) -> Measurements | None:
         for name in (f"{kind}s", f"{kind}_deviations"):
             if getattr(measured, name) is not None:
                 changes[name] = factor * getattr(measured, name)
-    lengths = (changes["poses"][:, :size], *(v for k, v in changes.items() if k != "poses"))
-    if not any(np.isfinite(each).any() for each in lengths):
+    lengths = (
+        np.abs(values[:, :size] if name == "poses" else values)
+        for name, values in changes.items()
+        if not name.endswith("_deviations")
+    )
+    known = np.concatenate([each[np.isfinite(each)] for each in lengths])
+    # Heights where a probe touches are zero in any unit: a wrong one would only become small.
+    if not len(known) or np.median(known) == 0:
         return None
     return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
 
@@ -413,13 +419,7 @@ def _frames(stated: _Correction) -> Iterator[_Correction]:
         return
 
     def words(fit: _core.JointFit) -> str:
-        asked = [f"--frames {frame}" for frame in options.frames]
-        asked += [f"--fixed {name}" for name in options.fixed if name not in stated.options.fixed]
-        return (
-            "the frame of the measurements is not the drawing's: "
-            f"{motion_in_words(stated.mechanism.space, fit.setup.base)}; identify with "
-            f"{' '.join(asked)}"
-        )
+        return frame_in_words(stated.mechanism.space, fit.setup.base, stated.options, options)
 
     yield stated._replace(words=words, options=options)
 
@@ -440,9 +440,16 @@ def with_frames(
     return dataclasses.replace(options, frames=("base", "target"), fixed=fixed)
 
 
-def motion_in_words(space: PoseSpace, frame: _core.Frame) -> str:
-    """How far a frame is from where it would be without any: in mm and degrees."""
-    shift = ", ".join(f"{1e3 * value:.3g}" for value in frame.position)
+def frame_in_words(
+    space: PoseSpace, base: _core.Frame, stated: JointOptions, framed: JointOptions, why: str = ""
+) -> str:
+    """That the measurements have a frame of their own, how far it is off, and what to ask for."""
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in base.position)
     moved = f"shifted by about ({shift}) mm and " if space.moves else ""
-    cosine = np.clip((np.trace(frame.rotation) - 1) / 2, -1, 1)
-    return f"{moved}turned by about {np.degrees(np.arccos(cosine)):.3g} degrees"
+    cosine = np.clip((np.trace(base.rotation) - 1) / 2, -1, 1)
+    asked = [f"--frames {frame}" for frame in framed.frames]
+    asked += [f"--fixed {name}" for name in framed.fixed if name not in stated.fixed]
+    return (
+        f"the frame of the measurements is not the drawing's{why}: {moved}turned by about "
+        f"{np.degrees(np.arccos(cosine)):.3g} degrees; identify with {' '.join(asked)}"
+    )

@@ -35,15 +35,17 @@ from symkin.identification.knowledge import (
     directions_of,
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
-from symkin.identification.models import Model, models_of
+from symkin.identification.models import Model, model_of, models_of
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
 from symkin.identification.suspicions import (
+    FALSE_ALARMS,
     Alternative,
     alternatives_of,
     contradiction_of,
     doubts_of,
     estimated_noise,
     notes_of,
+    observed_count,
     symptoms_of,
     without_blunders,
 )
@@ -338,6 +340,16 @@ class JointIdentification(Result):
             return ()
         return tuple(models_of(self))
 
+    def model(self, what: str) -> Model | None:
+        """One of `models` by its `what`, fitted once; None if that has no solution."""
+        if what not in self._models:
+            self._models[what] = model_of(self, what)
+        return self._models[what]
+
+    @cached_property
+    def _models(self) -> dict[str, Model | None]:
+        return {}
+
     @cached_property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """Corrections that were tried since something speaks against it; empty otherwise."""
@@ -444,9 +456,35 @@ class JointIdentification(Result):
         -------
         _core.JointFit
         """
+        return self._settled(unseen).fit()
+
+    @cached_property
+    def unexplained_rows(self) -> tuple[int, ...]:
+        """Rows of `aside` that the noise does not explain: what they observed is lost.
+
+        Not those where no more was observed than a pose has coordinates, which noise alone may
+        leave without any pose, nor those that hardly show a direction of the pose, in which nothing
+        can be linearised.
+        """
+        told = observed_count(self.measurements) - self.nominal.space.dof
+        problem = self._settled(self.measurements)
+        core = problem.mechanism.straight, problem.setup, problem.observations
+        limit = FALSE_ALARMS / max(len(self.conditions), 1)
+        return tuple(
+            row
+            for row in self.aside
+            if told[row] > 0
+            and _core.chi_square_tail(
+                _core.left_unexplained(*core, self.latent_poses, row), int(told[row])
+            )
+            < limit
+        )
+
+    def _settled(self, measurements: Measurements) -> Problem:
+        """Observations of the calibrated robot, of which only the poses are unknown."""
         settled = self.mechanism.replace(identification=None, noise=self.noise)
         held = JointOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": _HELD})
-        return Problem.of(settled, unseen, held).fit()
+        return Problem.of(settled, measurements, held)
 
     def page(self) -> Page:
         """Return what there is to say of it."""

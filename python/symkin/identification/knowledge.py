@@ -15,8 +15,18 @@ from symkin.result import Value, field, record
 
 if TYPE_CHECKING:
     from symkin.identification.joint import JointIdentification
+    from symkin.mechanism import Mechanism
+    from symkin.observed import Observable
+    from symkin.planning.observing import Survey
 
-__all__ = ["Correlation", "Direction", "Expected", "correlations_of", "directions_of"]
+__all__ = [
+    "Correlation",
+    "Direction",
+    "Expected",
+    "correlations_of",
+    "directions_of",
+    "survey_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -84,9 +94,6 @@ class Expected(Value):
     @classmethod
     def of(cls, found: JointIdentification) -> Expected | None:
         """Over the calibrated mechanism's workspace; None without one, or for curved sensors."""
-        from symkin.identification.problem import Problem
-        from symkin.observed import Observed
-        from symkin.planning.observing import Survey
         from symkin.workspace import sample_workspace
 
         robot = found.mechanism
@@ -94,13 +101,7 @@ class Expected(Value):
             return None
         try:
             poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
-            layout = Problem.of(found.nominal, found.measurements, found.options).layout
-            if layout.names != found.names:  # some were held to settle the gauge
-                layout = layout.without(
-                    [i for i, name in enumerate(layout.names) if name not in found.names]
-                )
-            survey = Survey(Observed(), layout.names, layout.prior, robot, layout, found.options)
-            effects, good = survey.effects(poses)
+            effects, good = survey_of(found, robot).effects(poses)
         except SymkinError:
             return None
         if not len(effects):
@@ -115,6 +116,21 @@ class Expected(Value):
             where=poses[good][worst],
             poses=len(effects),
         )
+
+
+def survey_of(
+    found: JointIdentification, robot: Mechanism, observed: Observable = "pose"
+) -> Survey:
+    """What may be observed of a robot whose unknowns are the columns of an estimate."""
+    from symkin.identification.problem import Problem
+    from symkin.observed import Observed
+    from symkin.planning.observing import Survey
+
+    layout = Problem.of(found.nominal, found.measurements, found.options).layout
+    # Some may have been held to settle the gauge.
+    held = [i for i, name in enumerate(layout.names) if name not in found.names]
+    layout = layout.without(held) if held else layout
+    return Survey(Observed((observed,)), layout.names, layout.prior, robot, layout, found.options)
 
 
 def directions_of(found: JointIdentification, tolerances: Array) -> tuple[Direction, ...]:

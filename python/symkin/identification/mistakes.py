@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import shortest, turn_of
 from symkin.errors import FailedFitError, SymkinError, named_legs
-from symkin.identification.fit import Estimator, Fit, FitOptions
+from symkin.identification.fit import Fit
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
@@ -43,8 +43,6 @@ Array = NDArray[np.float64]
 
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
-# Chi-square per degree of freedom from which outliers are looked for by a robust loss.
-_GROSS = 9.0
 # What explains readings must leave this much less unexplained than what the file says.
 _MUCH_BETTER = 9.0
 # How near a slope must be to a unit's factor, and to 1.
@@ -101,31 +99,7 @@ def signs_of_mistakes(found: Fit) -> list[str]:
 
 def likely_causes(found: Fit) -> list[str]:
     """Name corrections that explain the measurements of a doubtful estimate better."""
-    causes = _better_readings(found.nominal, found.measurements, found) or _gross_errors(found)
-    return [f"likely cause: {cause}" for cause in causes]
-
-
-def _gross_errors(found: Fit) -> list[str]:
-    """Poses without which everything fits."""
-    worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
-    if found.options.loss != "none" or worst < _GROSS:
-        return []
-    estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
-    options = FitOptions(estimator, found.options.poses, "cauchy", noise=found.noise)
-    try:
-        tried = Fit.of(found.nominal, found.measurements, options)
-    except SymkinError:
-        return []
-    rows = sorted({int(row) for leg in tried.legs for row in leg.rejected})
-    if not tried.converged or not rows or any(fit.unexplained for fit in tried.goodness):
-        return []
-    numbers = found.measurements.row_numbers[rows]
-    listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
-    return [
-        f"gross errors in rows {listed}: a robust loss (cauchy) rejects {len(rows)} of "
-        f"{len(found.measurements.poses)} poses, and chi-square of the others is "
-        f"{tried.chi_square:.3g} per degree of freedom"
-    ]
+    return _better_readings(found.nominal, found.measurements, found)
 
 
 def _used(found: Fit, leg: int) -> NDArray[np.intp]:

@@ -14,9 +14,10 @@ from symkin.identification.problem import JointOptions, Problem
 from symkin.result import Value, field, record
 
 if TYPE_CHECKING:
+    from symkin.identification.fit import Fit
     from symkin.identification.joint import JointIdentification
 
-__all__ = ["Model", "models_of", "unseen_rms"]
+__all__ = ["Model", "help_in_words", "model_of", "models_of", "unseen_rms"]
 
 _FOLDS = 5
 
@@ -51,13 +52,8 @@ class Model(Value):
 
 def models_of(found: JointIdentification) -> Iterator[Model]:
     """Fit models besides the one that was asked for to the same observations."""
-    identified = Model(
-        "identified",
-        len(found.names),
-        found.chi_square,
-        found.degrees_of_freedom,
-        unseen_rms(found, found.options),
-    )
+    identified = found.model("identified")
+    assert identified is not None
     yield identified
     if found.spread > 1:
         yield dataclasses.replace(
@@ -66,27 +62,34 @@ def models_of(found: JointIdentification) -> Iterator[Model]:
             unknowns=identified.unknowns + 1,
             chi_square=float(found.degrees_of_freedom),
         )
-    options = {each.what: each.options for each in found.alternatives}
-    framed = with_frames(found.nominal, found.measurements, found.options)
-    if framed is not None:
-        alone = dataclasses.replace(framed, free=framed.frames, shared=(), prior=None)
-        options["frames alone"] = dataclasses.replace(alone, noise=found.noise)
-    for what, each in options.items():
-        try:
-            problem, fit, _ = Problem.of(found.nominal, found.measurements, each).resolved()
-        except SymkinError:
-            continue
-        if fit.converged:
-            yield Model(
-                what,
-                len(problem.layout.names),
-                fit.goodness.chi_square,
-                fit.goodness.degrees_of_freedom,
-                unseen_rms(found, each),
-            )
+    wider = [found.model(each.what) for each in found.alternatives]
+    yield from (each for each in (*wider, found.model("frames alone")) if each is not None)
 
 
-def unseen_rms(found: JointIdentification, options: JointOptions) -> float:
+def model_of(found: JointIdentification, what: str) -> Model | None:
+    """Fit what was identified, one of its alternatives, or "frames alone"; None without a fit."""
+    if what == "identified":
+        goodness = found.chi_square, found.degrees_of_freedom
+        return Model(what, len(found.names), *goodness, unseen_rms(found, found.options))
+    options = {each.what: each.options for each in found.alternatives}.get(what)
+    if what == "frames alone":
+        framed = with_frames(found.nominal, found.measurements, found.options)
+        options = framed and dataclasses.replace(
+            framed, free=framed.frames, shared=(), prior=None, noise=found.noise
+        )
+    if options is None:
+        return None
+    try:
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+    except SymkinError:
+        return None
+    if not fit.converged:
+        return None
+    goodness = fit.goodness.chi_square, fit.goodness.degrees_of_freedom
+    return Model(what, len(problem.layout.names), *goodness, unseen_rms(found, options))
+
+
+def unseen_rms(found: Fit | JointIdentification, options: JointOptions) -> float:
     """How a model does at full poses that it did not see: closures of the legs, m; NaN without."""
     from symkin.identification.estimate import joint_cross_validation
 
@@ -98,3 +101,13 @@ def unseen_rms(found: JointIdentification, options: JointOptions) -> float:
     except SymkinError:
         return math.nan
     return validation.residual_rms
+
+
+def help_in_words(before: float, after: float, closure_unit: str) -> str:
+    """By how much a model helps at poses that the fit did not see; empty where nobody knows."""
+    if not math.isfinite(before + after):
+        return ""
+    return (
+        f", which brings the closures at unseen poses from {1e3 * before:.3g} to "
+        f"{1e3 * after:.3g} m{closure_unit}"
+    )

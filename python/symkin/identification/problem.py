@@ -276,7 +276,12 @@ class Problem:
         held = _datum(self.fit(nearest=True), self.layout)
         problem = self.with_layout(self.layout.without(held))
         names = ", ".join(self.layout.names[i] for i in held)
-        return problem, problem.fit(), f"{names} are held as drawn, and carry the others"
+        verbs = ("is", "carries") if len(held) == 1 else ("are", "carry")
+        return (
+            problem,
+            problem.fit(),
+            f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
+        )
 
 
 def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.hypotheses import motion_in_words, with_frames
-from symkin.identification.models import unseen_rms
+from symkin.identification.hypotheses import frame_in_words, with_frames
+from symkin.identification.models import help_in_words
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
+from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from symkin.measurements import Measurements
 
 __all__ = [
+    "FALSE_ALARMS",
     "Alternative",
     "alternatives_of",
     "blunder_limit",
@@ -33,19 +35,22 @@ __all__ = [
     "doubts_of",
     "estimated_noise",
     "notes_of",
+    "observed_count",
     "symptoms_of",
     "without_blunders",
 ]
 
 Array = NDArray[np.float64]
 
-_FALSE_ALARMS = 1e-3
+FALSE_ALARMS = 1e-3  # of one kind of test, for a sound robot
 _UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effect not measured
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _NAMED = 3
+_ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 _OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
+_POSES = ("poses", "reported")
 
 
 @record
@@ -108,10 +113,7 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
     """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
-    # Where no more is observed than a pose has coordinates, noise alone may leave none, and nothing
-    # is lost with it.
-    told = _observed_count(found.measurements) > found.measurements.space.dof
-    aside = [row for row in found.aside if told[row]]
+    aside = found.unexplained_rows
     if aside:
         shown = ", ".join(str(numbers[row]) for row in aside[:8])
         more = f" and {len(aside) - 8} more" if len(aside) > 8 else ""
@@ -159,7 +161,7 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
         )
 
 
-def _observed_count(taken: Measurements) -> NDArray[np.intp]:
+def observed_count(taken: Measurements) -> NDArray[np.intp]:
     """How many scalars were observed of each row; a rotation in space counts as three."""
     count = np.zeros(len(taken.poses), dtype=np.intp)
     for name in _OBSERVED:
@@ -167,8 +169,8 @@ def _observed_count(taken: Measurements) -> NDArray[np.intp]:
         if values is not None:
             known = np.isfinite(values).reshape(len(values), -1)
             count += known.sum(axis=1)
-            if name in ("poses", "reported") and known.shape[1] == 7:
-                count -= known[:, 6]
+            if name in _POSES and taken.space.has_quaternion:
+                count -= known[:, -1]
     return count
 
 
@@ -208,7 +210,7 @@ def blunder_limit(found: JointIdentification) -> float:
     Where all residuals are too large, one that is as large as the others is no blunder.
     """
     known = max(int(np.isfinite(found.rows.t).sum()), 1)
-    return found.spread * NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / known)
+    return found.spread * NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
 
 
 def blunders_of(found: JointIdentification) -> list[Blunder]:
@@ -283,7 +285,7 @@ def _compared(
         terms=terms,
         spare=spare,
         p_value=_core.f_tail(statistic, terms, spare),
-        limit=_FALSE_ALARMS / 3,
+        limit=FALSE_ALARMS / 3,
         options=wide,
     )
 
@@ -299,12 +301,14 @@ def contradiction_of(found: JointIdentification) -> str:
     options = found.options
     if options.free is None and not options.fixed and not options.shared:
         return ""
-    wide = dataclasses.replace(_all_free(options), prior="tolerances", gauge="prior")
+    wide = dataclasses.replace(
+        _all_free(options), prior="tolerances", gauge="prior", noise=found.noise
+    )
     try:
-        other = type(found).of(found.nominal, found.measurements, wide)
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, wide).resolved()
     except SymkinError:
         return ""
-    if not other.converged or other.unexplained:
+    if not fit.converged or fit.goodness.chi_square > fit.goodness.limit:
         return ""
     if not found.unexplained:
         return (
@@ -313,37 +317,32 @@ def contradiction_of(found: JointIdentification) -> str:
         )
     return (
         "what is held or shared contradicts the observations: with everything free within the "
-        f"tolerances it converges, to chi-square {other.chi_square:.3g} instead of "
-        f"{found.chi_square:.3g}, and moves {_most_moved(found, other)}"
+        f"tolerances it converges, to chi-square {fit.goodness.chi_square:.3g} "
+        f"instead of {found.chi_square:.3g}, and moves {_most_moved(found, problem, fit)}"
     )
 
 
-def _most_moved(found: JointIdentification, other: JointIdentification) -> str:
+def _most_moved(found: JointIdentification, problem: Problem, fit: _core.JointFit) -> str:
     """What of the held or shared moves most where it is free."""
     held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
-    moved = [
-        (abs(each.value - each.nominal) / each.tolerance, each.name)
-        for each in other.unknowns
-        if each.name in held and math.isfinite(each.deviation) and each.tolerance > 0
-    ]
-    return ", ".join(
-        f"{name} ({by:.2g} tolerances)" for by, name in sorted(moved)[: -_NAMED - 1 : -1]
-    )
+    layout = problem.layout
+    free = (layout.column >= 0) & (layout.tolerances > 0)
+    moves = np.abs(scalar_values(fit.setup) - scalar_values(problem.setup))[free]
+    names = np.array(layout.scalars)[free]
+    moved = sorted(zip(moves / layout.tolerances[free], names, strict=True), reverse=True)
+    named = [f"{name} ({by:.2g} tolerances)" for by, name in moved if name in held]
+    return ", ".join(named[:_NAMED])
 
 
 def _in_words(found: JointIdentification, other: Alternative) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
-        _problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
-        asked = [f"--frames {frame}" for frame in other.options.frames]
-        asked += [f"--fixed {each}" for each in set(other.options.fixed) - set(found.options.fixed)]
-        return (
-            f"the frame of the measurements is not the drawing's ({evidence}): "
-            f"{motion_in_words(found.nominal.space, fit.setup.base)}; identify with "
-            f"{' '.join(asked)}"
-        )
+        fit = Problem.of(found.nominal, found.measurements, other.options).resolved()[1]
+        space, why = found.nominal.space, f" ({evidence})"
+        return frame_in_words(space, fit.setup.base, found.options, other.options, why)
     if other.what == "held":
-        moved = _most_moved(found, type(found).of(found.nominal, found.measurements, other.options))
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
+        moved = _most_moved(found, problem, fit)
         return (
             f"parameters that are held or shared are not as they are said to be ({evidence} if "
             f"all are free, which moves {moved}); free them{_help(found, other)}"
@@ -356,14 +355,9 @@ def _in_words(found: JointIdentification, other: Alternative) -> str:
 
 
 def _help(found: JointIdentification, other: Alternative) -> str:
-    """By how much a model helps at poses that the fit did not see."""
-    rms = [unseen_rms(found, each) for each in (found.options, other.options)]
-    if not all(map(math.isfinite, rms)):
-        return ""
-    return (
-        f", which brings the closures at unseen poses from {1e3 * rms[0]:.3g} to "
-        f"{1e3 * rms[1]:.3g} m{found.nominal.space.closure_unit}"
-    )
+    models = found.model("identified"), found.model(other.what)
+    before, after = (each.unseen_rms if each else math.nan for each in models)
+    return help_in_words(before, after, found.nominal.space.closure_unit)
 
 
 def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
@@ -374,11 +368,18 @@ def _blunders_in_words(found: JointIdentification) -> Iterator[str]:
     named = "; ".join(
         f"row {found.measurements.row_numbers[found.rows.pose[each.row]]}, "
         f"{found.rows.what(each.row, space)}: off by {each.size:+.3g} "
-        f"{found.rows.unit(each.row, space, unit)} ({abs(each.t):.3g} deviations)"
+        f"{found.rows.unit(each.row, space, unit)} ({abs(each.t):.3g} deviations"
+        f"{_or_another(found.rows, each)})"
         for each in blunders[:_NAMED]
     )
     more = f" and {len(blunders) - _NAMED} more" if len(blunders) > _NAMED else ""
     yield f"single observations do not fit: {named}{more}"
+
+
+def _or_another(rows: Rows, blunder: Blunder) -> str:
+    """Whether another observation of the pose may be to blame: with one condition any may be."""
+    same = (rows.pose == rows.pose[blunder.row]) & (np.abs(rows.t) > _ALIKE * abs(blunder.t))
+    return ", or as well another observation of that row" if same.sum() > 1 else ""
 
 
 def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
@@ -391,7 +392,7 @@ def _far_from_the_drawing(found: JointIdentification) -> Iterator[str]:
     ]  # fmt: skip
     if not moved:
         return
-    limit = NormalDist().inv_cdf(1 - _FALSE_ALARMS / 2 / len(moved))
+    limit = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / len(moved))
     far = sorted((each for each in moved if each[0] > limit), key=lambda each: -each[0])
     if far:
         named = ", ".join(
@@ -429,7 +430,7 @@ def without_blunders(
             worst = int(own[np.argmax(size[own])])
             left = fit.conditions[pose] - 1
             rest = fit.chi_squares[pose] - rows.t[worst] ** 2
-            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > _FALSE_ALARMS
+            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > FALSE_ALARMS
             changes.append((pose, worst if sound or left == 0 else -1))
         if not changes:
             break
@@ -456,11 +457,10 @@ def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Mea
                 copied(name)[pose] = np.nan
     else:
         kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
-        values = copied(kind)[pose : pose + 1].reshape(1, -1)
-        quaternion = kind in ("poses", "reported") and values.shape[1] == 7 and index >= 3
-        values[0, 3:] = np.nan if quaternion else values[0, 3:]
-        if not quaternion:
-            values[0, index] = np.nan
+        values = copied(kind)[pose].reshape(-1)
+        space = measurements.space
+        whole = kind in _POSES and space.has_quaternion and index >= space.size
+        values[slice(space.size, None) if whole else index] = np.nan
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 

@@ -9,7 +9,7 @@ import pytest
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.identification import Identification, JointIdentification
-from symkin.identification.suspicions import blunders_of
+from symkin.identification.suspicions import blunders_of, observed_count
 from symkin.observed import Observed
 from symkin.settings import Frames, IdentificationSettings, NoiseSettings
 
@@ -419,3 +419,32 @@ def test_the_hexapods_sensors_are_found_to_bend(hexapod, hexapod_table):
     validation = curved.cross_validated(5).cross_validation
     assert validation.evaluation.position_rms < 0.75e-3
     assert validation.residual_rms < 0.4e-3
+
+
+def test_a_pose_that_noise_explains_but_that_nothing_can_be_linearised_at_is_no_doubt(paper):
+    """Of row 24 leg 3 was not read; the others hardly show the angle there."""
+    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), 20)
+    observe = Observed("position", missing=0.2)
+    taken = symkin.simulate(paper, plan, 1022, observe=observe).measurements.for_all_legs()
+    sound = symkin.identify(paper, taken, prior="tolerances")
+    assert sound.aside == (22,)
+    assert sound.trustworthy
+
+    poses = np.array(taken.poses)
+    poses[22, 1] += 2e-3
+    wrong = symkin.identify(paper, dataclasses.replace(taken, poses=poses), prior="tolerances")
+    assert any("no pose explains row 24" in doubt for doubt in wrong.doubts)
+
+
+def test_a_rotation_alone_counts_as_three_and_is_left_out_as_a_whole():
+    robot = symkin.load_mechanism("agile_eye")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 500, seed=1), 12)
+    taken = symkin.simulate(robot, plan, 1).measurements.for_all_legs()
+    assert (observed_count(taken) == 3 + len(robot.legs)).all()
+    poses = np.array(taken.poses)
+    poses[4] += [5e-3, 0, 0, 0]
+    poses[4] /= np.linalg.norm(poses[4])
+    spoiled = dataclasses.replace(taken, poses=poses)
+    found = symkin.identify(robot, spoiled, loss_per="reading", prior="tolerances")
+    assert {row for row, _ in found.rejected} == {4}
+    assert found.trustworthy

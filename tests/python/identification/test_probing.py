@@ -209,3 +209,23 @@ def test_positions_in_the_frame_of_the_robot_are_taken_so_where_frames_are_said(
     assert not any(each.name.startswith("base.") for each in found.unknowns)
     assert found.degrees_of_freedom > 0
     assert not found.unexplained
+
+
+def test_what_a_datum_holds_is_no_unknown_of_the_size(delta, actual):
+    free, frames = ["sensor_offset", "plane"], ["plane"]
+    found = symkin.identify(
+        delta, touched(actual), free=free, frames=frames, prior={}, gauge="datum"
+    )
+    assert found.gauge == "leg2.sensor_offset is held as drawn, and carries the others"
+    assert len(found.names) == 5
+    assert found.heights.size_after < found.heights.size_before
+
+
+def test_a_wrong_height_is_named_by_its_row_of_which_it_may_be_any_observation(delta, actual):
+    taken = touched(actual)
+    heights = np.array(taken.heights)
+    heights[7] += 1e-3
+    found = symkin.identify(delta, dataclasses.replace(taken, heights=heights))
+    told = next(each for each in found.doubts if "do not fit" in each)
+    assert f"row {taken.row_numbers[7]}," in told
+    assert "or as well another observation of that row" in told

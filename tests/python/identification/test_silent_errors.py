@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -339,3 +340,28 @@ def test_no_estimator_trusts_a_mistake(measured, estimator, error):
     if not error.where(mechanism):
         pytest.skip("no mistake for this mechanism")
     assert said_of(mechanism, error.change(mechanism, sound), estimator)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_of_one_gross_error_no_sound_row_is_named(seed):
+    robot = symkin.load_mechanism("linear_delta")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 1000, seed=1), 20)
+    taken = symkin.simulate(robot, plan, seed).measurements.for_all_legs()
+    poses = np.array(taken.poses)
+    poses[7, 0] += 5e-3
+    found = symkin.identify(robot, replace(taken, poses=poses))
+    assert f"gross errors in rows {taken.row_numbers[7]}: " in found.doubts[0]
+
+
+def test_a_bent_sensor_is_told_with_what_helps_and_by_how_much():
+    robot = symkin.load_mechanism("3RRR")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 1000, seed=1), 20)
+    simulated = symkin.simulate(robot, plan, 1)
+    bent = simulated.actual.replace(curvature=[[2e-3, 0, 0]] * 3)
+    taken = simulated.measurements.for_all_legs()
+    readings = bent.inverse_kinematics(taken.poses)
+    for estimator in ("implicit", "joint"):
+        found = symkin.identify(robot, replace(taken, readings=readings), estimator)
+        doubt = next(each for each in found.doubts if "--sensor quadratic" in each)
+        told = re.search(r"closures at unseen poses from (\S+) to (\S+) mm", doubt)
+        assert float(told[1]) > 2 * float(told[2])

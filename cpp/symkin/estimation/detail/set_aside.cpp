@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "symkin/estimation/joint.hpp"
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {
@@ -56,6 +58,10 @@ std::vector<Index> nearest_poses(const RowMatrix& readings, Index pose,
   return nearest;
 }
 
+Layout nothing_free(const Setup& setup) {
+  return {std::vector<Index>(static_cast<std::size_t>(UnknownList(setup).size()), -1), Vector(0)};
+}
+
 // The pose that its own observations ask for with all else held, from `start`, and what they leave
 // unexplained there; no pose if there is none.
 struct Relaxed {
@@ -68,8 +74,7 @@ Relaxed relaxed(const Mechanism& mechanism, const Observations& observations, co
   constexpr int kMaxSteps = 50;
   constexpr double kStill = 1e-10;
   const Observations alone = observations.at(pose);
-  const Layout held{std::vector<Index>(static_cast<std::size_t>(UnknownList(setup).size()), -1),
-                    Vector(0)};
+  const Layout held = nothing_free(setup);
   LatentProblem problem(mechanism, alone, held, setup, start, {false}, RobustLoss(), 1);
   NormalEquations equations;
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -82,6 +87,46 @@ Relaxed relaxed(const Mechanism& mechanism, const Observations& observations, co
     if ((problem.poses() - before).lpNorm<Eigen::Infinity>() < kStill) {
       return {problem.poses(), cost};
     }
+  }
+  return {};
+}
+
+// The same in steps that a weak observation of where it is damps: where the observations hardly
+// show a direction, whole steps leap across the bend of the others for ever. The place where it
+// comes to rest serves to tell whether the noise explains them, not to linearise there.
+Relaxed damped(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
+               Index pose, const RowMatrix& start) {
+  constexpr int kMaxSteps = 1000;
+  constexpr double kLargest = 0.01;  // m or rad
+  constexpr double kShorter = 0.5;   // after a step that takes back the last one
+  constexpr double kLonger = 1.2;
+  constexpr double kStill = 1e-8;
+  const Observations alone = observations.at(pose);
+  if (alone.reported.any()) {
+    return {};
+  }
+  const Layout held = nothing_free(setup);
+  Observations here = alone;
+  here.reported.values = start;
+  double deviation = kLargest;
+  RowMatrix last = RowMatrix::Zero(1, start.cols());
+  NormalEquations equations;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    here.reported.deviations = RowMatrix::Constant(1, mechanism.dof(), deviation);
+    LatentProblem problem(mechanism, here, held, setup, here.reported.values, {false}, RobustLoss(),
+                          1);
+    if (!problem.linearise(equations)) {
+      return {};
+    }
+    problem.step(Vector(0));
+    const RowMatrix move = problem.poses() - here.reported.values;
+    if (move.lpNorm<Eigen::Infinity>() < kStill) {
+      return {problem.poses(), problem.chi_squares()[0]};  // damping costs nothing at rest
+    }
+    deviation =
+        std::min(deviation * (move.cwiseProduct(last).sum() < 0 ? kShorter : kLonger), kLargest);
+    last = move;
+    here.reported.values = problem.poses();
   }
   return {};
 }
@@ -116,11 +161,38 @@ Vector aspect_of(const Mechanism& mechanism, const Observations& observations, c
   return signs;
 }
 
+// What `relax` makes of a pose that is set aside, from those with near readings: where every leg
+// keeps its working mode and all together their aspect. A missing reading leaves room for other
+// solutions: the one that explains most counts.
+template <typename Relax>
+Relaxed from_neighbours(const Mechanism& mechanism, const Observations& observations,
+                        const Setup& setup, const RowMatrix& poses, const std::vector<bool>& aside,
+                        Index pose, Relax relax) {
+  constexpr int kNeighbours = 8;
+  Relaxed best;
+  int tried = 0;
+  for (const Index near : nearest_poses(observations.readings.values, pose, aside)) {
+    if (tried++ == kNeighbours) {
+      break;
+    }
+    const RowMatrix start = poses.row(near);
+    Relaxed found = relax(mechanism, observations, setup, pose, start);
+    if (!(found.cost < best.cost)) {
+      continue;
+    }
+    const Vector here = aspect_of(mechanism, observations, setup, pose, found.pose);
+    const Vector there = aspect_of(mechanism, observations, setup, near, start);
+    if ((here.array() * there.array() >= 0).all()) {
+      best = std::move(found);
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 Index take_in(const Mechanism& mechanism, const Observations& observations,
               LatentProblem& problem) {
-  constexpr int kNeighbours = 8;
   const std::vector<bool> aside = problem.aside();
   Index taken = 0;
   for (std::size_t k = 0; k < aside.size(); ++k) {
@@ -128,30 +200,27 @@ Index take_in(const Mechanism& mechanism, const Observations& observations,
       continue;
     }
     const auto pose = static_cast<Index>(k);
-    // A missing reading leaves room for other solutions: the one that explains most counts.
-    Relaxed best;
-    int tried = 0;
-    for (const Index near : nearest_poses(observations.readings.values, pose, aside)) {
-      if (tried++ == kNeighbours) {
-        break;
-      }
-      const RowMatrix start = problem.poses().row(near);
-      Relaxed found = relaxed(mechanism, observations, problem.setup(), pose, start);
-      if (!(found.cost < best.cost)) {
-        continue;
-      }
-      const Vector here = aspect_of(mechanism, observations, problem.setup(), pose, found.pose);
-      const Vector there = aspect_of(mechanism, observations, problem.setup(), near, start);
-      if ((here.array() * there.array() >= 0).all()) {
-        best = std::move(found);
-      }
-    }
+    const Relaxed best = from_neighbours(mechanism, observations, problem.setup(), problem.poses(),
+                                         aside, pose, relaxed);
     if (best.pose.size() > 0) {
       problem.take_in(pose, best.pose.data());
       ++taken;
     }
   }
   return taken;
+}
+
+double left_unexplained(const Mechanism& mechanism, const Setup& setup,
+                        const Observations& observations, const RowMatrix& poses, Index pose) {
+  std::vector<bool> aside;
+  for (Index i = 0; i < poses.rows(); ++i) {
+    aside.push_back(!poses.row(i).allFinite());
+  }
+  try {
+    return from_neighbours(mechanism, observations, setup, poses, aside, pose, damped).cost;
+  } catch (const Error&) {  // exact readings that contradict each other press on to a singular pose
+    return std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace symkin
