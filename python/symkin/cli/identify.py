@@ -28,9 +28,11 @@ from symkin.cli.unknown_options import (
     PrintedOption,
     PriorOption,
     SensorOption,
+    SensorTableOption,
     SharedOption,
     printed_lengths,
     unknowns,
+    with_sensor_table,
 )
 from symkin.identification import JointIdentification, Loss
 from symkin.identification.unknowns import Gauge, LossPer
@@ -66,6 +68,7 @@ def identify(
     prior: PriorOption = None,
     frames: FramesOption = None,
     sensor: SensorOption = None,
+    sensor_table: SensorTableOption = None,
     printed: PrintedOption = None,
     gauge: Annotated[
         Gauge | None,
@@ -123,12 +126,13 @@ def identify(
         )
     with progress() as stage:
         stage("reading the mechanism and the measurements")
-        nominal = symkin.load_mechanism(mechanism)
+        nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
         mapping = load_columns(columns) if columns else None
         measured = symkin.read_measurements(measurements, nominal, mapping)
         for piece in printed_lengths(printed):
             measured = with_printed_length(nominal, measured, piece)
-        with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
+        inputs = [nominal.source, measurements, columns, sensor_table]
+        with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *JointIdentification.FILES) if out else None
             stage("identifying")
             found = symkin.identify(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -32,12 +33,14 @@ __all__ = [
     "PrintedOption",
     "PriorOption",
     "SensorOption",
+    "SensorTableOption",
     "SharedOption",
     "TargetOption",
     "observed",
     "planned",
     "printed_lengths",
     "unknowns",
+    "with_sensor_table",
 ]
 
 NO_PLANE = "0, 0, 0"
@@ -116,6 +119,30 @@ SensorOption = Annotated[
     Sensor | None,
     typer.Option(help="What sensors may do besides a straight line: bend, or err once a turn."),
 ]
+SensorTableOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="What the sensors show and what straight ones would, of a certificate: CSV with "
+        "columns reading_deg and joint_deg (any unit), and leg if they differ. By default what "
+        "the mechanism's file says.",
+    ),
+]
+
+
+def with_sensor_table(mechanism: Mechanism, path: Path | None) -> Mechanism:
+    """Return the mechanism with the sensors' table of a file, if there is one."""
+    if path is None:
+        return mechanism
+    from symkin.io.sensor_tables import read_sensor_table
+
+    table = read_sensor_table(
+        path,
+        legs=len(mechanism.legs),
+        reading_unit=mechanism.reading_unit,
+        step=mechanism.step,
+    )
+    return mechanism.replace(sensor_table=table)
 
 
 def observed(

@@ -60,6 +60,8 @@ class WorkspaceSample(Result):
         Kind of the poses.
     reading_unit : {"rad", "m"}
         Of the readings.
+    shown : ndarray, shape (N, legs), or None
+        What the sensors show, of a mechanism with a `SensorTable`: files have it.
     """
 
     poses: NDArray[np.float64] = field(private=True)
@@ -69,6 +71,7 @@ class WorkspaceSample(Result):
     rejected: Mapping[str, int]
     pose_space: str = field(private=True)
     reading_unit: str = field(private=True)
+    shown: NDArray[np.float64] | None = field(private=True, default=None)
     derived = ("share",)
 
     @property
@@ -88,7 +91,8 @@ class WorkspaceSample(Result):
 
         poses = pose_column_names(self.pose_space)
         readings = reading_column_names(self.readings.shape[1], self.reading_unit)
-        table = np.hstack([self.poses, self.readings, self.conditions[:, np.newaxis]])
+        shown = self.readings if self.shown is None else self.shown
+        table = np.hstack([self.poses, shown, self.conditions[:, np.newaxis]])
         return dict(zip([*poses, *readings, "condition"], table.T, strict=True))
 
     def __len__(self) -> int:
@@ -124,6 +128,8 @@ def sample_workspace(
     SymkinError
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
+    from symkin.io.sensor_tables import shown_readings
+
     options = workspace_options(mechanism)
     _require_usable_home(mechanism, options.reach_margin)
     sample = _core.sample_workspace(
@@ -140,6 +146,9 @@ def sample_workspace(
         rejected={cause: getattr(sample.rejections, cause) for cause in _CAUSES},
         pose_space=mechanism.pose_space,
         reading_unit=mechanism.reading_unit,
+        shown=None
+        if mechanism.sensor_table is None
+        else shown_readings(mechanism, sample.readings),
     )
 
 
