@@ -298,7 +298,8 @@ class Mechanism(Kinematics):
     def estimated(self) -> NDArray[np.intp]:
         """Columns of the parameters that are identified, shape (legs, k), ascending.
 
-        The others are held at their values: constants of the description, and of a guide in space
+        The others are held at their values: constants of the description, radii of pulleys, which
+        `identify` may free, and of a guide in space
         that coordinate of its point along which it runs, since the sensor's offset does the same.
         """
         columns = np.array(self.core.estimated_parameters, dtype=np.intp)
@@ -324,8 +325,8 @@ class Mechanism(Kinematics):
     @property
     def held(self) -> tuple[tuple[str, ...], ...]:
         """Names of each leg's parameters that are held since others do the same."""
-        constant = [role.is_constant for role in self.parameter_roles]
-        held = ~self.is_estimated & ~np.array(constant)
+        as_given = [role.is_constant or role.is_given for role in self.parameter_roles]
+        held = ~self.is_estimated & ~np.array(as_given)
         return tuple(tuple(np.array(self.parameter_names)[row].tolist()) for row in held)
 
     @property

@@ -333,7 +333,8 @@ def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
         sign = "positive"
     elif kind == "gain":
         sign = "not zero"
-    elif kind == "radius" and not info.signed_radius:  # a guide's distance is signed
+    # A guide's distance is signed.
+    elif kind == "pulley_radius" or (kind == "radius" and not info.signed_radius):
         sign = "not negative"
     note = "active joint per sensor reading" if kind == "gain" else ""
     if name in info.defaults:
