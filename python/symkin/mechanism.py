@@ -379,6 +379,11 @@ class Mechanism(Kinematics):
         """Return `make_plan` of `count` poses out of its workspace, with the options of that."""
         from symkin.planning import make_plan
 
+        if count is not None and not isinstance(count, int | np.integer):
+            raise MechanismError(
+                f"count is a {type(count).__name__}; expected a number of poses (to choose among "
+                "poses of your own: make_plan(mechanism, poses, count))"
+            )
         sample = self.sample_workspace(seed=options.get("seed"))
         return make_plan(self, sample, count, **options)
 

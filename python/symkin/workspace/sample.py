@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.errors import MechanismFileError, SymkinError, named_legs
+from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 from symkin.poses import poses_from_bounds
@@ -158,6 +158,17 @@ def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_
     return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
 
 
+def _rows(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+    """Poses as rows of as many columns as the mechanism's have."""
+    rows = np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != len(mechanism.home):
+        raise MechanismError(
+            f"poses have shape {rows.shape}; expected (N, {len(mechanism.home)}) of "
+            f'"{mechanism.name}"'
+        )
+    return rows
+
+
 def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of a workspace's coordinates: position, then angle or rotation vector."""
     return tuple(mechanism.space.units)
@@ -165,7 +176,7 @@ def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
 
 def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """Poses in a workspace's coordinates, shape (N, dof): m, and rad in (-pi, pi]."""
-    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    rows = _rows(mechanism, poses)
     if not mechanism.space.turns:
         return rows
     if mechanism.pose_space == "planar":
@@ -180,7 +191,7 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose lies in the workspace's box, shape (N,); always without a workspace."""
-    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    rows = _rows(mechanism, poses)
     workspace = mechanism.workspace
     inside = np.ones(len(rows), dtype=np.bool_)
     if workspace is None:
@@ -203,6 +214,7 @@ def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float
 
     The largest of all legs and poses; zero where no leg can reach.
     """
+    poses = _rows(mechanism, poses)
     readings = mechanism.inverse_kinematics(poses)
     largest = 0.0
     for leg, tolerances in enumerate(parameter_tolerances(mechanism)):
