@@ -48,8 +48,8 @@ ObserveOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="KIND",
-        help="pose (the default), position, orientation, points, distance, height, or readings "
-        "alone; may be repeated.",
+        help="pose (the default), position, orientation, points, distance, height, reported (the "
+        "platform's pose by the controller), or readings alone; may be repeated.",
     ),
 ]
 BaseOption = Annotated[
