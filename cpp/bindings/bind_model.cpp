@@ -23,6 +23,7 @@ void bind_chains(py::module_& module) {
       .value("length", ParameterKind::length)
       .value("arc", ParameterKind::arc)
       .value("eccentricity", ParameterKind::eccentricity)
+      .value("pulley_radius", ParameterKind::pulley_radius)
       .value("radius", ParameterKind::radius)
       .value("azimuth", ParameterKind::azimuth)
       .value("polar_angle", ParameterKind::polar_angle)

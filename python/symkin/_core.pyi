@@ -709,6 +709,8 @@ class ParameterKind:
     
       eccentricity
     
+      pulley_radius
+    
       radius
     
       azimuth
@@ -733,22 +735,23 @@ class ParameterKind:
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'radius': <ParameterKind.radius: 3>, 'azimuth': <ParameterKind.azimuth: 4>, 'polar_angle': <ParameterKind.polar_angle: 5>, 'height': <ParameterKind.height: 6>, 'direction_azimuth': <ParameterKind.direction_azimuth: 7>, 'direction_distance': <ParameterKind.direction_distance: 8>, 'reference_azimuth': <ParameterKind.reference_azimuth: 9>, 'guide_elevation': <ParameterKind.guide_elevation: 10>, 'axis_elevation': <ParameterKind.axis_elevation: 11>, 'swing': <ParameterKind.swing: 12>, 'gain': <ParameterKind.gain: 13>, 'offset': <ParameterKind.offset: 14>}
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'reference_azimuth': <ParameterKind.reference_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'axis_elevation': <ParameterKind.axis_elevation: 12>, 'swing': <ParameterKind.swing: 13>, 'gain': <ParameterKind.gain: 14>, 'offset': <ParameterKind.offset: 15>}
     arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
-    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 11>
-    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 4>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 7>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 8>
+    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 12>
+    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 5>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 8>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 9>
     eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 2>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 13>
-    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 10>
-    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 6>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 14>
+    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 11>
+    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 7>
     length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 14>
-    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 5>
-    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 3>
-    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 9>
-    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 12>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 15>
+    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 6>
+    pulley_radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.pulley_radius: 3>
+    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 4>
+    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 10>
+    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 13>
     @typing.overload
     def __eq__(self, other: ParameterKind) -> bool:
         ...

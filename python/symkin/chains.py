@@ -44,8 +44,8 @@ class ParameterRole(NamedTuple):
         "length", "arc" or "eccentricity" of a link; "radius", "azimuth", "polar_angle" or "height"
         of a point; "azimuth" and "polar_angle" of an axis through the centre; "direction_azimuth"
         or "direction_distance" of a guide in the plane; "guide_elevation" or "axis_elevation" and
-        "swing" of a direction in space, and the "reference_azimuth" that it is given from; "gain"
-        or "offset" of the sensor.
+        "swing" of a direction in space, and the "reference_azimuth" that it is given from;
+        "pulley_radius" of a cable; "gain" or "offset" of the sensor.
     """
 
     end: str
@@ -55,6 +55,11 @@ class ParameterRole(NamedTuple):
     def is_constant(self) -> bool:
         """Whether it belongs to the description, and is never estimated."""
         return self.kind == "reference_azimuth"
+
+    @property
+    def is_given(self) -> bool:
+        """Whether it is taken as it is given, unless somebody frees it."""
+        return self.kind == "pulley_radius"
 
     @property
     def of_sensor(self) -> bool:

@@ -290,6 +290,7 @@ def evaluate(
             own = unframed(model, measurements.poses)
             measurements = dataclasses.replace(measurements, poses=own)
         whole = np.isfinite(measurements.poses).all(axis=1)
+        measurements.require_table(model.sensor_table)
         if not whole.any():
             raise SymkinError("no row has a full measured pose, so none can be evaluated")
         complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))

@@ -121,7 +121,8 @@ class Kinematics:
     def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
         """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
 
-        `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach.
+        `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach, but
+        NaN inside of a pulley, where there is no cable.
 
         Returns
         -------

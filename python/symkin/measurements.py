@@ -18,6 +18,7 @@ from symkin import _core
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
 from symkin.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.result import Result, Value, field, record
+from symkin.sensor_table import SensorTable
 
 if TYPE_CHECKING:
     from symkin.settings import NoiseSettings
@@ -90,6 +91,8 @@ class Measurements(Result):
         Of the target above a plane: zero where a probe touches it. Spatial robots only.
     height_deviations : ndarray, shape (N,), or None
         Of `heights`.
+    sensor_table : SensorTable or None
+        The mechanism's, which has made the readings straight; files have what the sensors show.
     """
 
     poses: NDArray[np.float64]
@@ -109,6 +112,7 @@ class Measurements(Result):
     distance_deviations: NDArray[np.float64] | None = None
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
+    sensor_table: SensorTable | None = field(private=True, default=None)
 
     PAGE: ClassVar[str] = "measurements.measurements_page"
 
@@ -259,6 +263,21 @@ class Measurements(Result):
             raise NotIdentifiableError(
                 f"{origin}{self.incomplete_because}; legs are identified one by one from full "
                 "poses only"
+            )
+
+    def require_table(self, table: SensorTable | None) -> None:
+        """Refuse to be used with a mechanism whose sensors have another table.
+
+        Raises
+        ------
+        MeasurementError
+            Saying where the readings have to go through it.
+        """
+        if table != self.sensor_table:
+            raise MeasurementError(
+                "the readings did not go through the sensor table of this mechanism; read them "
+                "with it, or make them straight (SensorTable.straight) and say so "
+                "(Measurements.of(..., sensor_table=...))"
             )
 
     def standard_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:

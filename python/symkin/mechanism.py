@@ -20,6 +20,7 @@ from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.legs import Leg, common_chain, parameter_values
 from symkin.poses import POSE_SPACES, PoseSpace, poses_from_bounds
+from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,
     DrawnPoints,
@@ -89,6 +90,9 @@ class Mechanism(Kinematics):
         c psi^2 + a cos(psi) + b sin(psi)`` at the reading psi (in rad for a and b).
     points : DrawnPoints, optional
         That its file gives points by coordinates, and in which frames.
+    sensor_table : SensorTable, optional
+        Through which readings in files go, and which makes the sensors straight. The mechanism's
+        readings, their noise and their limits are those of straight sensors.
 
     Raises
     ------
@@ -115,6 +119,7 @@ class Mechanism(Kinematics):
     identification: IdentificationSettings | None
     curvature: Array | None
     points: DrawnPoints | None
+    sensor_table: SensorTable | None
     straight: _core.Mechanism
     _info: ClassVar[ChainInfo]  # set with the others, but no field
     _parameters: ClassVar[Array]
@@ -140,6 +145,7 @@ class Mechanism(Kinematics):
         identification: IdentificationSettings | None = None,
         curvature: ArrayLike | None = None,
         points: DrawnPoints | None = None,
+        sensor_table: SensorTable | None = None,
     ) -> None:
         if not name.isprintable():
             raise MechanismError(
@@ -148,6 +154,8 @@ class Mechanism(Kinematics):
         legs = tuple(legs)
         if reading_step is not None and not 0 < reading_step < np.inf:
             raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
+        if sensor_table is not None:
+            sensor_table.require_legs(len(legs))
         info = chain_info(common_chain(legs), platform)
         legs = tuple(
             dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
@@ -179,6 +187,7 @@ class Mechanism(Kinematics):
                 else _of_legs("curvature", curvature, (len(legs), 3))
             ),
             "points": points,
+            "sensor_table": sensor_table,
             "straight": _core.Mechanism(
                 name, info.name, platform, values, [leg.working_mode for leg in legs]
             ),
@@ -289,7 +298,8 @@ class Mechanism(Kinematics):
     def estimated(self) -> NDArray[np.intp]:
         """Columns of the parameters that are identified, shape (legs, k), ascending.
 
-        The others are held at their values: constants of the description, and of a guide in space
+        The others are held at their values: constants of the description, radii of pulleys, which
+        `identify` may free, and of a guide in space
         that coordinate of its point along which it runs, since the sensor's offset does the same.
         """
         columns = np.array(self.core.estimated_parameters, dtype=np.intp)
@@ -315,8 +325,8 @@ class Mechanism(Kinematics):
     @property
     def held(self) -> tuple[tuple[str, ...], ...]:
         """Names of each leg's parameters that are held since others do the same."""
-        constant = [role.is_constant for role in self.parameter_roles]
-        held = ~self.is_estimated & ~np.array(constant)
+        as_given = [role.is_constant or role.is_given for role in self.parameter_roles]
+        held = ~self.is_estimated & ~np.array(as_given)
         return tuple(tuple(np.array(self.parameter_names)[row].tolist()) for row in held)
 
     @property
@@ -369,6 +379,11 @@ class Mechanism(Kinematics):
         """Return `make_plan` of `count` poses out of its workspace, with the options of that."""
         from symkin.planning import make_plan
 
+        if count is not None and not isinstance(count, int | np.integer):
+            raise MechanismError(
+                f"count is a {type(count).__name__}; expected a number of poses (to choose among "
+                "poses of your own: make_plan(mechanism, poses, count))"
+            )
         sample = self.sample_workspace(seed=options.get("seed"))
         return make_plan(self, sample, count, **options)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.errors import NotIdentifiableError, one_of
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, record
@@ -254,7 +254,12 @@ def with_combinations(
     directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
     if names is None or not directions.size:
         return error
+    scale = np.asarray(scale, dtype=np.float64)
     if scale.size:
+        if scale.shape != directions.shape[:1]:
+            raise SymkinError(
+                f"scale has shape {scale.shape}; expected ({len(directions)},), or nothing"
+            )
         directions = directions / np.where(scale > 0, scale, 1)[:, None]
         directions = directions / np.linalg.norm(directions, axis=0)
     unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)

@@ -24,7 +24,9 @@ from symkin.settings import Frames, NoiseSettings
 __all__ = ["NO_NOISE", "Observable", "Observed"]
 
 Array = NDArray[np.float64]
-Observable = Literal["pose", "position", "orientation", "points", "distance", "height", "readings"]
+Observable = Literal[
+    "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
+]
 NO_NOISE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
 
@@ -41,7 +43,8 @@ class Observed:
     kinds : tuple of str
         ``"pose"`` of the target, or its ``"position"`` or ``"orientation"`` alone; ``"points"``;
         ``"distance"`` of the target from anchors; ``"height"`` of the target above a plane, in
-        space; ``"readings"``: nothing else. One of them may be given as it is.
+        space; ``"reported"``: the platform's own pose in the base frame, exactly, by a controller
+        that knows the robot; ``"readings"``: nothing else. One of them may be given as it is.
     base : tuple of float or None
         The robot's base in the device's frame; None: the same.
     target : tuple of float or None
@@ -183,6 +186,8 @@ class Observed:
             away = seen.translation[:, None] - np.array(self._of("anchors", size))
             distances = np.linalg.norm(away, axis=2)
             found["distances"] = noisy("distance_deviations", distances, noise.position)
+        if "reported" in self.kinds:
+            found["reported"] = taken.poses
         if "height" in self.kinds:
             if size != 3:
                 raise SymkinError(

@@ -14,6 +14,7 @@ from symkin.errors import SymkinError
 from symkin.mechanism import Leg, Mechanism
 
 __all__ = [
+    "axis_of_drawing",
     "cartesian",
     "centres",
     "jacobian",
@@ -148,18 +149,7 @@ def _centres_of_symmetry(
     """What the legs' rotations turn about, at height 0; nothing if there are none."""
     from symkin.symmetry import detect_symmetry
 
-    parameters = [dict(leg) for leg in legs]
-    for end, drawn in points.items():
-        kinds = point_parameters(info, end)
-        for kind, values in polar(drawn - about[end], kinds).items():
-            for leg, value in zip(parameters, values.tolist(), strict=True):
-                leg[kinds[kind]] = value
-    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
-    made = Mechanism(
-        "drawn",
-        [Leg(info.name, each, mode) for each, mode in zip(parameters, modes, strict=True)],
-        platform=platform,
-    )
+    made = _drawn_mechanism(info, legs, modes, points, about)
     group = detect_symmetry(made).structure
     if group.rotations == 1:
         return {}
@@ -169,6 +159,66 @@ def _centres_of_symmetry(
         each[:2] += centre[end]
         each[2:] = 0.0
     return level
+
+
+def axis_of_drawing(mechanism: Mechanism) -> str:
+    """Return "x" or "y" if drawn points have more rotations about that axis than about z, else "".
+
+    Symmetries are about Z. Within the tolerances; only for legs that are known by their points.
+    """
+    info = chain_info(mechanism.chain, mechanism.platform)
+    kinds = {end: point_parameters(info, end) for end in ("base", "platform")}
+    kinds = {end: names for end, names in kinds.items() if names}
+    of_points = {name for names in kinds.values() for name in names.values()}
+    own = {name for name, role in info.parameter_roles.items() if not role.of_sensor}
+    drawn = mechanism.points
+    if drawn is None or not mechanism.space.in_space or own != of_points:
+        return ""
+    legs = [dict(leg.parameters) for leg in mechanism.legs]
+    points = {}
+    for end, names in kinds.items():
+        values = {kind: np.array([leg[name] for leg in legs]) for kind, name in names.items()}
+        points[end] = cartesian(values) + np.array(getattr(drawn, end) or np.zeros(3))
+    rotations = {}
+    for axis, order in (("", [0, 1, 2]), ("x", [1, 2, 0]), ("y", [2, 0, 1])):
+        turned = {end: each[:, order] for end, each in points.items()}
+        about = {end: _place(each) for end, each in turned.items()}
+        try:
+            made = _drawn_mechanism(info, legs, list(mechanism.working_modes), turned, about)
+            rotations[axis] = _rotations(made.replace(tolerances=mechanism.tolerances))
+        except SymkinError:  # two points in one place
+            rotations[axis] = 1
+    return max(rotations, key=lambda axis: rotations[axis])  # of equal ones the first
+
+
+def _rotations(mechanism: Mechanism) -> int:
+    """How many rotations its legs have within their tolerances."""
+    from symkin.symmetry.detection import detect_within
+    from symkin.symmetry.near import scaled_tolerance
+
+    return detect_within(mechanism, scaled_tolerance(mechanism, 1.0)).structure.rotations
+
+
+def _drawn_mechanism(
+    info: ChainInfo,
+    legs: list[dict[str, float]],
+    modes: list[int],
+    points: Mapping[str, Array],
+    about: Mapping[str, Array],
+) -> Mechanism:
+    """The legs with points by parameters about these places."""
+    parameters = [dict(leg) for leg in legs]
+    for end, drawn in points.items():
+        kinds = point_parameters(info, end)
+        for kind, values in polar(drawn - about[end], kinds).items():
+            for leg, value in zip(parameters, values.tolist(), strict=True):
+                leg[kinds[kind]] = value
+    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
+    return Mechanism(
+        "drawn",
+        [Leg(info.name, each, mode) for each, mode in zip(parameters, modes, strict=True)],
+        platform=platform,
+    )
 
 
 def _place(points: Array, symmetric: Array | None = None) -> Array:

@@ -179,12 +179,14 @@ def space_named(name: str, coordinates: int) -> PoseSpace:
 
 def cross_matrices(vectors: Array) -> Array:
     """Matrices of the vector product from the left, shape (N, 3, 3)."""
+    vectors = _shaped("vectors", vectors, 3)
     crossed: Array = np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
     return crossed
 
 
 def rotations_from_vectors(vectors: Array) -> Array:
     """Rotation matrices (N, 3, 3) of rotation vectors (N, 3), rad."""
+    vectors = _shaped("rotation vectors", vectors, 3)
     angles = np.linalg.norm(vectors, axis=1)[:, None, None]
     crossed = cross_matrices(vectors)
     # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
@@ -194,6 +196,7 @@ def rotations_from_vectors(vectors: Array) -> Array:
 
 def vectors_from_rotations(rotations: Array) -> Array:
     """Rotation vectors (N, 3), rad, of rotation matrices (N, 3, 3)."""
+    rotations = _shaped("rotation matrices", rotations, 3, 3)
     skew = np.stack(
         [rotations[:, k, j] - rotations[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1
     )
@@ -214,7 +217,7 @@ def vectors_from_rotations(rotations: Array) -> Array:
 
 def rotations_from_quaternions(quaternions: Array) -> Array:
     """Rotation matrices (N, 3, 3) of unit quaternions (x, y, z, w), shape (N, 4)."""
-    x, y, z, w = quaternions.T
+    x, y, z, w = _shaped("quaternions", quaternions, 4).T
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -226,6 +229,7 @@ def rotations_from_quaternions(quaternions: Array) -> Array:
 
 def quaternions_from_rotation_vectors(vectors: Array) -> Array:
     """Return unit quaternions (x, y, z, w), shape (N, 4), of rotation vectors (N, 3), rad."""
+    vectors = _shaped("rotation vectors", vectors, 3)
     half = np.linalg.norm(vectors, axis=1, keepdims=True) / 2
     # np.sinc(x) is sin(pi x) / (pi x): finite at zero rotation.
     return np.hstack([vectors * np.sinc(half / np.pi) / 2, np.cos(half)])
@@ -236,6 +240,7 @@ def wrong_quaternion(poses: Array) -> tuple[int, float] | None:
 
     A norm within 1e-3 of 1 is rounded, and is brought to 1 by the core; NaN is no pose at all.
     """
+    poses = np.asarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] not in (4, 7):
         return None
     with np.errstate(over="ignore", invalid="ignore"):
@@ -260,8 +265,22 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
     """
     values = np.ascontiguousarray(values, dtype=np.float64)
     space = POSE_SPACES[pose_space]
+    if values.shape[-1] != space.dof:
+        raise MeasurementError(
+            f"coordinates have shape {values.shape}; expected (..., {space.dof}) of a {space.name} "
+            "pose"
+        )
     if not space.has_quaternion:
         return values
     position, vectors = values[..., : space.size], values[..., space.size :]
     quaternions = quaternions_from_rotation_vectors(vectors.reshape(-1, 3))
     return np.concatenate([position, quaternions.reshape(*values.shape[:-1], 4)], axis=-1)
+
+
+def _shaped(name: str, values: Array, *shape: int) -> Array:
+    """Refuse arrays that are not rows of this shape."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape[1:] != shape or array.ndim != len(shape) + 1:
+        expected = ", ".join(map(str, shape))
+        raise MeasurementError(f"{name} have shape {array.shape}; expected (N, {expected})")
+    return array

@@ -19,6 +19,7 @@ from symkin.observed import NO_NOISE, Observable, Observed
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.result import Result, record
+from symkin.sensor_table import turned_into_table
 
 __all__ = ["Observable", "Observed", "Simulation", "disturb", "simulate", "simulate_observed"]
 
@@ -165,11 +166,12 @@ def simulate_observed(
     taken = result.measurements
     measurements = Measurements(
         taken.poses,
-        taken.readings,
+        turned_into_table(mechanism, taken.readings),
         np.array(taken.leg_sets, dtype=np.intp),
         np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
+        sensor_table=mechanism.sensor_table,
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)

@@ -299,3 +299,10 @@ def test_the_rooms_form_no_circle():
             for node in ast.walk(ast.parse(path.read_text())):
                 name = node.module if isinstance(node, ast.ImportFrom) else None
                 assert not (name or "").startswith(tuple(f"symkin.{each}" for each in above)), path
+
+
+def test_legs_a_dozen_tolerances_apart_are_not_alike():
+    result = check_mechanism(symkin.load_mechanism("hangprinter"))
+    assert result.verdict == (
+        "The legs are not alike: leg 3 differs most, base_radius by 65 mm (13 tolerances)."
+    )

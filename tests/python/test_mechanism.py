@@ -137,3 +137,8 @@ def test_every_public_name_is_offered_for_completion_and_is_there():
     assert set(symkin.__all__) <= set(dir(symkin))
     assert all(hasattr(symkin, name) for name in symkin.__all__)
     assert symkin.__version__[0].isdigit()
+
+
+def test_a_plan_of_poses_where_their_number_belongs_is_refused_in_words(paper):
+    with pytest.raises(MechanismError, match=r"count is a WorkspaceSample; .* make_plan\("):
+        paper.plan(symkin.sample_workspace(paper, 20, seed=1))

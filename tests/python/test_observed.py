@@ -185,3 +185,20 @@ def test_what_was_simulated_is_written_and_read(
     read = symkin.read_measurements(tmp_path / "measurements.csv", made)
     assert replace(read, source=None) == simulation.measurements
     assert "Measurements" in read.text()
+
+
+def test_poses_that_a_controller_reports_tell_where_the_device_stands(tmp_path: Path) -> None:
+    made = robot("3RRR")
+    base, target = (1.0, -0.5, 3.0), (0.05, 0.0, 0.17)
+    given = Observed(("pose", "reported"), base=base, target=target)
+    simulation = symkin.simulate(made, plan("3RRR"), 1, observe=given)
+    simulation.write(tmp_path)
+    taken = simulation.measurements
+    assert taken.reported is not None
+    readings = simulation.actual.inverse_kinematics(taken.reported)
+    assert np.abs(readings - taken.readings).max() < 0.01
+    measured, reported = symkin.alignment.poses_of_mechanism(made, tmp_path / "measurements.csv")
+    assert reported == pytest.approx(taken.reported)
+    frames = symkin.align_frames(measured, reported, convention="as measured").frames
+    assert frames.base == pytest.approx(base, abs=1e-3)
+    assert frames.target == pytest.approx(target, abs=1e-3)

@@ -34,7 +34,8 @@ std::vector<Index> estimated_parameters(const ChainInfo& chain, ConstVector para
   }
   std::vector<Index> estimated;
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    if (i != redundant && !is_constant(chain.parameters[i].role.kind)) {
+    const ParameterKind kind = chain.parameters[i].role.kind;
+    if (i != redundant && !is_constant(kind) && !is_given(kind)) {
       estimated.push_back(static_cast<Index>(i));
     }
   }

@@ -9,10 +9,10 @@
 namespace symkin {
 
 // Which of a leg's parameters are unknown, ascending; the others are held at their values, because
-// they are constants of the description, or because others do the same. To move the point that a
-// slider's travel counts from along its guide is to change the sensor's offset: of the point's
-// radius, azimuth and height that one is held along which the guide runs most, the height first.
-// As many for every leg of a chain.
+// they are constants of the description, given, or because others do the same. To move the point
+// that a slider's travel counts from along its guide is to change the sensor's offset: of the
+// point's radius, azimuth and height that one is held along which the guide runs most, the height
+// first. As many for every leg of a chain.
 std::vector<Index> estimated_parameters(const ChainInfo& chain, ConstVector parameters);
 
 }  // namespace symkin

@@ -26,6 +26,9 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
     if (role.kind == ParameterKind::length && value <= 0) {
       throw ImpossibleLeg(what + "; expected a positive length");
     }
+    if (role.kind == ParameterKind::pulley_radius && value < 0) {
+      throw ImpossibleLeg(what + "; expected a radius that is not negative");
+    }
     if (role.kind == ParameterKind::arc && !(value > 0 && value < kPi)) {
       throw ImpossibleLeg(what + "; expected an arc between 0 and pi rad");
     }

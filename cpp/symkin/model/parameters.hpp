@@ -15,6 +15,9 @@ inline constexpr ParameterInfo kDistalArc{"distal_arc", {End::none, ParameterKin
 inline constexpr ParameterInfo kGuideOffset{"guide_offset",
                                             {End::none, ParameterKind::eccentricity}};
 
+inline constexpr ParameterInfo kPulleyRadius{"pulley_radius",
+                                             {End::none, ParameterKind::pulley_radius}};
+
 inline constexpr ParameterInfo kBaseRadius{"base_radius", {End::base, ParameterKind::radius}};
 inline constexpr ParameterInfo kBaseAngle{"base_angle", {End::base, ParameterKind::azimuth}};
 inline constexpr ParameterInfo kBasePolarAngle{"base_polar_angle",

@@ -34,6 +34,7 @@ enum class ParameterKind {
   length,              // m, of a link: positive
   arc,                 // rad, of a link on a sphere: between 0 and pi
   eccentricity,        // m, of a guide from the joint that it turns about; of either sign
+  pulley_radius,       // m, that a cable runs over: given, and estimated only if it is asked for
   radius,              // m, of a point from the origin
   azimuth,             // rad, of a point or an axis about Z
   polar_angle,         // rad, of a point or an axis from Z
@@ -72,6 +73,9 @@ constexpr bool is_mirrored(ParameterKind kind) {
 
 // Part of the description, not of what is known with an error.
 constexpr bool is_constant(ParameterKind kind) { return kind == ParameterKind::reference_azimuth; }
+
+// Taken as it is given, unless somebody frees it.
+constexpr bool is_given(ParameterKind kind) { return kind == ParameterKind::pulley_radius; }
 
 // An angle of the geometry. Whether an offset is one, the active joint says.
 constexpr bool is_angle(ParameterKind kind) {

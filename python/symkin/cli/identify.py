@@ -10,7 +10,7 @@ import typer
 
 import symkin
 from symkin.cli.console import not_converged, print_result, progress
-from symkin.cli.option_values import columns_of, printed_length_of
+from symkin.cli.option_values import columns_of, printed_length_of, with_sensor_table
 from symkin.cli.options import (
     ColumnsOption,
     EstimatorOption,
@@ -59,6 +59,15 @@ def identify(
         typer.Option(help="Whether a blunder spoils its pose, or is found and left out alone."),
     ] = None,
     unknown: Unknown,
+    sensor_table: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What the sensors show and what straight ones would, of a certificate: CSV with "
+            "columns reading_deg and joint_deg (any unit), and leg if they differ. By default "
+            "what the mechanism's file says.",
+        ),
+    ] = None,
     printed: Annotated[
         str | None,
         typer.Option(
@@ -120,12 +129,13 @@ def identify(
         )
     with progress() as stage:
         stage("reading the mechanism and the measurements")
-        nominal = symkin.load_mechanism(mechanism)
+        nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
         mapping = columns_of(columns)
         measured = symkin.read_measurements(measurements, nominal, mapping)
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
-        with OutputFiles([nominal.source, measurements, columns], overwrite) as outputs:
+        inputs = [nominal.source, measurements, columns, sensor_table]
+        with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *JointIdentification.FILES) if out else None
             stage("identifying")
             found = symkin.identify(

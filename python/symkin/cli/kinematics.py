@@ -60,6 +60,7 @@ def kinematics(
     from symkin.drawing import as_drawn
     from symkin.io.columns import pose_column_names, reading_column_names
     from symkin.io.plans import read_pose_list
+    from symkin.io.sensor_tables import shown_readings
     from symkin.io.tables import write_table
 
     with progress() as stage:
@@ -78,10 +79,11 @@ def kinematics(
                 readings = robot.inverse_kinematics(poses)
             names = pose_column_names(robot.pose_space)
             names += reading_column_names(len(robot.legs), robot.reading_unit)
-            columns = dict(zip(names, [*as_drawn(robot, poses).T, *readings.T], strict=True))
+            shown = shown_readings(robot, readings)
+            columns = dict(zip(names, [*as_drawn(robot, poses).T, *shown.T], strict=True))
             if target:
                 write_table(target / file, columns)
-    missed = int(np.isnan(poses if forward else readings).any(axis=1).sum())
+    missed = int(np.isnan(poses if forward else shown).any(axis=1).sum())
     if as_json:
         document = {"command": "kinematics", "mechanism": robot.name, "forward": forward}
         print_json({**document, "rows": len(poses), "out_of_reach": missed, **columns})
@@ -96,12 +98,13 @@ def kinematics(
 
 def _readings(path: Path, mechanism: Mechanism) -> NDArray[np.float64]:
     """Readings of all legs, columns named as symkin names them."""
-    from symkin.io.columns import own_columns, read_readings
+    from symkin.io.columns import own_columns
+    from symkin.io.sensor_tables import read_straight_readings
     from symkin.io.tables import read_table
 
     table = read_table(path, mechanism.step)
     columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
-    readings = read_readings(table, columns, mechanism.reading_unit)
+    readings, _ = read_straight_readings(table, columns, mechanism)
     missing = np.argwhere(np.isnan(readings))
     if len(missing):
         row, leg = missing[0].tolist()

@@ -16,6 +16,7 @@ from symkin.errors import QuantityError
 from symkin.identification.unknowns import Priors
 from symkin.io.mechanism_file import load_columns
 from symkin.io.quantities import evaluate_quantity, unit_factor
+from symkin.io.sensor_tables import read_sensor_table
 from symkin.mechanism import Mechanism
 from symkin.planning import Region
 from symkin.probing import CALIPER, PrintedLength
@@ -161,6 +162,19 @@ def printed_length_of(text: str) -> PrintedLength:
 def columns_of(path: Path | None) -> MeasurementColumns | None:
     """Read which columns of measurements hold what, if a file says it."""
     return None if path is None else load_columns(path)
+
+
+def with_sensor_table(mechanism: Mechanism, path: Path | None) -> Mechanism:
+    """Return the mechanism with the sensors' table of a file, if there is one."""
+    if path is None:
+        return mechanism
+    table = read_sensor_table(
+        path,
+        legs=len(mechanism.legs),
+        reading_unit=mechanism.reading_unit,
+        step=mechanism.step,
+    )
+    return mechanism.replace(sensor_table=table)
 
 
 def several_of(given: Sequence[str] | None) -> list[str] | None:

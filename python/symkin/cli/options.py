@@ -233,8 +233,8 @@ class Observing:
         list[str] | None,
         typer.Option(
             metavar="KIND",
-            help="pose (the default), position, orientation, points, distance, height, or readings "
-            "alone; may be repeated.",
+            help="pose (the default), position, orientation, points, distance, height, reported "
+            "(the platform's pose by the controller), or readings alone; may be repeated.",
         ),
     ] = None
     base: Annotated[

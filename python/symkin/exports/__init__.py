@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symkin.errors import one_of
+from symkin.errors import MechanismError, one_of
 from symkin.exports.exported import Exported, ExportOptions, Loss, Written
 from symkin.io.output_files import OutputFiles
 from symkin.mechanism import Mechanism
@@ -99,6 +99,11 @@ def export(
     chosen: Format = one_of("to", to, FORMATS)
     stops = tuple(np.atleast_1d(np.asarray(endstops, dtype=np.float64)).tolist())
     options = ExportOptions(stops, nominal, grid)
+    if mechanism.sensor_table is not None:
+        raise MechanismError(
+            f'the sensors of "{mechanism.name}" are made straight by a table, which no format has; '
+            "take [sensor_table] out of its file if the controller itself makes them straight"
+        )
     module = importlib.import_module(f"symkin.exports.{chosen.module}")
     if path is None:
         written: Written = getattr(module, chosen.function)(mechanism, options)

@@ -85,7 +85,9 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
-    deviations = np.where(nominal.is_estimated, deviations, np.nan)
+    given = np.array([role.is_given for role in nominal.parameter_roles])
+    known = nominal.is_estimated | (given & (deviations > 0))  # given, but freed
+    deviations = np.where(known, deviations, np.nan)
     try:
         made = nominal.replace(symmetry=None).with_parameters(values, deviations)
     except MechanismError as error:

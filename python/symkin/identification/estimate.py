@@ -406,6 +406,7 @@ def identify(
     """
     if estimator is not None:
         one_of("estimator", estimator, Estimator)
+    measurements.require_table(mechanism.sensor_table)
     given = {
         "free": free,
         "fixed": fixed,

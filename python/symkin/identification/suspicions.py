@@ -19,7 +19,6 @@ from symkin.identification.models import help_in_words
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
-from symkin.settings import NoiseSettings
 
 if TYPE_CHECKING:
     from symkin.identification.joint import JointIdentification
@@ -47,6 +46,7 @@ _UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effe
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
+_FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 _OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
@@ -471,9 +471,20 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     standard deviations, is the sum of the redundancies of its rows. That is a fixed point which is
     iterated, at a new linearisation each time. Deviations that rows have of their own stay, and so
     does a noise that is declared as zero: exact.
+
+    Where the observations hardly tell two kinds apart, as the readings of linear sensors and the
+    poses, each iteration takes a small part of the way; the secants of the last ones take the rest
+    (Anderson, J. ACM 12, 1965).
     """
+    history: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
     for _ in range(_NOISE_STEPS):
-        noise, change = _improved(problem, fit)
+        improved, change = _improved(problem, fit)
+        if change >= _STILL:
+            before = {name: getattr(problem.noise, name) for name in improved}
+            logs = np.log(list(before.values()))
+            history.append((logs, np.log(list(improved.values())) - logs))
+            improved = dict(zip(before, np.exp(_extrapolated(history)).tolist(), strict=True))
+        noise = dataclasses.replace(problem.noise, **improved)
         problem = dataclasses.replace(problem, noise=noise)
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
         if change < _STILL:
@@ -484,7 +495,19 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     )
 
 
-def _improved(problem: Problem, fit: _core.JointFit) -> tuple[NoiseSettings, float]:
+def _extrapolated(
+    history: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> NDArray[np.float64]:
+    """Where the steps from the places in a history would end, to first order; never far away."""
+    recent = history[-1 - len(history[-1][0]) :]
+    places, steps = (np.array(each) for each in zip(*recent, strict=True))
+    by_place, by_step = np.diff(places, axis=0), np.diff(steps, axis=0)
+    shares = np.linalg.lstsq(by_step.T, steps[-1], rcond=1e-6)[0]
+    way = steps[-1] - (by_place + by_step).T @ shares
+    return np.asarray(places[-1] + np.clip(way, -_FARTHEST_STEP, _FARTHEST_STEP))
+
+
+def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], float]:
     """The next noise, and the largest change of a logarithm in its own standard deviations."""
     rows, taken = Rows.of(fit), problem.measurements
     positions = taken.space.size
@@ -509,7 +532,7 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[NoiseSettings, flo
         change = max(change, abs(math.log(factor)) * math.sqrt(2 * redundancy))
     if not found:
         raise SymkinError("no observation is redundant, so the noise cannot be estimated")
-    return dataclasses.replace(problem.noise, **found), change
+    return found, change
 
 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:

@@ -111,7 +111,12 @@ class Layout(Value):
         units = _units(mechanism, scalars)
         one_of("sensor", sensor, Sensor)
         always_held = _always_held(mechanism, scalars)
-        names = _Names(scalars, _CURVATURE[sensor], always_held)
+        given = [
+            name
+            for name, role in zip(mechanism.parameter_names, mechanism.parameter_roles, strict=True)
+            if role.is_given
+        ]
+        names = _Names(scalars, _CURVATURE[sensor], always_held, given)
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
         ties = [names.matching("shared", [pattern]) for pattern in shared]
@@ -208,7 +213,11 @@ class _Names:
     """
 
     def __init__(
-        self, scalars: Sequence[str], terms: Sequence[str], always_held: Sequence[str]
+        self,
+        scalars: Sequence[str],
+        terms: Sequence[str],
+        always_held: Sequence[str],
+        given: Sequence[str] = (),
     ) -> None:
         self.scalars = scalars
         self.always_held = always_held
@@ -218,7 +227,7 @@ class _Names:
             i
             for name, i in self.index.items()
             if name.startswith("leg")
-            and name.partition(".")[2] not in _TERMS
+            and name.partition(".")[2] not in (*_TERMS, *given)
             and not always_held[i]
         }
 
@@ -345,7 +354,9 @@ def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...
         if block.startswith("leg") and own in columns:
             if roles[columns[own]].is_constant:
                 reason = CONSTANT
-            elif not estimated[int(block[3:]) - 1, columns[own]]:
+            elif (
+                not estimated[int(block[3:]) - 1, columns[own]] and not roles[columns[own]].is_given
+            ):
                 reason = REDUNDANT
         reasons.append(reason)
     return tuple(reasons)

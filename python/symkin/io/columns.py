@@ -361,7 +361,7 @@ def _angle_columns(columns: MeasurementColumns) -> list[tuple[str, str]]:
 
 def _with_units(table: Table, stem: str) -> list[str]:
     """The columns ``stem_unit`` of a table, for any unit; readings may be counted in steps."""
-    units = (*unit_names(), *(COUNTS if stem.startswith("psi_") else ()))
+    units = (*unit_names(), *(COUNTS if stem.startswith(("psi_", "reading")) else ()))
     return [name for name in (f"{stem}_{unit}" for unit in units) if name in table.names]
 
 

@@ -25,7 +25,6 @@ from symkin.io.columns import (
     own_columns,
     pose_column_names,
     read_pose_values,
-    read_readings,
     reading_column_names,
     stated_units,
     uses_own_names,
@@ -33,6 +32,7 @@ from symkin.io.columns import (
 from symkin.io.observed_columns import has_observed_columns, observed_columns, read_observed
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
+from symkin.io.sensor_tables import as_shown, read_straight_readings
 from symkin.io.tables import Table, TableSource, read_table, write_table
 from symkin.measurements import ALL_LEGS, Measurements
 from symkin.settings import MeasurementColumns
@@ -83,8 +83,9 @@ def read_measurements(
     Returns
     -------
     Measurements
-        In SI units. A reading or coordinate that was not taken, because its cell is empty or it has
-        no column, is NaN. Row numbers are lines of a CSV file, else rows, from 1.
+        In SI units, readings made straight by the mechanism's `SensorTable`. A reading or
+        coordinate that was not taken, because its cell is empty or it has no column, is NaN. Row
+        numbers are lines of a CSV file, else rows, from 1.
 
     Raises
     ------
@@ -147,14 +148,18 @@ def _measurements_of(
     others = read_observed(table, columns, space, legs, mechanism.reading_unit)
     if others.get("reported") is not None:
         others["reported"] = from_drawing(mechanism, others["reported"])
+    readings, slopes = read_straight_readings(table, columns, mechanism)
+    if others.get("reading_deviations") is not None:
+        others["reading_deviations"] = others["reading_deviations"] * np.abs(slopes)
     measurements = Measurements(
         poses=values.poses(),
-        readings=read_readings(table, columns, mechanism.reading_unit),
+        readings=readings,
         leg_sets=_leg_sets(table, columns, legs),
         row_numbers=table.row_numbers,
         source=table.path,
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
+        sensor_table=mechanism.sensor_table,
         **others,
     )
     _check_unread_rows(table, measurements)
@@ -188,6 +193,7 @@ def measurement_columns(
     measurements: Measurements, reading_unit: str
 ) -> dict[str, NDArray[np.generic]]:
     """Return the columns of a table of measurements; ``leg`` only if the rows differ in it."""
+    measurements = as_shown(measurements)
     columns: dict[str, NDArray[np.generic]] = {}
     if (measurements.leg_sets != ALL_LEGS).any():
         columns["leg"] = measurements.leg_sets + 1

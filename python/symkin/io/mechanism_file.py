@@ -25,9 +25,11 @@ from symkin.io.mechanism_schema import (
     ReadingUnit,
     mechanism_table,
 )
+from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
 from symkin.poses import POSE_SPACES
+from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,
     DrawnPoints,
@@ -108,6 +110,7 @@ def load_mechanism(
             identification=_identification(file),
             curvature=curvature,
             points=points,
+            sensor_table=_sensor_table(source, file, len(legs), reading),
         ),
     )
     if symmetry is not None and require_symmetry:
@@ -290,6 +293,38 @@ def _joint_limits(source: TomlSource, file: _Values) -> JointLimits:
             f"is {limits.lower}; expected less than the upper limit, {limits.upper}",
         )
     return limits
+
+
+def _sensor_table(
+    source: TomlSource, file: _Values, leg_count: int, reading: ReadingUnit
+) -> SensorTable | None:
+    """The table in the file, or in one beside it."""
+    section = file.get("sensor_table")
+    if section is None:
+        return None
+    if len(section) != 1:
+        raise source.error(
+            ("sensor_table",),
+            f"has {' and '.join(section) or 'no key'}; expected one of file, rows and legs",
+        )
+    if "file" in section:
+        step = "" if reading.step is None else f"{reading.step!r} {reading.unit}/step"
+        return source.call(
+            ("sensor_table", "file"),
+            lambda: read_sensor_table(
+                source.path.parent / section["file"],
+                legs=leg_count,
+                reading_unit=reading.unit,
+                step=step,
+            ),
+        )
+
+    def made() -> SensorTable:
+        table = SensorTable(section.get("legs") or (section["rows"],))
+        table.require_legs(leg_count)
+        return table
+
+    return source.call(("sensor_table", *section), made)
 
 
 def _columns(

@@ -33,6 +33,7 @@ from symkin.io.kinds import (
     whole,
 )
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
+from symkin.io.sensor_tables import MOST_ROWS
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -68,6 +69,11 @@ def _coordinates(*units: str) -> Kind:
     items = [kind.schema for kind in kinds]
     count = len(units)
     return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
+
+
+def _row(unit: str) -> Kind:
+    """``[shown, straight]`` of a sensor, of any number of turns."""
+    return list_of(quantity(unit), 2, 2)
 
 
 def _interval(unit: str) -> Kind:
@@ -206,7 +212,7 @@ IDENTIFICATION = table(
 )
 _SECTIONS = (
     "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
-    "protocol", "measurements", "frames", "identification",
+    "protocol", "measurements", "frames", "identification", "sensor_table",
 )  # fmt: skip
 
 
@@ -310,7 +316,12 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
     if space.size == 3:
         frames["plane"] = _coordinates("m", "1", "1")
     frames |= {f"{end}_centre": _coordinates(*place) for end in ends_of(info)}
-    sections |= {"frames": table(frames), "identification": IDENTIFICATION}
+    rows = list_of(_row(unit), 2, MOST_ROWS)
+    sections |= {
+        "frames": table(frames),
+        "identification": IDENTIFICATION,
+        "sensor_table": table({"file": text(), "rows": rows, "legs": list_of(rows, 1, _MOST_LEGS)}),
+    }
     required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
     return table(_HEADER_KINDS | sections, required)
 
@@ -322,7 +333,8 @@ def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
         sign = "positive"
     elif kind == "gain":
         sign = "not zero"
-    elif kind == "radius" and not info.signed_radius:  # a guide's distance is signed
+    # A guide's distance is signed.
+    elif kind == "pulley_radius" or (kind == "radius" and not info.signed_radius):
         sign = "not negative"
     note = "active joint per sensor reading" if kind == "gain" else ""
     if name in info.defaults:

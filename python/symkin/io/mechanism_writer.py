@@ -21,6 +21,7 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Mechanism
 from symkin.points import point_parameters
+from symkin.sensor_table import SensorTable
 from symkin.symmetry import generate_legs, verify_declared
 
 __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
@@ -29,6 +30,7 @@ __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
 SCHEMA_LINE = "#:schema mechanism.schema.json"
 
 _Values = dict[str, Any]
+_ROWS_IN_LINE = 4
 _SI = "# Lengths are m and angles rad unless a unit is written."
 
 
@@ -96,6 +98,8 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     for name, (settings, units) in _settings(mechanism).items():
         if settings:
             parts.append(_section(f"[{name}]", settings, units))
+    if mechanism.sensor_table is not None:
+        parts.append(_sensor_table(mechanism.sensor_table, mechanism.reading_unit))
     return "\n".join(parts)
 
 
@@ -244,6 +248,23 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {},
         ),
     }
+
+
+def _sensor_table(table: SensorTable, unit: str) -> str:
+    """The last section, since a table may be long; some rows in a line."""
+    lines = [f"[sensor_table]  # {unit}: what the sensor shows, what a straight one would show"]
+    legs = [
+        [
+            ", ".join(toml_value(row) for row in rows[start : start + _ROWS_IN_LINE]) + ","
+            for start in range(0, len(rows), _ROWS_IN_LINE)
+        ]
+        for rows in table.legs
+    ]
+    if len(legs) == 1:
+        return "\n".join([*lines, "rows = [", *legs[0], "]"]) + "\n"
+    for leg in legs:
+        leg[0], leg[-1] = f"[{leg[0]}", f"{leg[-1]}],"
+    return "\n".join([*lines, "legs = [", *(line for leg in legs for line in leg), "]"]) + "\n"
 
 
 def _frames(mechanism: Mechanism) -> _Values:

@@ -11,14 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.drawing import as_drawn, from_drawing
+from symkin.errors import MeasurementError
 from symkin.io.columns import (
     own_columns,
     pose_column_names,
     read_poses,
-    read_readings,
     reading_column_names,
 )
 from symkin.io.output_files import OutputFiles
+from symkin.io.sensor_tables import read_straight_readings, shown_readings
 from symkin.io.tables import TableSource, read_table, write_table
 from symkin.planning import Plan
 
@@ -48,12 +49,20 @@ def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
     """Return the columns of a plan's table."""
     pose_names = pose_column_names(mechanism.pose_space)
     reading_names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
+    readings = shown_readings(mechanism, plan.readings)
+    beyond = np.argwhere(np.isnan(readings))
+    if len(beyond):
+        row, leg = beyond[0].tolist()
+        raise MeasurementError(
+            f"the plan has pose {plan.order[row]} where the table of the sensors has nothing that "
+            f"leg {leg + 1} would show; set joint_limits within the table, or measure more of it"
+        )
     return {
         "leg": plan.leg_sets + 1,
         "order": plan.order,
         "role": [_ROLES[int(spare)] for spare in plan.spare],
         **dict(zip(pose_names, as_drawn(mechanism, plan.poses).T, strict=True)),
-        **dict(zip(reading_names, plan.readings.T, strict=True)),
+        **dict(zip(reading_names, readings.T, strict=True)),
     }
 
 
@@ -86,7 +95,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
     ):
         table.require(name, purpose)
     columns = own_columns(table, mechanism.pose_space, leg_count)
-    readings = read_readings(table, columns, mechanism.reading_unit)
+    readings, _ = read_straight_readings(table, columns, mechanism)
     missing = np.isnan(readings)
     if missing.any():
         index, leg = (int(found[0]) for found in np.nonzero(missing))

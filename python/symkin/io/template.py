@@ -15,6 +15,7 @@ _PARAMETERS = {
     "proximal_length": ('"0.4 m"', "link on the side of the base"),
     "distal_length": ('"0.4 m"', "link on the side of the platform"),
     "guide_offset": ('"0.03 m"', "distance of the guide from its pivot"),
+    "pulley_radius": ('"20 mm"', "of the pulley that swivels about the vertical axis there"),
     "base_radius": ('"0.5 m"', "distance of the leg's base point from the origin"),
     "base_angle": ('"210 deg"', "azimuth of the base point"),
     "platform_radius": ('"0.12 m"', "distance of its platform point from the platform's origin"),
@@ -164,6 +165,7 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     length = 'length = "1 mm"\n' if space.moves else ""
     # What is redundant, or constant, is held.
     identified = len(info.parameter_names) - len(info.defaults) - (chain == "[P]US")
+    identified -= "pulley_radius" in info.parameter_names
     return f"""{SCHEMA_LINE}
 #
 # A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.

@@ -170,9 +170,10 @@ def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -
 
 def joints_of(mechanism: Mechanism) -> tuple[Joint, ...]:
     """The joints of its legs, from base to platform."""
+    joints = mechanism.chain.split()[0]  # behind it, as of a cable, what it runs over
     return tuple(
         Joint(bracketed or free, bool(bracketed))
-        for bracketed, free in re.findall(r"\[(\w)\]|(\w)", mechanism.chain)
+        for bracketed, free in re.findall(r"\[(\w)\]|(\w)", joints)
     )
 
 

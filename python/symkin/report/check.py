@@ -7,6 +7,7 @@ import dataclasses
 
 from symkin.checks import CheckResult
 from symkin.mechanism import Mechanism
+from symkin.points import axis_of_drawing
 from symkin.report.content import Headline, Page, Section
 from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
@@ -104,6 +105,7 @@ def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     notes += held_parameters(result.mechanism)
     notes += _own_frames(result.mechanism)
+    notes += _drawn_sideways(result.mechanism)
     conditions = () if result.conditions is None else result.conditions.conditions
     failing = [each for each in conditions if not each.holds]
     if failing:
@@ -116,6 +118,18 @@ def _notes(result: CheckResult) -> list[str]:
             "not stop the protocol."
         )
     return notes
+
+
+def _drawn_sideways(mechanism: Mechanism) -> list[str]:
+    """That the drawing has its symmetry about another axis than Z."""
+    axis = axis_of_drawing(mechanism)
+    if not axis:
+        return []
+    order = {"x": "y, z, x", "y": "z, x, y"}[axis]
+    return [
+        f"The points have more symmetry about the drawing's {axis} axis than about z, the only one "
+        f"that counts: type all points, home and bounds as {order} to use it"
+    ]
 
 
 def _own_frames(mechanism: Mechanism) -> list[str]:

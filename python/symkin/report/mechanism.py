@@ -74,6 +74,7 @@ def mechanism_title(mechanism: Mechanism) -> str:
     words = [f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}", mechanism.pose_space]
     words += [] if mechanism.symmetry is None else [mechanism.symmetry.group]
     words += [] if mechanism.curvature is None else ["curved sensors"]
+    words += [] if mechanism.sensor_table is None else ["sensors with a table"]
     words += [] if mechanism.deviations is None else ["with standard deviations"]
     return f"{mechanism.name}: {', '.join(words)}"
 
@@ -163,6 +164,8 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
         ("platform", _PLATFORMS[mechanism.pose_space]),
         ("sensor reading", mechanism.reading_unit),
     ]
+    if mechanism.sensor_table is not None:
+        rows.append(("readings shown here", "those of straight sensors, by the sensors' table"))
     if not info.description.startswith("without meaning"):
         modes = ", ".join(setting(mode) for mode in mechanism.working_modes)
         rows.append(("working modes", f"{modes} ({info.description})"))

@@ -85,8 +85,8 @@ class SymmetryComparison(Result):
         What the legs have to rounding (1e-6 m and rad).
     verdict : {"exact", "nearly", "broken"}
         "exact": the declared group, or else the one found, holds to rounding, and no larger one
-        nearly does. "nearly": `reference` holds within a few manufacturing tolerances. "broken":
-        not even that.
+        nearly does. "nearly": `reference` holds within a few manufacturing tolerances, and so does
+        every single parameter. "broken": not even that.
     reference : SymmetryGroup or None
         The group that is nearly there or broken: the declared one, or the larger one that the legs
         have within their tolerances, or the nearest. None if the symmetry is exact, or if there is
@@ -232,6 +232,9 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         tolerance = _scaled_tolerance(mechanism, max(_near_limit(reference), 1.001 * needed))
         kept = _kept(mechanism, group, tolerance)
     structure, sensors = _deviations(mechanism, group, tolerance)
+    # The images of two legs share what lies between them; a single parameter may be off by more.
+    if verdict == "nearly" and any(each.in_tolerances > _near_limit(group) for each in structure):
+        verdict = "broken"
     return SymmetryComparison(
         declared=declared,
         found=found,

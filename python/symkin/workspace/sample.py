@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.errors import MechanismFileError, SymkinError, named_legs
+from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 from symkin.poses import poses_from_bounds
@@ -57,6 +57,8 @@ class WorkspaceSample(Result):
         Kind of the poses.
     reading_unit : {"rad", "m"}
         Of the readings.
+    shown : ndarray, shape (N, legs), or None
+        What the sensors show, of a mechanism with a `SensorTable`: files have it.
     """
 
     poses: NDArray[np.float64] = field(private=True)
@@ -66,6 +68,7 @@ class WorkspaceSample(Result):
     rejected: Mapping[str, int]
     pose_space: str = field(private=True)
     reading_unit: str = field(private=True)
+    shown: NDArray[np.float64] | None = field(private=True, default=None)
     derived = ("share",)
 
     PAGE: ClassVar[str] = "workspace.sample_page"
@@ -81,7 +84,8 @@ class WorkspaceSample(Result):
 
         poses = pose_column_names(self.pose_space)
         readings = reading_column_names(self.readings.shape[1], self.reading_unit)
-        table = np.hstack([self.poses, self.readings, self.conditions[:, np.newaxis]])
+        shown = self.readings if self.shown is None else self.shown
+        table = np.hstack([self.poses, shown, self.conditions[:, np.newaxis]])
         return dict(zip([*poses, *readings, "condition"], table.T, strict=True))
 
     def __len__(self) -> int:
@@ -117,6 +121,8 @@ def sample_workspace(
     SymkinError
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
+    from symkin.io.sensor_tables import shown_readings
+
     options = workspace_options(mechanism)
     _require_usable_home(mechanism, options.reach_margin)
     sample = _core.sample_workspace(
@@ -133,6 +139,9 @@ def sample_workspace(
         rejected={cause: getattr(sample.rejections, cause) for cause in _CAUSES},
         pose_space=mechanism.pose_space,
         reading_unit=mechanism.reading_unit,
+        shown=None
+        if mechanism.sensor_table is None
+        else shown_readings(mechanism, sample.readings),
     )
 
 
@@ -142,6 +151,17 @@ def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_
     return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
 
 
+def _rows(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+    """Poses as rows of as many columns as the mechanism's have."""
+    rows = np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != len(mechanism.home):
+        raise MechanismError(
+            f"poses have shape {rows.shape}; expected (N, {len(mechanism.home)}) of "
+            f'"{mechanism.name}"'
+        )
+    return rows
+
+
 def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of a workspace's coordinates: position, then angle or rotation vector."""
     return tuple(mechanism.space.units)
@@ -149,7 +169,7 @@ def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
 
 def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """Poses in a workspace's coordinates, shape (N, dof): m, and rad in (-pi, pi]."""
-    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    rows = _rows(mechanism, poses)
     if not mechanism.space.turns:
         return rows
     if mechanism.pose_space == "planar":
@@ -164,7 +184,7 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose lies in the workspace's box, shape (N,); always without a workspace."""
-    rows = np.atleast_2d(np.asarray(poses, dtype=np.float64))
+    rows = _rows(mechanism, poses)
     workspace = mechanism.workspace
     inside = np.ones(len(rows), dtype=np.bool_)
     if workspace is None:
@@ -187,6 +207,7 @@ def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float
 
     The largest of all legs and poses; zero where no leg can reach.
     """
+    poses = _rows(mechanism, poses)
     readings = mechanism.inverse_kinematics(poses)
     largest = 0.0
     for leg, tolerances in enumerate(parameter_tolerances(mechanism)):

@@ -18,6 +18,7 @@
 #include "symkin/chains/ppr.hpp"
 #include "symkin/chains/prp.hpp"
 #include "symkin/chains/prr.hpp"
+#include "symkin/chains/pulley.hpp"
 #include "symkin/chains/pus.hpp"
 #include "symkin/chains/rpp.hpp"
 #include "symkin/chains/rpr.hpp"
@@ -72,6 +73,7 @@ const Models& plain_models() {
     add_family<PprChains>(all);
     add_family<RppChains>(all);
     add_family<UpsChains>(all);
+    add_family<PulleyChains>(all);
     add_family<PusChains>(all);
     add_family<RusChains>(all);
     add_family<SphericalChains>(all);

@@ -86,7 +86,7 @@ inline std::string test_name(const ::testing::TestParamInfo<Chain>& info) {
   const std::string& chain = info.param.name;
   std::string letters;
   for (const char c : chain) {
-    letters += c == '[' || c == ']' ? "" : std::string(1, c);
+    letters += c == '[' || c == ']' || c == ' ' ? "" : std::string(1, c);
   }
   return letters + "_active" + std::to_string(chain.find('[') + 1) +
          std::array{"_rigid", "_point", "_translating",
@@ -177,6 +177,8 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
         parameters[i] = between(1.8, 2.6);
       } else if (name == "guide_offset") {
         parameters[i] = either_sign(between(0.2, 0.6));
+      } else if (role.kind == ParameterKind::pulley_radius) {
+        parameters[i] = between(0.5, 0.9);
       } else if (role.kind == ParameterKind::radius ||
                  role.kind == ParameterKind::direction_distance) {
         parameters[i] = between(0.3, 1.5);

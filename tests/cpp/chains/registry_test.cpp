@@ -49,7 +49,7 @@ TEST(Registry, PutsAPointOnTheChainsThatKnowThePlatformByAPoint) {
 }
 
 TEST(Registry, KnowsTheChainsOfDeltasHexaAndHexaglide) {
-  const Names spatial{"[P]US", "[R]US", "U[P]S"};
+  const Names spatial{"[P]US", "[R]US", "U[P]S", "U[P]S pulley"};
   EXPECT_EQ(names(Platform::translating), spatial);
   EXPECT_TRUE(includes(names(Platform::rigid), spatial));
   EXPECT_EQ(platform_named("translating"), Platform::translating);

@@ -17,7 +17,8 @@ class Spatial : public EveryChain {
  protected:
   static constexpr double kStep = 1e-5;
 
-  bool has_two() const { return GetParam().name != "U[P]S"; }
+  bool is_pulley() const { return GetParam().name == "U[P]S pulley"; }
+  bool has_two() const { return GetParam().name != "U[P]S" && !is_pulley(); }
 
   // Whatever the working mode means.
   std::vector<State> spatial_states(int count, std::uint64_t seed = 1) const {
@@ -66,6 +67,21 @@ class Spatial : public EveryChain {
       frame.platform_axis = -0.9;
     }
     return {5, true, frame};
+  }
+
+  // From the base point, upwards, along the circle to where the cable leaves it as a tangent.
+  void expect_cable_drawn(const State& state, const RowMatrix& joints) const {
+    const double radius = parameter(state, "pulley_radius");
+    const Eigen::Vector3d base = joints.row(0), leaving = joints.row(1), end = joints.row(2);
+    Eigen::Vector3d outward = end - base;
+    outward.z() = 0;
+    outward.normalize();
+    const Eigen::Vector3d centre = base + radius * outward, arm = leaving - centre;
+    EXPECT_NEAR(arm.norm(), radius, 1e-12);
+    EXPECT_NEAR(arm.dot(end - leaving), 0, 1e-11);
+    double wrapped = std::atan2(arm.z(), -arm.dot(outward));
+    wrapped += wrapped < 0 ? 2 * kPi : 0;
+    EXPECT_NEAR(radius * wrapped + (end - leaving).norm(), active_joint(state), 1e-11);
   }
 
   State image(SymmetryElement element, const State& state) const {
@@ -127,7 +143,7 @@ TEST_P(Spatial, ReachEndsWhereTheReadingIsMissingAndOneMarginAway) {
     }
     EXPECT_TRUE(crossed) << "margin " << here;
   }
-  EXPECT_EQ(outside > 0, has_two());
+  EXPECT_EQ(outside > 0, has_two() || is_pulley());
 }
 
 TEST_P(Spatial, DerivativesMatchCentralDifferences) {
@@ -200,7 +216,8 @@ TEST_P(Spatial, EstimatedParametersHaveFullRankAndTheOthersAddNone) {
     };
     const std::vector<Index> estimated = estimated_parameters(info(), parameters);
     EXPECT_EQ(rank(all(Eigen::all, estimated)), static_cast<Index>(estimated.size()));
-    EXPECT_EQ(rank(all), static_cast<Index>(estimated.size()));
+    // A pulley's radius, which is given, can be estimated too.
+    EXPECT_EQ(rank(all), static_cast<Index>(estimated.size()) + (is_pulley() ? 1 : 0));
   }
 }
 
@@ -208,7 +225,7 @@ TEST_P(Spatial, DrawingLeadsFromTheBasePointOverTheInnerJointToThePlatformPoint)
   for (const State& state : spatial_states(20)) {
     const RowMatrix joints = joint_centres(state);
     ASSERT_EQ(joints.cols(), 3);
-    ASSERT_EQ(joints.rows(), has_two() ? 3 : 2);
+    ASSERT_EQ(joints.rows(), has_two() || is_pulley() ? 3 : 2);
     if (!moves()) {
       EXPECT_TRUE(joints.rowwise().norm().isOnes(1e-12));
       EXPECT_NEAR(joints.row(0).dot(joints.row(1)), std::cos(parameter(state, "proximal_arc")),
@@ -220,6 +237,8 @@ TEST_P(Spatial, DrawingLeadsFromTheBasePointOverTheInnerJointToThePlatformPoint)
       const double crank = parameter(state, "proximal_length");
       EXPECT_NEAR(first, crank > 0 ? crank : std::abs(active_joint(state)), 1e-12);
       EXPECT_NEAR((joints.row(2) - joints.row(1)).norm(), parameter(state, "distal_length"), 1e-11);
+    } else if (is_pulley()) {
+      expect_cable_drawn(state, joints);
     } else {
       EXPECT_NEAR((joints.row(1) - joints.row(0)).norm(), active_joint(state), 1e-12);
     }
@@ -230,6 +249,70 @@ TEST_P(Spatial, DrawingLeadsFromTheBasePointOverTheInnerJointToThePlatformPoint)
 }
 
 INSTANTIATE_TEST_SUITE_P(Chains, Spatial, ::testing::ValuesIn(every_spatial_chain()), test_name);
+
+// Both chains at the same poses: their readings with that radius, and with none.
+std::array<double, 2> with_and_without(Platform platform, double radius, Random& random) {
+  const LegModel& cable = leg_model("U[P]S", platform);
+  const LegModel& pulley = leg_model("U[P]S pulley", platform);
+  Vector parameters(cable.parameter_count());
+  for (double& value : parameters) {
+    value = 0.5 + random.uniform();
+  }
+  Vector own(parameters.size() + 1);
+  own << radius, parameters;
+  RowMatrix pose = RowMatrix::Random(1, coordinate_count(cable.info().pose_space));
+  if (platform == Platform::rigid) {
+    pose.rightCols<4>().normalize();
+  }
+  std::array<Vector, 2> readings{Vector(1), Vector(1)};
+  cable.inverse_kinematics(parameters, 1, pose, readings[0]);
+  pulley.inverse_kinematics(own, 1, pose, readings[1]);
+  return {readings[0][0], readings[1][0]};
+}
+
+TEST(Pulley, OfNoRadiusIsAPlainCable) {
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    for (const Platform platform : {Platform::rigid, Platform::translating}) {
+      const auto [plain, pulley] = with_and_without(platform, 0, random);
+      EXPECT_NEAR(plain, pulley, 1e-12);
+    }
+  }
+}
+
+// Its centre 0.2 m beside the axis: level with it the cable goes a quarter round and is a tangent
+// of Pythagoras' length; straight down from its far side, half round; straight up along the axis,
+// not round at all.
+TEST(Pulley, HasTheCableOfSimpleTriangles) {
+  const LegModel& model = leg_model("U[P]S pulley", Platform::translating);
+  Vector parameters(6);
+  parameters << 0.2, 1, kPi / 2, 0, 1, 0;  // A = (1, 0, 0)
+  const auto length = [&](double x, double z) {
+    RowMatrix pose(1, 3);
+    pose << x, 0, z;
+    Vector reading(1);
+    model.inverse_kinematics(parameters, 1, pose, reading);
+    return reading[0];
+  };
+  EXPECT_NEAR(length(2.2, 0.2), 0.2 * kPi / 2 + 1, 1e-14);
+  EXPECT_NEAR(length(1.4, -3), 0.2 * kPi + 3, 1e-14);
+  EXPECT_NEAR(length(1, 3), 3, 1e-12);
+  EXPECT_NEAR(length(-0.2, 0.2), 0.2 * kPi / 2 + 1, 1e-14);
+  EXPECT_TRUE(std::isnan(length(1.3, 0)));
+}
+
+TEST(Pulley, IsSmoothAboveItsAxis) {
+  const LegModel& model = leg_model("U[P]S pulley", Platform::translating);
+  Vector parameters(6);
+  parameters << 0.2, 1, kPi / 2, 0, 1, 0;
+  RowMatrix pose(1, 3);
+  pose << 1, 0, 3;
+  ClosureRows rows;
+  model.linearise(parameters, pose, Vector::Constant(1, 3), rows);
+  EXPECT_NEAR(rows.by_pose(0, 0), 0, 1e-9);
+  EXPECT_NEAR(rows.by_pose(0, 1), 0, 1e-9);
+  EXPECT_NEAR(rows.by_pose(0, 2), 1, 1e-9);
+}
 
 std::string_view held_of(double guide_azimuth, double elevation, double swing) {
   const ChainInfo& info = leg_model("[P]US", Platform::translating).info();

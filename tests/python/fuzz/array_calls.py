@@ -14,9 +14,11 @@ import symkin
 import symkin.drawing
 import symkin.exports
 from symkin import _core
+from symkin.errors import NotIdentifiableError
 from symkin.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
+from symkin.sensor_table import SensorTable
 from symkin.settings import DrawnPoints
 from symkin.symmetry import map_poses
 
@@ -477,6 +479,60 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         {"workspace": poses},
         lambda workspace: symkin.predict_accuracy(mechanism, made, workspace),
     )
+
+    yield from _of_further(mechanism, poses)
+
+
+def _of_further(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
+    """What is offered to those who build upon symkin."""
+    readings = mechanism.inverse_kinematics(poses)
+    span = (float(readings.min()) - 1, float(readings.max()) + 1)
+    table = SensorTable(((*((each, each**3) for each in span), (0.1, 0.001)),))
+    for name in ("straight", "shown", "slope"):
+        yield Call(
+            f"SensorTable.{name}",
+            {"shown": readings},
+            lambda shown, name=name: getattr(table, name)(shown),
+        )
+    yield Call("pose_rows", {"poses": poses}, symkin.measurements.pose_rows)
+    for name in ("closure_deviation", "inside_box", "inside_workspace", "workspace_coordinates"):
+        function = getattr(symkin.workspace, name)
+        yield Call(name, {"poses": poses}, partial(function, mechanism))
+    yield Call("wrong_quaternion", {"poses": poses}, symkin.poses.wrong_quaternion)
+    bounds = symkin.workspace.workspace_coordinates(mechanism, poses)
+    yield Call(
+        "poses_from_bounds",
+        {"values": bounds},
+        partial(symkin.poses.poses_from_bounds, mechanism.pose_space),
+    )
+    vectors = np.random.default_rng(4).normal(size=(20, 3))
+    rotations = symkin.poses.rotations_from_vectors(vectors)
+    of_poses = {
+        "cross_matrices": vectors,
+        "rotations_from_vectors": vectors,
+        "quaternions_from_rotation_vectors": vectors,
+        "vectors_from_rotations": rotations,
+        "rotations_from_quaternions": symkin.poses.quaternions_from_rotation_vectors(vectors),
+    }
+    for name, array in of_poses.items():
+        function = getattr(symkin.poses, name)
+        yield Call(name, {"array": array}, lambda array, function=function: function(array))
+    other = symkin.poses.Transform(rotations, vectors)
+
+    def product(rotation: Any, translation: Any) -> list[np.ndarray]:
+        # In another memory order a product is summed in another one.
+        return [np.round(each, 9) for each in symkin.poses.Transform(rotation, translation) @ other]
+
+    yield Call("Transform", {"rotation": rotations, "translation": vectors}, product)
+    directions = np.eye(4)[:, :2]
+
+    def combined(directions: Any, scale: Any) -> str:
+        error = NotIdentifiableError("nothing shows them")
+        error.null_directions = directions
+        names = tuple(f"p{index}" for index in range(len(directions)))
+        return str(symkin.observability.with_combinations(error, names, scale))
+
+    yield Call("with_combinations", {"directions": directions, "scale": np.ones(4)}, combined)
 
 
 def _of_selection() -> Iterator[Call]:

@@ -113,10 +113,9 @@ def _of_core() -> list[str]:
 
 
 def _of_package() -> list[str]:
-    """What the reference documents, but for the further names, which promise less."""
+    """What the reference documents, the further names too."""
     names = []
-    pages = sorted(page for page in REFERENCE.glob("*.md") if page.stem != "further")
-    reference = "".join(page.read_text() for page in pages)
+    reference = "".join(page.read_text() for page in sorted(REFERENCE.glob("*.md")))
     documented = set(re.findall(r"^\.\. auto(?:class|function):: (symkin\.\S+)", reference, re.M))
     for path in documented:
         name = path.rpartition(".")[2]
@@ -126,8 +125,9 @@ def _of_package() -> list[str]:
         if _takes_arrays(each):
             names.append(name)
         if inspect.isclass(each):
+            own = name.replace("Kinematics", "Mechanism")  # which has its methods
             names += [
-                f"{name}.{method}"
+                f"{own}.{method}"
                 for method, function in inspect.getmembers(each, inspect.isroutine)
                 if not method.startswith("_") and _takes_arrays(function)
             ]

@@ -353,6 +353,29 @@ def test_noise_is_estimated_with_the_unknowns(paper, plan):
     assert any("chi-square says nothing" in note for note in found.notes)
 
 
+def test_noise_is_estimated_of_sensors_that_read_lengths_hardly_told_from_poses(hexapod):
+    # Each iteration of the fixed point alone would take a thirtieth of what is left of the way.
+    poses = symkin.sample_workspace(hexapod, 144, seed=4).poses
+    plan = symkin.Plan(
+        hexapod,
+        np.full(144, -1),
+        np.arange(144),
+        np.zeros(144, dtype=bool),
+        poses,
+        hexapod.inverse_kinematics(poses),
+    )
+    made = simulated(hexapod, plan)
+    estimates = []
+    for start in (hexapod.noise, NoiseSettings(1e-3, 3e-4, 3e-3)):
+        found = symkin.identify(
+            hexapod.replace(noise=start), made.measurements, noise="estimate", gauge="nominal"
+        )
+        assert found.chi_square / found.degrees_of_freedom == pytest.approx(1, abs=0.01)
+        estimates.append(dataclasses.astuple(found.noise))
+    assert estimates[0] == pytest.approx(estimates[1], rel=5e-3)
+    assert estimates[0] == pytest.approx(dataclasses.astuple(hexapod.noise), rel=0.5)
+
+
 # What comes out of it.
 
 

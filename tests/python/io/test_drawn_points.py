@@ -20,7 +20,7 @@ from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
 from symkin.io.drawn_points import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
-from symkin.points import cartesian, jacobian, polar
+from symkin.points import axis_of_drawing, cartesian, jacobian, polar
 from symkin.poses import Transform, rotations_from_vectors
 from symkin.settings import Frames
 
@@ -439,3 +439,18 @@ def test_reported_poses_and_frames_that_are_found_are_those_of_the_drawing(tmp_p
     np.testing.assert_allclose(again.reported, poses, atol=1e-12)
     _, own = poses_of_mechanism(nominal, tmp_path / "reported.csv")
     np.testing.assert_allclose(own, as_drawn(nominal, poses), atol=1e-12)
+
+
+@pytest.mark.parametrize(("axis", "turn"), [("", [0, 0, 0]), ("x", [0, 1, 0]), ("y", [-1, 0, 0])])
+def test_check_says_that_a_drawing_lies_on_its_side(
+    axis: str, turn: list[int], tmp_path: Path
+) -> None:
+    turned = rotations_from_vectors(np.pi / 2 * np.array([turn]))[0]
+    motion = Transform(turned, np.array([0.1, -0.2, 0.05]))
+    hexapod = symkin.load_mechanism("hexapod_jugglebot")
+    text = typed(hexapod, {"base": motion, "platform": motion}, workspace=False)
+    sideways = loaded(tmp_path, text)
+    assert axis_of_drawing(sideways) == axis
+    said = symkin.check_mechanism(sideways).text()
+    assert ("more symmetry about the drawing's" in said) == bool(axis)
+    assert (f"the drawing's {axis} axis than about z" in said) == bool(axis)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Calibration tables of sensors, and readings in files, which go through them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import MeasurementError
+from symkin.io.columns import is_present, read_readings, scaled_column
+from symkin.io.tables import Table, TableSource, read_table
+from symkin.sensor_table import SensorTable, turned_into_table, wrong_row
+from symkin.settings import MeasurementColumns
+
+if TYPE_CHECKING:
+    from symkin.measurements import Measurements
+    from symkin.mechanism import Mechanism
+
+__all__ = [
+    "MOST_ROWS",
+    "as_shown",
+    "read_sensor_table",
+    "read_straight_readings",
+    "shown_readings",
+]
+
+_Array = NDArray[np.float64]
+# More would not fit into a mechanism's file.
+MOST_ROWS = 10_000
+
+
+def read_sensor_table(
+    source: TableSource, *, legs: int, reading_unit: str, step: str = ""
+) -> SensorTable:
+    """Read a calibration table of the sensors.
+
+    Parameters
+    ----------
+    source : str, path, stream, DataFrame or dict of arrays
+        As `read_measurements` takes it, with columns ``reading_rad`` (what the sensor shows) and
+        ``joint_rad`` (what a straight one would show), in any unit of the sensor's kind; and
+        ``leg``, from 1, if the sensors differ.
+    legs : int
+        How many the mechanism has.
+    reading_unit : {"rad", "m"}
+        Of the mechanism's sensors.
+    step : str
+        The size of the steps that ``reading_step`` counts, `Mechanism.step`.
+
+    Returns
+    -------
+    SensorTable
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, and the row or the column at fault: a missing column, another kind of unit,
+        fewer than two rows for a leg, a reading that is repeated, values that neither grow nor fall
+        throughout.
+    """
+    table = read_table(source, step)
+    if table.row_count > MOST_ROWS:
+        raise table.error(f"has {table.row_count} rows; expected at most {MOST_ROWS}")
+    shown = scaled_column(table, "reading", None, reading_unit, "what the sensor shows")
+    straight = scaled_column(table, "joint", None, reading_unit, "what a straight one would show")
+    own = np.zeros(table.row_count, dtype=np.intp)
+    if "leg" in table.names:
+        own = table.whole_numbers("leg", 1, legs) - 1
+        missing = np.setdiff1d(np.arange(legs), own)
+        if len(missing):
+            raise table.error(
+                f"has no rows of leg {missing[0] + 1}; expected all legs, those with straight "
+                "sensors by two rows, or no column leg if the sensors are alike"
+            )
+    curves = []
+    for leg in range(own.max() + 1):
+        rows = np.flatnonzero(own == leg)
+        pairs = tuple(zip(shown[rows].tolist(), straight[rows].tolist(), strict=True))
+        wrong = wrong_row(pairs)
+        if wrong is not None:
+            raise table.row_error(int(rows[wrong[0]]), f"{wrong[1]} ({reading_unit})")
+        curves.append(pairs)
+    return SensorTable(tuple(curves))
+
+
+def read_straight_readings(
+    table: Table, columns: MeasurementColumns, mechanism: Mechanism
+) -> tuple[_Array, _Array]:
+    """Return readings as straight sensors would show them, and the slopes of the sensors' table.
+
+    Returns
+    -------
+    tuple of ndarray, shape (N, legs)
+        As `read_readings` returns them, made straight; and 1 for sensors without a table.
+
+    Raises
+    ------
+    MeasurementError
+        As `read_readings`; and for a reading beyond the sensors' table.
+    """
+    readings = read_readings(table, columns, mechanism.reading_unit)
+    curves = mechanism.sensor_table
+    if curves is None:
+        return readings, np.ones_like(readings)
+    straight = curves.straight(readings)
+    beyond = np.argwhere(np.isfinite(readings) & np.isnan(straight))
+    if len(beyond):
+        row, leg = beyond[0].tolist()
+        name, unit = columns.readings[leg], mechanism.reading_unit
+        column = name if is_present(table, name, columns.reading_unit) else f"leg {leg + 1}"
+        first, last = curves.reach(leg)
+        raise table.row_error(
+            row,
+            f'has a reading of {readings[row, leg]:.6g} {unit} in column "{column}"; the table of '
+            f"the sensor goes from {first:.6g} to {last:.6g} {unit}",
+        )
+    return straight, curves.slope(readings)
+
+
+def shown_readings(mechanism: Mechanism, straight: _Array) -> _Array:
+    """Return what the mechanism's sensors show where straight ones would show this.
+
+    Returns
+    -------
+    ndarray, shape (N, legs)
+        NaN beyond the sensors' table.
+    """
+    if mechanism.sensor_table is None:
+        return straight
+    return mechanism.sensor_table.shown(turned_into_table(mechanism, straight))
+
+
+def as_shown(measurements: Measurements) -> Measurements:
+    """Return measurements with what the sensors show, as files have them.
+
+    Raises
+    ------
+    MeasurementError
+        For a reading that the sensors' table does not reach.
+    """
+    table, straight = measurements.sensor_table, measurements.readings
+    if table is None:
+        return measurements
+    readings = table.shown(straight)
+    beyond = np.argwhere(np.isfinite(straight) & np.isnan(readings))
+    if len(beyond):
+        row, leg = beyond[0].tolist()
+        raise MeasurementError(
+            f"row {measurements.row_numbers[row]}: the table of the sensors has nothing that leg "
+            f"{leg + 1} would show at {straight[row, leg]:.6g} {measurements.reading_unit}; set "
+            "joint_limits within the table"
+        )
+    deviations = measurements.reading_deviations
+    if deviations is not None:
+        deviations = deviations / np.abs(table.slope(readings))
+    return replace(
+        measurements, readings=readings, reading_deviations=deviations, sensor_table=None
+    )
