@@ -144,9 +144,12 @@ def _themed(drawing: str) -> str:
     """With the page's colours in place of those that it has its own values for."""
     from symkin.plot.style import THEME
 
-    for colour, name in THEME.items():
-        drawing = re.sub(rf"(?<=: ){colour}\b", f"var(--{name})", drawing, flags=re.I)
-    return drawing
+    names = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
+    return re.sub(
+        r"(?<=: )#[0-9a-fA-F]{6}\b",
+        lambda found: names.get(found[0].lower(), found[0]),
+        drawing,
+    )
 
 
 def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:
