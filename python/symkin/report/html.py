@@ -9,8 +9,10 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -59,9 +61,10 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
 def page_html(page: Page) -> str:
     """Return a page with everything in it: style, script, figures, symbols.
 
+    Without matplotlib it has no figures, and a note that says so.
     The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
     """
-    return _rendered("report.html", page)
+    return _rendered("report.html", page if _can_draw() else _without_figures(page))
 
 
 def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
@@ -74,7 +77,25 @@ def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
     shown : sequence of Table and Image
         Parts that it shows below.
     """
+    if not _can_draw():
+        shown = [part for part in shown if not isinstance(part, Image)]
     return _rendered("notebook.html", page, shown)
+
+
+def _can_draw() -> bool:
+    return find_spec("matplotlib") is not None
+
+
+def _without_figures(page: Page) -> Page:
+    """The same page for who has no matplotlib; sections of nothing but figures are gone too."""
+    sections, left_out = [], False
+    for section in page.sections:
+        parts = [part for part in section.parts if not isinstance(part, Image)]
+        left_out = left_out or len(parts) < len(section.parts)
+        if parts or section.paragraphs:
+            sections.append(replace(section, parts=parts))
+    note = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
+    return replace(page, sections=sections, notes=[*page.notes, note]) if left_out else page
 
 
 def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) -> str:
