@@ -51,10 +51,9 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
     Path
         The file.
     """
-    text = page_html(page)
     with OutputFiles(overwrite=overwrite) as outputs:
-        folder = outputs.folder(path.parent, path.name)
-        (folder / path.name).write_text(text, encoding="utf-8")
+        folder = outputs.folder(path.parent, path.name)  # refused before anything is drawn
+        (folder / path.name).write_text(page_html(page), encoding="utf-8")
     return path
 
 
