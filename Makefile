@@ -86,12 +86,12 @@ $(STAMPS)/venv: scripts/make-venv | system-packages
 	@scripts/make-venv .venv
 	@mkdir -p $(STAMPS) && touch $@
 
-# Requirements of pyproject.toml: "package" to build and run, or an extra.
+# Requirements of pyproject.toml: "requirements" to build and run with figures, or an extra.
 $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench \
     $(STAMPS)/cluster $(STAMPS)/wheel: \
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
-	@echo "Installing Python packages: $(*:requirements=build and runtime)"
-	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime) > $@.txt
+	@echo "Installing Python packages: $(*:requirements=build, runtime and figures)"
+	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime figures) > $@.txt
 	@$(PYTHON) -m pip install -qq --disable-pip-version-check -r $@.txt
 	@touch $@
 

@@ -13,7 +13,7 @@ import symkin
 from symkin import plot
 from symkin.chains import PLATFORMS
 from symkin.io.template import mechanism_template
-from symkin.plot.drawing import skeleton_of
+from symkin.skeleton import skeleton_of
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "build" / "gallery"

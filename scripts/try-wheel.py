@@ -61,6 +61,9 @@ def main(readme: Path) -> None:
     origin = Path(importlib.util.find_spec("symkin").origin)
     if not origin.is_relative_to(sysconfig.get_paths()["purelib"]):
         raise SystemExit(f"symkin is taken from {origin}, which is not installed")
+    # An extra, which the README's example must do without.
+    if importlib.util.find_spec("matplotlib") is not None:
+        raise SystemExit("matplotlib is installed, so that a bare install is not what is tried")
     text = readme.read_text(encoding="utf-8")
     example = re.search(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)[1]
     with tempfile.TemporaryDirectory() as folder:

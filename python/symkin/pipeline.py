@@ -152,6 +152,9 @@ class ProtocolResult(FolderResult):
 
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
         simulation, where = self.simulation, self.candidates.poses
+        main = self.identification
+        if (estimator, poses) == (main.estimator, main.options.poses):
+            return EstimatorFigures(estimator, poses, main.converged, self.after, self.expected)
         try:
             found = identify_legs(self.nominal, simulation.measurements, estimator, poses=poses)
             reached = evaluate(found.mechanism, actual=simulation.actual, poses=where)

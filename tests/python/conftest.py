@@ -14,6 +14,12 @@ hypothesis.settings.load_profile("deterministic")
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 
 
+@pytest.fixture
+def unillustrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without figures, as without matplotlib: for tests that look at something else."""
+    monkeypatch.setattr("symkin.report.html._can_draw", lambda: False)
+
+
 @pytest.fixture(scope="session")
 def paper() -> symkin.Mechanism:
     """The 3-RRR of Durango et al. (2010)."""

@@ -10,11 +10,13 @@ import pytest
 
 import symkin
 
+# A module that its package imports has been tried with that: Python imports the package first.
 _EVERY_MODULE_FIRST = """
 import pkgutil, sys, symkin
 names = [m.name for m in pkgutil.walk_packages(symkin.__path__, "symkin.")]
+brought = {}
 for name in names:
-    if name.endswith(("_core", "__main__")):
+    if name.endswith(("_core", "__main__")) or name in brought.get(name.rpartition(".")[0], ()):
         continue
     for loaded in [n for n in sys.modules if n.startswith("symkin") and not n.endswith("_core")]:
         del sys.modules[loaded]
@@ -22,6 +24,7 @@ for name in names:
         __import__(name)
     except ImportError as error:
         print(name, error)
+    brought[name] = set(sys.modules)
 """
 _EVERY_NAME_FIRST = """
 import sys, symkin

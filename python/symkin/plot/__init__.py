@@ -6,7 +6,8 @@ panels takes a matplotlib figure or subfigure as ``figure=`` and returns it. By 
 a new figure, without pyplot: no window opens, notebooks show what is returned, and
 ``.figure.savefig("residuals.pdf")`` writes it. `explore` alone makes a view to be turned, with
 plotly.
-Importing this module imports matplotlib; `symkin` by itself does not.
+Importing this module imports matplotlib, which comes with the extra ``symkin[figures]``; `symkin`
+by itself does not, and calculates and writes everything but figures without it.
 """
 
 import contextlib
@@ -18,17 +19,19 @@ import sys
 def _import_matplotlib() -> None:
     """Import matplotlib although MPLBACKEND may name what it does not have; figures need none."""
     backend = os.environ.pop("MPLBACKEND", None)
-    if backend is None:
-        return
     try:
         matplotlib = importlib.import_module("matplotlib")
+    except ModuleNotFoundError as error:
+        raise ImportError('figures need matplotlib: pip install "symkin[figures]"') from error
     finally:
-        os.environ["MPLBACKEND"] = backend
-    with contextlib.suppress(ValueError):
-        matplotlib.rcParams["backend"] = backend
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    if backend is not None:
+        with contextlib.suppress(ValueError):
+            matplotlib.rcParams["backend"] = backend
 
 
-if "matplotlib" not in sys.modules:
+if sys.modules.get("matplotlib") is None:
     _import_matplotlib()
 
 from symkin.plot.drawing import DrawnSymmetry, mechanism  # noqa: E402

@@ -43,6 +43,7 @@ from symkin.plot.style import (
     legend_beside,
     name_points,
     new_figure,
+    powers_of_ten,
     sign,
 )
 from symkin.plot.workspaces import View, shown_of, views_of
@@ -87,7 +88,7 @@ def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | No
     """
     diagonals = np.asarray(r_diagonals, dtype=float)
     legs, count = diagonals.shape
-    label = "|R$_{ii}$|, reading per parameter (SI)"
+    label = "|Rᵢᵢ|, reading per parameter (SI)"
     if ax is None:
         figure = new_figure(8.6, 3.8)
         axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], y=label)
@@ -103,6 +104,7 @@ def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | No
     shown = diagonals[diagonals > 0]
     if shown.size:
         axes.set_ylim(10 ** np.floor(np.log10(shown.min()) - 0.3), shown.max() * 2)
+    powers_of_ten(axes.yaxis)
     axes.grid(False, axis="x")
     # "platform_polar_angle" fits under a group of bars in three lines.
     axes.set_xticks(range(count), [name.replace("_", "\n") for name in names], fontsize=SMALL)
@@ -563,12 +565,14 @@ def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | N
     bins = np.geomspace(min(low, 0.5 * high), high, 50 if len(both) > 1000 else 26).tolist()
     for sizes, colour in zip(shown, (BEFORE, AFTER), strict=True):
         weights = np.full(len(sizes), 100 / max(1, len(sizes)))
-        axes.hist(sizes, bins=bins, weights=weights, color=colour, alpha=0.75)
+        style: dict[str, Any] = {"histtype": "stepfilled", "color": colour, "alpha": 0.75}
+        axes.hist(sizes, bins=bins, weights=weights, **style)
         if len(sizes):
             axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
     if expected:
         axes.axvline(_MILLI * expected, color=INK, linewidth=1.4, linestyle=":")
     axes.set_xscale("log")
+    powers_of_ten(axes.xaxis)
 
 
 def _draw_row(
@@ -591,11 +595,13 @@ def _draw_row(
             figure,
             place,
             title=panel.title,
-            x=panel.view.x_label,
+            x="" if panel.title and not place.is_last_row() else panel.view.x_label,
             y=y,
             share_x=shared,
             share_y=shared,
         )
+        if panel.title:
+            axes.tick_params(labelleft=not row_axes, labelbottom=place.is_last_row())
         first = first or axes
         drawn.append(_draw_errors(axes, poses[panel.rows], sizes[panel.rows], panel.view))
         row_axes.append(axes)

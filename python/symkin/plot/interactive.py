@@ -12,10 +12,10 @@ from symkin.errors import MeasurementError, MechanismError
 from symkin.io.columns import pose_column_names
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
-from symkin.plot.drawing import Skeleton, skeleton_of
 from symkin.plot.style import BEFORE, COLOUR_MAP, INK, Array, leg_style, thinned
 from symkin.poses import space_named
 from symkin.report.wording import setting
+from symkin.skeleton import Skeleton, skeleton_of
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
 
 __all__ = ["explore"]

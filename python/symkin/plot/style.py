@@ -8,17 +8,21 @@ those of Okabe and Ito, which every kind of colour vision tells apart; legs diff
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator
+from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
@@ -49,8 +53,30 @@ THEME = {
     **{colour: f"leg{number}" for number, colour in enumerate(_LEG_COLOURS, 1)},
 }
 
+_DECADES = 1e3  # the span from which a logarithmic axis has fewer marks between its powers
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+# In plain characters: matplotlib takes long over formulas, and pages set text in the reader's font.
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
 # Weak, so that it does not keep figures alive.
 _point_names: WeakKeyDictionary[Line2D, Sequence[str]] = WeakKeyDictionary()
+
+
+class MeasuredOnce(ConstrainedLayoutEngine):
+    """Matplotlib's arrangement of axes, for which it measures their labels twice, measured once.
+
+    Its second round, after it has moved the axes, finds the same labels but for a rare tick.
+    """
+
+    def execute(self, figure: Figure) -> None:  # noqa: D102
+        for axes in figure.axes:
+            axes.get_tightbbox = _remembered(axes)  # type: ignore[method-assign]
+        try:
+            super().execute(figure)
+        finally:
+            for axes in figure.axes:
+                del axes.get_tightbbox
 
 
 class ShownFigure(Figure):
@@ -65,6 +91,18 @@ class ShownAxes(Axes):
 
     def _repr_svg_(self) -> str:
         return _svg(self.figure.figure)
+
+
+class Powers(LogFormatter):
+    """Powers of ten in plain characters: pages set in the reader's font what is no formula."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:  # noqa: D102
+        if not super().__call__(x, pos):
+            return ""
+        exponent = math.floor(math.log10(x) + 1e-9)
+        factor = f"{x / 10.0**exponent:.3g}"
+        power = f"10{str(exponent).translate(_RAISED)}"
+        return power if factor == "1" else f"{factor}\N{MULTIPLICATION SIGN}{power}"
 
 
 class LegStyle(NamedTuple):
@@ -84,7 +122,7 @@ def new_figure(width: float, height: float, figure: FigureBase | None = None) ->
     if figure is None:
         figure = ShownFigure(figsize=(width, height), facecolor=PAPER)
     if isinstance(figure, Figure) and figure.get_layout_engine() is None:
-        figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.03, hspace=0.03)
+        figure.set_layout_engine(MeasuredOnce(w_pad=0.06, h_pad=0.06, wspace=0.03, hspace=0.03))
     return figure
 
 
@@ -140,6 +178,15 @@ def equal_box(axes: Any, points: Array) -> None:
     ):
         set_limits(low, high)
     axes.set_box_aspect(upper - lower + 2 * margin, zoom=0.85)  # with room for the labels
+
+
+def powers_of_ten(axis: Axis) -> None:
+    """Label a logarithmic axis whose limits are known by powers of ten."""
+    axis.set_major_formatter(Powers())
+    axis.set_minor_formatter(Powers())
+    low, high = axis.get_view_interval()
+    if high > _DECADES * low:
+        axis.set_minor_locator(LogLocator(subs=(2, 5)))
 
 
 def sign(marker: str, label: str, colour: str = INK, size: float = 5.5, **style: Any) -> Line2D:
@@ -215,6 +262,25 @@ def _label(axes: Axes, title: str, x: str, y: str) -> None:
     axes.set_xlabel(x, fontsize=_LABEL, color=INK)
     axes.set_ylabel(y, fontsize=_LABEL, color=INK)
     axes.tick_params(labelsize=SMALL, labelcolor=INK, color=LINE)
+
+
+def _remembered(axes: Any) -> Any:
+    """`get_tightbbox` of axes, that after the first time moves what it found with the axes."""
+    measure: Any = axes.get_tightbbox
+    margins: list[Array] = []
+
+    def get_tightbbox(renderer: Any = None, **options: Any) -> Any:
+        if not margins:
+            found = measure(renderer, **options)
+            if found is None:
+                return None
+            margins.append(found.get_points() - axes.bbox.get_points())
+            return found
+        locator = axes.get_axes_locator()
+        axes.apply_aspect(locator(axes, renderer) if locator else None)
+        return Bbox(axes.bbox.get_points() + margins[0])
+
+    return get_tightbbox
 
 
 def _svg(figure: Any) -> str:

@@ -25,6 +25,7 @@ from symkin.plot.style import (
     DARK,
     INK,
     PAPER,
+    SUBSCRIPTS,
     Array,
     colour_bar,
     flat_axes,
@@ -390,14 +391,14 @@ def _draw_along_axis(
 
 def axial_axes(figure: FigureBase, place: Any, mechanism: Mechanism, legs: Sequence[int]) -> Axes:
     """Axes for the readings of three legs, seen along the line of equal ones."""
-    first, second, third = (rf"\psi_{leg + 1}" for leg in legs)
-    unit = mechanism.reading_unit
+    first, second, third = (_symbol(leg) for leg in legs)
+    unit, minus = mechanism.reading_unit, "\N{MINUS SIGN}"
     axes = flat_axes(
         figure,
         place,
         title="along the line of equal readings",
-        x=rf"$({second} - {first})/$√2, {unit}",
-        y=rf"$(2{third} - {first} - {second})/$√6, {unit}",
+        x=f"({second} {minus} {first})/√2, {unit}",
+        y=f"(2{third} {minus} {first} {minus} {second})/√6, {unit}",
     )
     axes.plot(0, 0, "+", color=INK, markersize=10)
     axes.set_aspect("equal", adjustable="box")
@@ -437,4 +438,8 @@ def _exchange_sign(study: WorkspaceStudy) -> float:
 
 
 def _reading_label(mechanism: Mechanism, leg: int) -> str:
-    return rf"$\psi_{leg + 1}$, {mechanism.reading_unit}"
+    return f"{_symbol(leg)}, {mechanism.reading_unit}"
+
+
+def _symbol(leg: int) -> str:
+    return "\N{GREEK SMALL LETTER PSI}" + str(leg + 1).translate(SUBSCRIPTS)

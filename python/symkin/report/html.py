@@ -9,8 +9,10 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -49,19 +51,19 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
     Path
         The file.
     """
-    text = page_html(page)
     with OutputFiles(overwrite=overwrite) as outputs:
-        folder = outputs.folder(path.parent, path.name)
-        (folder / path.name).write_text(text, encoding="utf-8")
+        folder = outputs.folder(path.parent, path.name)  # refused before anything is drawn
+        (folder / path.name).write_text(page_html(page), encoding="utf-8")
     return path
 
 
 def page_html(page: Page) -> str:
     """Return a page with everything in it: style, script, figures, symbols.
 
+    Without matplotlib it has no figures, and a note that says so.
     The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
     """
-    return _rendered("report.html", page)
+    return _rendered("report.html", page if _can_draw() else _without_figures(page))
 
 
 def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
@@ -74,7 +76,25 @@ def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
     shown : sequence of Table and Image
         Parts that it shows below.
     """
+    if not _can_draw():
+        shown = [part for part in shown if not isinstance(part, Image)]
     return _rendered("notebook.html", page, shown)
+
+
+def _can_draw() -> bool:
+    return find_spec("matplotlib") is not None
+
+
+def _without_figures(page: Page) -> Page:
+    """The same page for who has no matplotlib; sections of nothing but figures are gone too."""
+    sections, left_out = [], False
+    for section in page.sections:
+        parts = [part for part in section.parts if not isinstance(part, Image)]
+        left_out = left_out or len(parts) < len(section.parts)
+        if parts or section.paragraphs:
+            sections.append(replace(section, parts=parts))
+    note = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
+    return replace(page, sections=sections, notes=[*page.notes, note]) if left_out else page
 
 
 def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) -> str:
@@ -144,9 +164,12 @@ def _themed(drawing: str) -> str:
     """With the page's colours in place of those that it has its own values for."""
     from symkin.plot.style import THEME
 
-    for colour, name in THEME.items():
-        drawing = re.sub(rf"(?<=: ){colour}\b", f"var(--{name})", drawing, flags=re.I)
-    return drawing
+    names = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
+    return re.sub(
+        r"(?<=: )#[0-9a-fA-F]{6}\b",
+        lambda found: names.get(found[0].lower(), found[0]),
+        drawing,
+    )
 
 
 def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:

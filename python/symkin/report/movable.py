@@ -20,6 +20,7 @@ from symkin.mechanism import Mechanism
 from symkin.poses import poses_from_bounds, rotations_from_quaternions
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
+from symkin.skeleton import drawn_centres, joints_of, outline
 from symkin.workspace.sample import inside_workspace, least_reach_margin
 
 __all__ = ["movable"]
@@ -72,8 +73,6 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
         each a character for its state, two for the logarithm of its condition number and, for each
         leg and inner joint, two for each of its coordinates.
     """
-    from symkin.plot.drawing import drawn_centres, joints_of, outline
-
     joints = joints_of(mechanism)
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]
@@ -191,8 +190,6 @@ def _inner_centres(
     """Of the joints between the first and the last of each leg, (N, legs, inner, 2 or 3), m."""
     centres = np.full((len(poses), len(mechanism.legs), *inner), np.nan)
     if inner[0]:
-        from symkin.plot.drawing import drawn_centres
-
         for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
             drawn = drawn_centres(mechanism, leg, poses[row], readings[row, leg])
             centres[row, leg] = drawn[1:-1]

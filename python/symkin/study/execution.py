@@ -7,15 +7,30 @@ import contextlib
 import functools
 import itertools
 import pickle
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.study.robots import Job
+from symkin.mechanism import Mechanism
+from symkin.planning import Plan
+from symkin.study.definition import Cell, StudyDefinition
+from symkin.study.robots import Job, planned
 
-__all__ = ["Chunk", "compute", "dask_client", "require_version", "spread"]
+__all__ = [
+    "Chunk",
+    "compute",
+    "dask_client",
+    "make_plans",
+    "opened_client",
+    "require_version",
+    "spread",
+]
+
+Array = NDArray[np.float64]
+PlanKey = tuple[Any, ...]
 
 Chunk = tuple[int, int]  # first robot, and the one behind the last
 Columns = dict[str, NDArray[Any]]
@@ -24,9 +39,17 @@ _AHEAD = 3  # chunks that every core has or waits for
 _CONNECT, _WORKERS = 15, 60  # s
 
 
-def compute(
-    job: Job, chunks: Sequence[Chunk], workers: int = 1, scheduler: str | None = None
-) -> Iterator[tuple[Chunk, Columns]]:
+@contextlib.contextmanager
+def opened_client(workers: int, scheduler: str | None, tasks: int) -> Iterator[Any]:
+    """A client of Dask where one is asked for, else None: the work is then done in this process."""
+    if workers == 1 and scheduler is None:
+        yield None
+        return
+    with dask_client(min(workers, tasks), scheduler) as client:
+        yield client
+
+
+def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Chunk, Columns]]:
     """Compute chunks of robots, in whatever order they become ready.
 
     Parameters
@@ -35,28 +58,48 @@ def compute(
         What to compute.
     chunks : sequence of (int, int)
         First robot, and the one behind the last.
-    workers : int
-        Processes on this machine; 1 computes in this one.
-    scheduler : str, optional
-        Address of a running Dask scheduler, whose workers compute instead.
-
-    Raises
-    ------
-    SymkinError
-        Without Dask, or a scheduler or workers that answer.
+    client : distributed.Client or None
+        Whose workers compute; None computes here.
     """
-    if not chunks:
-        return
-    if workers == 1 and scheduler is None:
+    if client is None:
         for chunk in chunks:
             yield chunk, job.chunk(*chunk)
         return
-    with dask_client(min(workers, len(chunks)), scheduler) as client:
-        import symkin
+    import symkin
 
-        # The job goes with every chunk: data of its own would be lost with its worker.
-        parcel = pickle.dumps(job.light())
-        yield from spread(client, _chunk, ((symkin.__version__, parcel, chunk) for chunk in chunks))
+    # The job goes with every chunk: data of its own would be lost with its worker.
+    parcel = pickle.dumps(job.light())
+    yield from spread(client, _chunk, ((symkin.__version__, parcel, chunk) for chunk in chunks))
+
+
+def make_plans(
+    definition: StudyDefinition, candidates: Mapping[str, Array], client: Any
+) -> Iterator[tuple[PlanKey, Plan | str]]:
+    """Make the plans of a study, in whatever order they become ready.
+
+    Parameters
+    ----------
+    definition : StudyDefinition
+        The study.
+    candidates : mapping
+        Poses to choose from, by the mechanism's name.
+    client : distributed.Client or None
+        Whose workers choose; None chooses here.
+    """
+    cells = {cell.plan_key: cell for cell in definition.cells}
+    # Those that take longest first, so that no process has one left when the others are done.
+    cells = dict(sorted(cells.items(), key=lambda item: -_unknowns(definition, item[1])))
+    calls = (
+        (key, definition.loaded[cell.mechanism], cell, candidates[cell.mechanism], definition.seed)
+        for key, cell in cells.items()
+    )
+    if client is None:
+        for call in calls:
+            yield _plan(*call)
+        return
+    import symkin
+
+    yield from spread(client, _plan_there, ((symkin.__version__, call) for call in calls))
 
 
 @contextlib.contextmanager
@@ -135,6 +178,24 @@ def require_version(version: str) -> None:
         raise SymkinError(
             f"a worker has symkin {symkin.__version__}; expected {version}, as where it was started"
         )
+
+
+def _unknowns(definition: StudyDefinition, cell: Cell) -> int:
+    """For how many parameters poses are chosen at once."""
+    mechanism = definition.loaded[cell.mechanism]
+    return len(mechanism.parameter_names) * (1 if cell.design == "legs" else len(mechanism.legs))
+
+
+def _plan(
+    key: PlanKey, mechanism: Mechanism, cell: Cell, candidates: Array, seed: int
+) -> tuple[PlanKey, Plan | str]:
+    return key, planned(mechanism, cell, candidates, seed)
+
+
+def _plan_there(version: str, call: tuple[Any, ...]) -> tuple[PlanKey, Plan | str]:
+    """What a worker does."""
+    require_version(version)
+    return _plan(*call)
 
 
 def _chunk(version: str, parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:

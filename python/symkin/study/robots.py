@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -97,8 +97,13 @@ class Job:
     seed: int
 
     @classmethod
-    def of(cls, definition: StudyDefinition, progress: Callable[[str, float], None]) -> Job:
-        """Sample the workspaces and make the plans of a study."""
+    def of(
+        cls,
+        definition: StudyDefinition,
+        make_plans: Callable[[Mapping[str, Array]], Iterable[tuple[tuple[Any, ...], Plan | str]]],
+        progress: Callable[[str, float], None],
+    ) -> Job:
+        """Sample the workspaces of a study and have its plans made of what was sampled."""
         candidates, poses = {}, {}
         for name, mechanism in definition.loaded.items():
             count = definition.candidates or mechanism.protocol.candidates
@@ -106,13 +111,12 @@ class Job:
             sampled = sample_workspace(mechanism, most, definition.seed).poses
             candidates[name] = sampled[:count]
             poses[name] = np.ascontiguousarray(sampled[: definition.evaluation_poses])
-        plans: dict[tuple[Any, ...], Plan | str] = {}
-        for cell in definition.cells:
-            if cell.plan_key not in plans:
-                progress("selecting poses", 0.0)
-                mechanism = definition.loaded[cell.mechanism]
-                where = candidates[cell.mechanism]
-                plans[cell.plan_key] = _planned(mechanism, cell, where, definition.seed)
+        made: dict[tuple[Any, ...], Plan | str] = {}
+        progress("selecting poses", 0.0)
+        for key, plan in make_plans(candidates):
+            made[key] = plan
+            progress("selecting poses", 0.0)
+        plans = {cell.plan_key: made[cell.plan_key] for cell in definition.cells}
         mapped = {
             key: mapped_candidates(plan, candidates[key[0]])
             for key, plan in plans.items()
@@ -156,7 +160,8 @@ class Job:
         return {each.name: self.__dict__[each.name] for each in dataclasses.fields(self)}
 
 
-def _planned(mechanism: Mechanism, cell: Cell, candidates: Array, seed: int) -> Plan | str:
+def planned(mechanism: Mechanism, cell: Cell, candidates: Array, seed: int) -> Plan | str:
+    """The plan of a cell, or why there is none."""
     try:
         return make_plan(
             mechanism,

@@ -20,7 +20,7 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.tables import write_table
 from symkin.study.cost import CostResult, measure_cost
 from symkin.study.definition import StudyDefinition, load_study
-from symkin.study.execution import Chunk, compute
+from symkin.study.execution import Chunk, compute, make_plans, opened_client
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job
 
@@ -117,22 +117,24 @@ def _simulated(
     scheduler: str | None,
     tell: Progress,
 ) -> StudyResult:
-    tell("sampling the workspace", 0.0)
-    job = Job.of(definition, tell)
     found: dict[Chunk, Columns] = {}
     for chunk in _chunks(definition):
         known = None if parts is None else parts.read(chunk)
         if known is not None:
             found[chunk] = known
     left = [chunk for chunk in _chunks(definition) if chunk not in found]
-    done = sum(end - first for first, end in found)
-    tell("simulating robots", done / definition.robots)
-    for chunk, columns in compute(job, left, workers, scheduler):
-        if parts is not None:
-            parts.write(chunk, columns)
-        found[chunk] = columns
-        done += chunk[1] - chunk[0]
+    tell("sampling the workspace", 0.0)
+    tasks = max(len(left), len(definition.cells))
+    with opened_client(workers, scheduler, tasks) as client:
+        job = Job.of(definition, lambda poses: make_plans(definition, poses, client), tell)
+        done = sum(end - first for first, end in found)
         tell("simulating robots", done / definition.robots)
+        for chunk, columns in compute(job, left, client):
+            if parts is not None:
+                parts.write(chunk, columns)
+            found[chunk] = columns
+            done += chunk[1] - chunk[0]
+            tell("simulating robots", done / definition.robots)
     return StudyResult(definition, _joined(job, [found[chunk] for chunk in sorted(found)]), job)
 
 

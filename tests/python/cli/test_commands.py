@@ -126,6 +126,7 @@ def test_check_needs_no_workspace(symkin: Callable, changed: Callable, tmp_path:
     assert (tmp_path / "out" / "check.html").exists()
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> None:
     out = tmp_path / "new"
     arguments = ("plan", "3RRR", "--out", out, "--pose-count", 9, "--candidates", 300)
@@ -161,6 +162,7 @@ def test_plan_writes_its_certificate_to_a_page(symkin: Callable, tmp_path: Path)
     assert len(plan.poses) == 12 + 3
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_plan_adds_to_what_is_measured_and_takes_what_is_required(
     symkin: Callable, tmp_path: Path, protocol: Path
 ) -> None:
@@ -213,6 +215,7 @@ def test_pose_count_says_what_else_helps_where_more_poses_do_not(symkin: Callabl
     assert "the estimator joint" in shown.out
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_partial_measurements_are_simulated_read_and_refused_in_words(
     symkin: Callable, tmp_path: Path
 ) -> None:
@@ -278,6 +281,7 @@ def test_run_writes_all_its_files(protocol: Path) -> None:
     ]
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_identify_finds_in_the_files_of_a_run_what_the_run_found(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
@@ -295,6 +299,7 @@ def test_identify_finds_in_the_files_of_a_run_what_the_run_found(
     assert (of_identify.deviations == of_run.deviations).all()
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_the_results_file_of_identify_is_what_json_prints_and_what_save_writes(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
@@ -420,6 +425,7 @@ def test_a_rerun_of_run_writes_the_same_bytes(
     assert (different, missing) == ([], [])
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_another_seed_chooses_other_poses(symkin: Callable, tmp_path: Path) -> None:
     for seed in (1, 2):
         small = ("--pose-count", 8, "--candidates", 200, "--seed", seed)
@@ -482,6 +488,7 @@ def test_evaluate_shows_the_closures_of_measurements(symkin: Callable, protocol:
     assert symkin(*against, "--json").json["evaluation"]["closures"] is None
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_measurements_of_one_leg_a_row_are_identified_without_end_effector_errors(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:

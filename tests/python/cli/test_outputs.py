@@ -79,6 +79,7 @@ def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
     refused("kinematics", "3RRR", readings, *into, words="is an input")
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
     symkin: Callable, refused: Callable, tmp_path: Path
 ) -> None:
@@ -91,6 +92,7 @@ def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
     assert {path.name for path in tmp_path.iterdir()} == set(PLAN_FILES)
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_every_file_of_a_command_is_known_before(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:

@@ -60,6 +60,7 @@ def test_the_folder_holds_everything_and_the_verdict_comes_first(measured, tmp_p
     assert evaluated["position_rms_m"] < 3e-4
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, capsys):
     symkin.load_mechanism("3RRR").save(tmp_path / "robot.toml")
     with (tmp_path / "robot.toml").open("a") as file:
@@ -112,6 +113,7 @@ def test_wrong_sections_are_refused_with_line_and_key(tmp_path, section, message
     assert message in str(error.value)
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_a_plan_is_for_what_will_be_observed_and_is_unknown(tmp_path, capsys):
     asked = ["--design", "mechanism", "--observe", "position", "--prior", "tolerances"]
     asked += ["--fixed", "sensor_gain", "--base", "1 m, 0, 90 deg", "--candidates", "500"]
@@ -132,6 +134,7 @@ def test_a_plan_is_for_what_will_be_observed_and_is_unknown(tmp_path, capsys):
     assert 'choose the design "mechanism"' in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_a_delta_is_calibrated_from_points_to_size(tmp_path, capsys):
     folder, probed = tmp_path / "probe", tmp_path / "probed"
     heights = ["linear_delta", "--observe", "height", "--out"]

@@ -331,6 +331,7 @@ def result(paper: symkin.Mechanism) -> ProtocolResult:
     return symkin.run_protocol(paper.replace(protocol=small))
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_every_writer_of_the_library_asks_before_it_replaces(
     tmp_path: Path, result: ProtocolResult
 ) -> None:

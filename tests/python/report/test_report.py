@@ -237,6 +237,7 @@ def test_measurements_of_single_legs_are_reported_without_end_effector_errors(
     assert 'id="figure-error_map"' not in text
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_doubts_and_failure_stand_on_top(planar_result, tmp_path):
     measurements = planar_result.simulation.measurements
     stopped = symkin.identify(planar_result.nominal, measurements, max_iterations=1)
@@ -247,6 +248,7 @@ def test_doubts_and_failure_stand_on_top(planar_result, tmp_path):
     assert all(doubt in top for doubt in stopped.doubts)
 
 
+@pytest.mark.usefixtures("unillustrated")
 def test_names_are_escaped(planar_result, tmp_path):
     nominal = planar_result.nominal.replace(name="<b>3RRR</b> & co")
     measurements = planar_result.simulation.measurements
