@@ -102,8 +102,8 @@ class Task:
         if self.leg is None or not self.is_orbit:
             return self.measured_rows(mechanism, poses, kind)
         images = [map_poses(mechanism, element, poses) for element in self.elements]
-        return np.stack(
-            [observability_rows(mechanism, self.leg, image, kind) for image in images], axis=1
+        return np.concatenate(
+            [self.measured_rows(mechanism, image, kind) for image in images], axis=1
         )
 
     def measured_rows(
@@ -112,7 +112,8 @@ class Task:
         """Rows of poses that are measured as they are, without images, shape (n, r, p)."""
         if self.leg is None:
             return mechanism_rows(mechanism, poses, kind)
-        return observability_rows(mechanism, self.leg, poses, kind)[:, None, :]
+        rows = observability_rows(mechanism, self.leg, poses, kind)
+        return rows.reshape(len(poses), mechanism.closures, rows.shape[1])
 
     def parameter_names(self, mechanism: Mechanism) -> tuple[str, ...]:
         """Names of the columns of its rows."""
@@ -187,7 +188,10 @@ def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) ->
 def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
     if not use_symmetry:
         identity = _identity(mechanism)
-        return [Task(leg, ((leg, (identity,)),), 1) for leg in range(len(mechanism.legs))]
+        return [
+            Task(leg, ((leg, (identity,)),), mechanism.closures)
+            for leg in range(len(mechanism.legs))
+        ]
     carriers = leg_carriers(mechanism)
     return [
         Task(
@@ -197,7 +201,7 @@ def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
                 for leg, (origin, element) in enumerate(carriers)
                 if origin == reference
             ),
-            1,
+            mechanism.closures,
         )
         for reference in sorted({origin for origin, _ in carriers})
     ]
@@ -210,11 +214,12 @@ def _orbit_task(mechanism: Mechanism) -> Task:
             f'mechanism "{mechanism.name}" has legs that are not images of leg 1, so no orbit of '
             'poses serves all legs; choose the design "legs" or "mechanism"'
         )
-    return Task(0, ((ALL_LEGS, tuple(elements)),), len(elements))
+    return Task(0, ((ALL_LEGS, tuple(elements)),), len(elements) * mechanism.closures)
 
 
 def _mechanism_task(mechanism: Mechanism) -> Task:
-    return Task(None, ((ALL_LEGS, (_identity(mechanism),)),), len(mechanism.legs))
+    rows = len(mechanism.legs) * mechanism.closures
+    return Task(None, ((ALL_LEGS, (_identity(mechanism),)),), rows)
 
 
 def _identity(mechanism: Mechanism) -> SymmetryElement:
