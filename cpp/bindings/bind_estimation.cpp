@@ -39,7 +39,7 @@ void bind_observability(py::module_& module) {
       .def(
           "deviations",
           [](const Tolerances& self, const symkin::Mechanism& mechanism, symkin::Index leg) {
-            return self.deviations(mechanism.model().info(), mechanism.leg(leg).parameters);
+            return self.deviations(mechanism, leg);
           },
           py::arg("mechanism"), py::arg("leg"));
 

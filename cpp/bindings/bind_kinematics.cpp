@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
+#include "symkin/kinematics/constraint.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/kinematics/workspace.hpp"
@@ -15,6 +16,8 @@ void bind_kinematics_of_poses(py::module_& module) {
 
   module.def("inverse_kinematics", &symkin::inverse_kinematics, py::arg("mechanism"),
              py::arg("poses"), ReleaseGil());
+  module.def("on_constraint", &symkin::on_constraint, py::arg("mechanism"), py::arg("poses"),
+             ReleaseGil());
   module.def("reach_margin", &symkin::reach_margin, py::arg("mechanism"), py::arg("poses"),
              ReleaseGil());
   module.def("closure", &symkin::closure, py::arg("mechanism"), py::arg("leg"), py::arg("poses"),

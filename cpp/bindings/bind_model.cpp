@@ -30,10 +30,12 @@ void bind_chains(py::module_& module) {
       .value("height", ParameterKind::height)
       .value("direction_azimuth", ParameterKind::direction_azimuth)
       .value("direction_distance", ParameterKind::direction_distance)
-      .value("reference_azimuth", ParameterKind::reference_azimuth)
+      .value("guide_azimuth", ParameterKind::guide_azimuth)
       .value("guide_elevation", ParameterKind::guide_elevation)
+      .value("guide_swing", ParameterKind::guide_swing)
+      .value("axis_azimuth", ParameterKind::axis_azimuth)
       .value("axis_elevation", ParameterKind::axis_elevation)
-      .value("swing", ParameterKind::swing)
+      .value("axis_swing", ParameterKind::axis_swing)
       .value("gain", ParameterKind::gain)
       .value("offset", ParameterKind::offset);
 
@@ -63,6 +65,7 @@ void bind_chains(py::module_& module) {
                              [](const ChainInfo& self) { return is_angle(self.active_joint); })
       .def("is_angular", &ChainInfo::is_angular, py::arg("parameter"))
       .def_readonly("closures", &ChainInfo::closures)
+      .def_property_readonly("free_coordinates", &symkin::free_coordinates)
       .def_readonly("mode_is_orientation", &ChainInfo::mode_is_orientation)
       .def_property_readonly("working_mode",
                              [](const ChainInfo& self) { return self.working_mode; });
@@ -107,6 +110,8 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("pose_space",
                              [](const Mechanism& self) { return to_string(self.pose_space()); })
       .def_property_readonly("dof", &Mechanism::dof)
+      .def_property_readonly("mobility", &Mechanism::mobility)
+      .def_property_readonly("redundant", &Mechanism::redundant)
       .def_property_readonly("leg_count", &Mechanism::leg_count)
       .def_property_readonly("parameters", &Mechanism::parameters)
       .def_property_readonly("estimated_parameters",

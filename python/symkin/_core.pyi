@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'left_unexplained', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -126,6 +126,9 @@ class ChainInfo:
         ...
     @property
     def closures(self) -> int:
+        ...
+    @property
+    def free_coordinates(self) -> list[int]:
         ...
     @property
     def mode_is_orientation(self) -> bool:
@@ -648,6 +651,9 @@ class Mechanism:
     def leg_count(self) -> int:
         ...
     @property
+    def mobility(self) -> int:
+        ...
+    @property
     def name(self) -> str:
         ...
     @property
@@ -655,6 +661,9 @@ class Mechanism:
         ...
     @property
     def pose_space(self) -> str:
+        ...
+    @property
+    def redundant(self) -> bool:
         ...
 class NotIdentifiable(symkin.errors.NotIdentifiableError):
     pass
@@ -723,35 +732,40 @@ class ParameterKind:
     
       direction_distance
     
-      reference_azimuth
+      guide_azimuth
     
       guide_elevation
     
+      guide_swing
+    
+      axis_azimuth
+    
       axis_elevation
     
-      swing
+      axis_swing
     
       gain
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'reference_azimuth': <ParameterKind.reference_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'axis_elevation': <ParameterKind.axis_elevation: 12>, 'swing': <ParameterKind.swing: 13>, 'gain': <ParameterKind.gain: 14>, 'offset': <ParameterKind.offset: 15>}
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'radius': <ParameterKind.radius: 3>, 'azimuth': <ParameterKind.azimuth: 4>, 'polar_angle': <ParameterKind.polar_angle: 5>, 'height': <ParameterKind.height: 6>, 'direction_azimuth': <ParameterKind.direction_azimuth: 7>, 'direction_distance': <ParameterKind.direction_distance: 8>, 'guide_azimuth': <ParameterKind.guide_azimuth: 9>, 'guide_elevation': <ParameterKind.guide_elevation: 10>, 'guide_swing': <ParameterKind.guide_swing: 11>, 'axis_azimuth': <ParameterKind.axis_azimuth: 12>, 'axis_elevation': <ParameterKind.axis_elevation: 13>, 'axis_swing': <ParameterKind.axis_swing: 14>, 'gain': <ParameterKind.gain: 15>, 'offset': <ParameterKind.offset: 16>}
     arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
-    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 12>
-    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 5>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 8>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 9>
+    axis_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_azimuth: 12>
+    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 13>
+    axis_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_swing: 14>
+    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 4>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 7>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 8>
     eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 2>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 14>
-    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 11>
-    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 7>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 15>
+    guide_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_azimuth: 9>
+    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 10>
+    guide_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_swing: 11>
+    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 6>
     length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 15>
-    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 6>
-    pulley_radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.pulley_radius: 3>
-    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 4>
-    reference_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.reference_azimuth: 10>
-    swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.swing: 13>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 16>
+    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 5>
+    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 3>
     @typing.overload
     def __eq__(self, other: ParameterKind) -> bool:
         ...
@@ -1453,6 +1467,8 @@ def observability_group(mechanism: Mechanism, group: SymmetryGroup, tolerance: S
 def observability_rows(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], kind: RowKind, noise: MeasurementNoise) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def observed_rows(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    ...
+def on_constraint(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def parameter_jacobian(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...

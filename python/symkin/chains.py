@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
@@ -43,8 +43,9 @@ class ParameterRole(NamedTuple):
     kind : str
         "length", "arc" or "eccentricity" of a link; "radius", "azimuth", "polar_angle" or "height"
         of a point; "azimuth" and "polar_angle" of an axis through the centre; "direction_azimuth"
-        or "direction_distance" of a guide in the plane; "guide_elevation" or "axis_elevation" and
-        "swing" of a direction in space, and the "reference_azimuth" that it is given from;
+        or "direction_distance" of a guide in the plane; "guide_elevation" and "guide_swing", or
+        "axis_elevation" and "axis_swing", of a direction in space, and the "guide_azimuth" or
+        "axis_azimuth" that it is given from;
         "pulley_radius" of a cable; "gain" or "offset" of the sensor.
     """
 
@@ -54,7 +55,7 @@ class ParameterRole(NamedTuple):
     @property
     def is_constant(self) -> bool:
         """Whether it belongs to the description, and is never estimated."""
-        return self.kind == "reference_azimuth"
+        return self.kind in ("guide_azimuth", "axis_azimuth")
 
     @property
     def is_given(self) -> bool:
@@ -120,6 +121,11 @@ class ChainInfo:
         Unit of the active joint.
     description : str
         What the sign of the working mode means.
+    closures : int
+        Equations that a leg brings. One shows the reading; more of them bind the platform.
+    free : tuple of int
+        Which of the coordinates of bounds (see `PoseSpace.units`) can be chosen: of a platform that
+        the legs bind z and the two tilts, and all of any other.
     """
 
     name: str
@@ -129,6 +135,25 @@ class ChainInfo:
     parameter_roles: Mapping[str, ParameterRole]
     reading_unit: str
     description: str
+    closures: int
+    free: tuple[int, ...]
+
+    @property
+    def box(self) -> dict[str, str]:
+        """The coordinates of a workspace's box, with their units: those that can be chosen."""
+        from symkin.poses import POSE_SPACES
+
+        units = list(POSE_SPACES[self.pose_space].units.items())
+        return dict(units[each] for each in self.free)
+
+    def whole(self, chosen: Sequence[float]) -> tuple[float, ...]:
+        """All coordinates by those of the `box`; zero for those that the legs bind."""
+        from symkin.poses import POSE_SPACES
+
+        values = [0.0] * POSE_SPACES[self.pose_space].dof
+        for place, value in zip(self.free, chosen, strict=True):
+            values[place] = value
+        return tuple(values)
 
     @property
     def signed_radius(self) -> bool:
@@ -187,6 +212,8 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
         parameter_roles=FrozenMapping(roles),
         reading_unit=joint_unit,
         description=info.working_mode,
+        closures=info.closures,
+        free=tuple(info.free_coordinates),
     )
 
 

@@ -196,14 +196,14 @@ class CheckResult(Result):
     @property
     def least_poses(self) -> int:
         """Poses that a leg needs at least: one closure for each of its parameters."""
-        return self.mechanism.estimated_count
+        return self.mechanism.least_poses
 
     @property
     def design(self) -> Literal["legs", "orbits", "mechanism"]:
         """The design of `make_plan` that asks for the fewest measurements."""
         if len(self.orbits) == 1:
             return "orbits"
-        redundant = len(self.mechanism.legs) > self.mechanism.core.dof
+        redundant = self.mechanism.core.redundant
         return "legs" if redundant and not self.mechanism.noise.reading else "mechanism"
 
     @property

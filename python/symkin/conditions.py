@@ -288,7 +288,7 @@ def _home_deviations(
 
 
 def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
-    legs, dof, unit = len(mechanism.legs), mechanism.core.dof, mechanism.reading_unit
+    legs, dof, unit = len(mechanism.legs), mechanism.core.mobility, mechanism.reading_unit
     found = measured.comparison.found
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)

@@ -335,7 +335,7 @@ def closures_of(model: Mechanism, measurements: Measurements) -> Array:
     closures = np.full(measurements.readings.shape, np.nan)
     for leg in range(len(model.legs)):
         read = np.isfinite(measurements.readings[:, leg])
-        closures[read, leg] = model.closure(
+        closures[read, leg] = model.closure_error(
             leg, measurements.poses[read], measurements.readings[read, leg]
         )
     return closures

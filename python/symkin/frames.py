@@ -356,16 +356,19 @@ def _anchor_points(mechanism: Mechanism, end: str) -> Array:
     known = cartesian({"radius": radius, "azimuth": azimuth, **tilt})
     points = np.zeros((len(azimuth), 3))
     points[:, : known.shape[1]] = known
+    offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
     if "guide_elevation" in values:
         # Where the slider reads zero: the point itself is held along the guide.
-        offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
         points += offset[:, None] * _guides(values)
+    elif end == "base" and any("base_height" in held for held in mechanism.held):
+        # Read as shorter than it is from the point that is held, a leg stands on a higher one.
+        points[:, 2] += offset * (1 if mechanism.home[2] >= 0 else -1)
     return points
 
 
 def _guides(values: Mapping[str, Array]) -> Array:
     """Directions of guides in space, shape (legs, 3)."""
-    azimuth, swing = values["reference_azimuth"], values["swing"]
+    azimuth, swing = values["guide_azimuth"], values["guide_swing"]
     outward = np.cos(swing) * np.cos(values["guide_elevation"])
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
     return np.stack(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError
-from symkin.poses import POSE_SPACES, wrong_quaternion
+from symkin.poses import POSE_SPACES, poses_from_bounds, wrong_quaternion
 
 __all__ = ["Kinematics"]
 
@@ -29,6 +29,16 @@ class Kinematics:
 
     curvature: Array | None
     straight: _core.Mechanism
+
+    @property
+    def closures(self) -> int:
+        """Closures of a leg."""
+        raise NotImplementedError
+
+    @property
+    def bound(self) -> bool:
+        """Whether the legs bind some coordinates of the platform."""
+        raise NotImplementedError
 
     @property
     def core(self) -> _core.Mechanism:
@@ -126,7 +136,7 @@ class Kinematics:
 
         Returns
         -------
-        ndarray, shape (N,)
+        ndarray, shape (N,), or (N, k) where a leg has k closures
             m.
         """
         own = np.atleast_1d(_floats(readings))
@@ -134,7 +144,36 @@ class Kinematics:
             every = np.zeros((len(own), len(self.curvature)))
             every[:, leg] = own
             own = np.ascontiguousarray(self.straightened(every)[:, leg])
-        return _core.closure(self.straight, leg, self._poses(poses), own)
+        values = _core.closure(self.straight, leg, self._poses(poses), own)
+        return values if self.closures == 1 else values.reshape(-1, self.closures)
+
+    def closure_error(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
+        """The same as one number a pose: of several closures their root mean square.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            m.
+        """
+        values = self.closure(leg, poses, readings)
+        return values if self.closures == 1 else np.sqrt(np.mean(values**2, axis=1))
+
+    def poses_at(self, coordinates: ArrayLike) -> Array:
+        """Poses by position (m) and angle or rotation vector (rad), shape (..., dof).
+
+        Of a platform that the legs bind (3-RPS, 3-PRS) z, rx and ry are those given, and x, y and
+        rz follow from the legs, near what is given for them.
+
+        Returns
+        -------
+        ndarray, shape (..., coordinates)
+            NaN where the legs have no such pose.
+        """
+        poses = poses_from_bounds(self.straight.pose_space, coordinates)
+        if not self.bound:
+            return poses
+        rows = np.ascontiguousarray(poses.reshape(-1, poses.shape[-1]))
+        return _core.on_constraint(self.straight, rows).reshape(poses.shape)
 
     def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
         """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
@@ -171,7 +210,8 @@ class Kinematics:
         serial : ndarray, shape (N, legs)
             dh/dq of each leg: zero at a serial (type 1) singularity.
         parallel : ndarray, shape (N,)
-            det(dg/dpose): zero at a parallel (type 2) singularity.
+            det(dg/dpose), with what else binds the platform: zero at a parallel (type 2)
+            singularity.
         condition : ndarray, shape (N,)
             Condition number of dq/dpose, rotations scaled by the characteristic length (m), which
             is by default the workspace's, else the mean platform radius.

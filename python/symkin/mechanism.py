@@ -19,7 +19,7 @@ from symkin.chains import ChainInfo, ParameterRole, chain_info
 from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.legs import Leg, common_chain, parameter_values
-from symkin.poses import POSE_SPACES, PoseSpace, poses_from_bounds
+from symkin.poses import POSE_SPACES, PoseSpace
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,
@@ -64,7 +64,8 @@ class Mechanism(Kinematics):
     name : str
         For messages and reports.
     legs : sequence of Leg
-        All of one chain; at least as many as the platform has degrees of freedom.
+        All of one chain; at least as many as the platform has degrees of freedom. Three of them
+        where a leg binds it (3-RPS, 3-PRS): they leave it z and two tilts.
     platform : {"rigid", "point", "translating", "spherical"}
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
@@ -267,6 +268,21 @@ class Mechanism(Kinematics):
         return self.straight.pose_space
 
     @property
+    def closures(self) -> int:
+        """Closures of a leg."""
+        return self._info.closures
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Which coordinates of a pose can be chosen, see `ChainInfo.free`."""
+        return self._info.free
+
+    @property
+    def bound(self) -> bool:
+        """Whether some cannot, since the legs bind the platform."""
+        return len(self.free) < self.space.dof
+
+    @property
     def space(self) -> PoseSpace:
         """What the poses are made of."""
         return POSE_SPACES[self.pose_space]
@@ -318,6 +334,11 @@ class Mechanism(Kinematics):
         """How many parameters of each leg are identified."""
         return len(self.estimated[0])
 
+    @property
+    def least_poses(self) -> int:
+        """Poses that a leg needs at least: as many closures as parameters are identified."""
+        return -(-self.estimated_count // self.closures)
+
     def estimated_names(self, leg: int) -> tuple[str, ...]:
         """Names of a leg's (from 0) parameters that are identified."""
         return tuple(self.parameter_names[column] for column in self.estimated[leg])
@@ -349,7 +370,7 @@ class Mechanism(Kinematics):
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
         given = None if self.workspace is None else self.workspace.home
-        return _read_only(poses_from_bounds(self.pose_space, given or (0.0,) * self.straight.dof))
+        return _read_only(self.poses_at(given or (0.0,) * self.straight.dof))
 
     @property
     def characteristic_length(self) -> float:

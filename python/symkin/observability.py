@@ -110,6 +110,8 @@ def observability_rows(
 ) -> NDArray[np.float64]:
     """Rows of the identification matrix of a leg (from 0), shape (N, p), p those identified.
 
+    Legs with k closures have k rows a pose, one behind the other: shape (k N, p).
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -124,7 +126,7 @@ def observability_rows(
 
     Returns
     -------
-    ndarray, shape (N, p)
+    ndarray, shape (N, p), or (k N, p)
         NaN where the leg cannot reach.
     """
     rows = pose_rows(poses)
@@ -136,6 +138,8 @@ def mechanism_rows(
     mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
 ) -> NDArray[np.float64]:
     """Rows of all legs at once, shape (N, legs, legs p), p those of a leg that are identified.
+
+    Legs with k closures have k rows each: shape (N, legs k, legs p).
 
     Parameters
     ----------
@@ -149,7 +153,7 @@ def mechanism_rows(
 
     Returns
     -------
-    ndarray, shape (N, legs, legs p)
+    ndarray, shape (N, legs, legs p), or (N, legs k, legs p)
         NaN where a leg cannot reach.
 
     Raises
@@ -161,7 +165,7 @@ def mechanism_rows(
     values = pose_rows(poses)
     row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
     rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
-    return rows.reshape(len(values), len(mechanism.legs), -1)
+    return rows.reshape(len(values), len(mechanism.legs) * mechanism.closures, -1)
 
 
 def analyse_observability(

@@ -16,6 +16,8 @@ from symkin.workspace.study import check_elements
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.
 GROUPS = {
+    "3PRS": ("D_6", "D_3"),
+    "3RPS": ("D_6", "D_3"),
     "3PRP": ("D_6", "D_3"),
     "3PRR": ("D_6", "C_3"),
     "3RPR": ("D_6", "D_3"),

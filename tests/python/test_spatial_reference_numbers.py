@@ -10,6 +10,8 @@ import pytest
 import symkin
 from symkin import _core
 from symkin.chains import shortest
+from symkin.settings import WorkspaceSettings
+from symkin.workspace import workspace_coordinates
 
 SHIPPED = {
     "linear_delta": "linear_delta_kossel",
@@ -17,12 +19,14 @@ SHIPPED = {
     "hexa": "hexa_servo",
     "hexaglide": "hexaglide_vertical",
     "agile_eye": "agile_eye",
+    "3RPS": "3rps_heliostat",
 }
+BOUND = {"3rps_heliostat": "R[P]S", "3prs_vertical": "[P]RS"}
 CHAINS = [
     f"{chain} {platform}"
     for chain in ("[P]US", "[R]US", "U[P]S")
     for platform in ("rigid", "translating")
-] + ["[R]RR spherical"]
+] + ["[R]RR spherical", "R[P]S rigid", "[P]RS rigid"]
 
 
 @cache
@@ -43,7 +47,8 @@ def built(request, shared_reference):
 
 
 def mechanism_of(name, platform, parameters, mode):
-    return symkin.Mechanism(name, [symkin.Leg(name, parameters, mode)] * 6, platform=platform)
+    count = 6 // symkin.chain_info(name, platform).closures
+    return symkin.Mechanism(name, [symkin.Leg(name, parameters, mode)] * count, platform=platform)
 
 
 def assert_close(values, expected):
@@ -69,10 +74,12 @@ def test_roots_of_each_working_mode_and_their_derivatives_equal_the_reference(ch
                 gap = gain * (mechanism.inverse_kinematics(pose)[0, 0] - root["psi"])
                 assert abs(shortest(np.array(gap), turn)) < 1e-9
                 rows = _core.linearise(mechanism.core, 0, pose, np.array([root["psi"]]))
-                assert_close(rows.closure, 0)
-                assert_close(rows.by_parameters[0], root["dh_dparam"])
-                assert_close(rows.by_pose[0], root["dh_dpose"])
-                assert_close(rows.by_reading[0], root["dh_dpsi"])
+                assert_close(rows.closure, [0, root.get("plane_closure", 0)][: len(rows.closure)])
+                assert_close(rows.by_parameters, np.atleast_2d(root["dh_dparam"]))
+                assert_close(rows.by_pose, np.atleast_2d(root["dh_dpose"]))
+                assert_close(rows.by_reading, np.atleast_1d(root["dh_dpsi"]))
+                assert_close(mechanism.parameter_jacobian(0, pose)[0], root["dg_dparam"])
+                assert_close(mechanism.pose_jacobian(pose)[0, 0], root["dg_dpose"])
 
 
 def test_closures_and_derivatives_off_the_roots_equal_the_reference(chain):
@@ -83,9 +90,10 @@ def test_closures_and_derivatives_off_the_roots_equal_the_reference(chain):
             pose, off = np.array([case["pose"]]), case["off_root"]
             rows = _core.linearise(mechanism.core, 0, pose, np.array([off["psi"]]))
             assert_close(rows.closure, off["h"])
-            assert_close(rows.by_parameters[0], off["dh_dparam"])
-            assert_close(rows.by_pose[0], off["dh_dpose"])
-            assert_close(mechanism.closure(0, pose, [0.5]), case["h_at_psi_0p5"])
+            assert_close(rows.by_parameters, np.atleast_2d(off["dh_dparam"]))
+            assert_close(rows.by_pose, np.atleast_2d(off["dh_dpose"]))
+            found = mechanism.closure(0, pose, [0.5])[0]
+            assert_close(found, case["h_at_psi_0p5"])
 
 
 def test_reach_ends_where_the_reference_says(chain):
@@ -108,7 +116,10 @@ def test_of_a_guide_that_coordinate_is_held_along_which_it_runs(chain):
     }
     for leg in numbers["sets"]:
         held = mechanism_of(name, platform, leg["parameters"], 1).held[0]
-        assert len(held) == (name == "[P]US")
+        upright = name == "R[P]S" and np.isclose(
+            *(leg["parameters"][f"{end}_radius"] for end in ("base", "platform")), rtol=0.1
+        )
+        assert len(held) == (name in ("[P]US", "[P]RS") or upright)
         if name == "[P]US" and leg.get("note") in notes:
             assert held == (notes[leg["note"]],)
 
@@ -120,6 +131,28 @@ def test_shipped_mechanisms_read_as_the_reference_does(built):
         readings = mechanism.inverse_kinematics([case["pose"]])[0]
         # The legs may come in another order.
         assert_close(np.sort(readings), np.sort(case["readings"]))
+
+
+@pytest.mark.parametrize("name", BOUND)
+def test_platforms_that_legs_bind_take_the_poses_of_the_reference(name, shared_reference):
+    numbers = read(shared_reference / "spatial_mechanisms.json")[name]
+    chain = BOUND[name]
+    legs = [symkin.Leg(chain, leg["parameters"], leg["working_mode"]) for leg in numbers["legs"]]
+    lower, upper = np.transpose(numbers["box"])
+    workspace = WorkspaceSettings(lower, upper, home=tuple(numbers["home"]))
+    mechanism = symkin.Mechanism(name, legs, workspace=workspace)
+    for case in numbers["cases"]:
+        pose = np.array([case["pose"]])
+        # Height and tilts say it all.
+        coordinates = workspace_coordinates(mechanism, pose)[0]
+        assert_close(mechanism.poses_at(coordinates * [0, 0, 1, 1, 1, 0]), pose[0])
+        taken, converged = mechanism.forward_kinematics([case["readings"]])
+        assert converged.all()
+        assert_close(taken, pose)
+        assert_close(mechanism.pose_jacobian(pose)[0], case["dg_dpose"])
+        serial, parallel, _ = mechanism.singularity_measures(pose)
+        # Theirs has the three lengths first, and dh in place of dg.
+        assert_close(parallel[0] * -np.prod(serial), -case["det_dh_dpose"])
 
 
 def test_the_flexpicker_reads_the_published_angles():

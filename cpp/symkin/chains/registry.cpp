@@ -78,6 +78,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     const auto names = chain_names(other);
     return std::find(names.begin(), names.end(), chain) != names.end();
   };
+  if (carried(Platform::rigid) && leg_model(chain, Platform::rigid).info().closures > 1) {
+    throw InvalidInput("chain " + quoted +
+                       " tilts its platform, which its legs bind to planes; expected \"rigid\"");
+  }
   if (platform == Platform::translating && (carried(Platform::rigid) || carried(Platform::point))) {
     throw InvalidInput("chain " + quoted +
                        " cannot carry a translating platform: it moves in a plane");

@@ -78,14 +78,20 @@ Vec3<T> guide_direction(const Azimuth<T>& azimuth, const Azimuth<T>& elevation,
                 swing.cosine * elevation.sine);
 }
 
-// The axis a of a crank, the direction p0 = da/ds that its angle counts from and n = a x p0:
-// a = cos s (cos eps tau + sin eps z) + sin s rho, where eps = 0 is tangential, 90 degrees
-// vertical. At eps = s = 0 a positive angle turns the crank down.
+// a = cos s (cos eps tau + sin eps z) + sin s rho: eps = 0 is tangential, 90 degrees vertical.
+template <typename T>
+Vec3<T> axis_direction(const Azimuth<T>& azimuth, const Azimuth<T>& elevation,
+                       const Azimuth<T>& swing) {
+  return turned(azimuth, swing.sine, swing.cosine * elevation.cosine,
+                swing.cosine * elevation.sine);
+}
+
+// The axis a of a crank, the direction p0 = da/ds that its angle counts from and n = a x p0. At
+// eps = s = 0 a positive angle turns the crank down.
 template <typename T>
 struct CrankFrame {
   CrankFrame(const Azimuth<T>& azimuth, const Azimuth<T>& elevation, const Azimuth<T>& swing)
-      : axis(turned(azimuth, swing.sine, swing.cosine * elevation.cosine,
-                    swing.cosine * elevation.sine)),
+      : axis(axis_direction(azimuth, elevation, swing)),
         zero(turned(azimuth, swing.cosine, -swing.sine * elevation.cosine,
                     -swing.sine * elevation.sine)),
         across(turned(azimuth, T(0.0), elevation.sine, -elevation.cosine)) {}
@@ -115,6 +121,12 @@ auto operator*(const Turn<A>& turn, const Vec3<B>& a) {
   return Vec3{along(turn[0]), along(turn[1]), along(turn[2])};
 }
 
+// Closures of several kinds of scalars, such as a constant beside a dual, as an array.
+template <typename H, typename... Others>
+std::array<H, 1 + sizeof...(Others)> closures(const H& first, const Others&... others) {
+  return {{first, H(others)...}};
+}
+
 // Points as a drawing takes them.
 template <typename... Points>
 std::array<Eigen::Vector3d, sizeof...(Points)> centres_in_space(const Points&... points) {
@@ -124,6 +136,7 @@ std::array<Eigen::Vector3d, sizeof...(Points)> centres_in_space(const Points&...
 // A leg's design is what it is whatever it carries: a function of its own parameters and of
 // w = r + R b - A, from its base point A to the platform point b. It has
 //   ForTranslating, ForRigid        the LegGeometry of its own parameters, and with b's behind them
+//                                   (the first only if it can carry a translating platform)
 //   base_point(own)                 A
 //   closure(own, w, q), root(own, w, mode), reach_margin(own, w), joint_centres(own, w, q)
 // with `own` the tuple of its own parameters, and the constants of a leg struct.
@@ -158,7 +171,7 @@ struct OnRigid : Design, Design::ForRigid {
   }
 
  private:
-  static constexpr std::size_t kOwn = Design::ForTranslating::kGeometry;
+  static constexpr std::size_t kOwn = Design::ForRigid::kGeometry - 3;
 
   template <typename Tuple>
   static auto own(const Tuple& geometry) {

@@ -18,6 +18,7 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const Index legs = mechanism.leg_count();
   const Index p = mechanism.parameter_count();
+  const Index closures = mechanism.model().info().closures;
   const Index dof = mechanism.dof();
   const Index position = position_size(mechanism.pose_space());
   std::vector<ClosureRows> rows;
@@ -27,12 +28,13 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   AccuracyWeights weights;
   weights.position = RowMatrix::Zero(legs * p, legs * p);
   weights.orientation = weights.position;
-  Eigen::MatrixXd by_pose(legs, dof);
+  Eigen::MatrixXd by_pose(legs * closures, dof);
   Eigen::MatrixXd effect(dof, legs * p);
   for (Index i = 0; i < poses.rows(); ++i) {
     check_interrupt();
     for (Index leg = 0; leg < legs; ++leg) {
-      by_pose.row(leg) = rows[static_cast<std::size_t>(leg)].by_pose.row(i);
+      by_pose.middleRows(leg * closures, closures) =
+          rows[static_cast<std::size_t>(leg)].by_pose.middleRows(i * closures, closures);
     }
     const ColumnSpace space = column_space(by_pose);
     if (!by_pose.allFinite() || space.rank() < dof) {
@@ -42,7 +44,8 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
     const Eigen::MatrixXd inverse = space.coordinates * space.basis.transpose();
     for (Index leg = 0; leg < legs; ++leg) {
       effect.middleCols(leg * p, p) =
-          inverse.col(leg) * rows[static_cast<std::size_t>(leg)].by_parameters.row(i);
+          inverse.middleCols(leg * closures, closures) *
+          rows[static_cast<std::size_t>(leg)].by_parameters.middleRows(i * closures, closures);
     }
     weights.position.noalias() += effect.topRows(position).transpose() * effect.topRows(position);
     weights.orientation.noalias() +=

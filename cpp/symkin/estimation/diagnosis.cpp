@@ -20,7 +20,7 @@ namespace {
 constexpr double kRounding = 1e-10;
 constexpr double kUntested = std::numeric_limits<double>::quiet_NaN();
 
-using Columns = std::vector<Vector>;  // of a leg's closure at all measured poses, metres
+using Columns = std::vector<Vector>;  // of a leg's closures at all measured poses, metres
 
 class Diagnostician {
  public:
@@ -28,6 +28,7 @@ class Diagnostician {
                 const WhitenedClosures& system, const std::vector<bool>& left_out, double alarm,
                 Diagnosis& diagnosis)
       : mechanism_(mechanism),
+        closures_(mechanism.model().info().closures),
         measurements_(measurements),
         system_(system),
         diagnosis_(diagnosis),
@@ -71,11 +72,13 @@ class Diagnostician {
     const Eigen::RowVectorXd mean = coordinates.colwise().mean();
     coordinates.rowwise() -= mean;
     Columns terms;
-    for (Index c = 0; c < dof; ++c) {
-      terms.emplace_back(coordinates.col(c));
-    }
-    for (Index c = 0; c < dof; ++c) {
-      terms.emplace_back(coordinates.col(c).cwiseAbs2());
+    for (Index closure = 0; closure < closures_; ++closure) {
+      for (Index c = 0; c < dof; ++c) {
+        terms.push_back(in_closure(closure, coordinates.col(c)));
+      }
+      for (Index c = 0; c < dof; ++c) {
+        terms.push_back(in_closure(closure, coordinates.col(c).cwiseAbs2()));
+      }
     }
     for (const Index leg : system_.legs) {
       ResidualTest test = term_test(Suspect::geometry, leg, {{leg, terms}});
@@ -84,7 +87,7 @@ class Diagnostician {
         const double alone = term_test(Suspect::geometry, leg, {{leg, {terms[term]}}}).statistic;
         if (alone > largest) {
           largest = alone;
-          test.other = static_cast<Index>(term);
+          test.other = static_cast<Index>(term) % (2 * dof);
         }
       }
       diagnosis_.tests.push_back(test);
@@ -93,11 +96,12 @@ class Diagnostician {
 
   void test_order() {
     std::vector<std::pair<Index, Index>> pairs;
-    std::vector<Index> last(static_cast<std::size_t>(mechanism_.leg_count()), -1);
+    std::vector<Index> last(static_cast<std::size_t>(mechanism_.leg_count() * closures_), -1);
     for (std::size_t k = 0; k < system_.poses.size(); ++k) {
       const WhitenedPose& pose = system_.poses[k];
       for (Index i = 0; projection_.counts(k) && i < pose.count(); ++i) {
-        Index& before = last[static_cast<std::size_t>(pose.legs[static_cast<std::size_t>(i)])];
+        const Index leg = pose.legs[static_cast<std::size_t>(i / closures_)];
+        Index& before = last[static_cast<std::size_t>(leg * closures_ + i % closures_)];
         if (before >= 0) {
           pairs.emplace_back(before, pose.first + i);
         }
@@ -117,8 +121,9 @@ class Diagnostician {
         for (std::size_t k = 0; k < system_.poses.size(); ++k) {
           const Index first = row_of(k, a);
           const Index second = row_of(k, b);
-          if (projection_.counts(k) && first >= 0 && second >= 0) {
-            pairs.emplace_back(first, second);
+          for (Index c = 0; projection_.counts(k) && first >= 0 && second >= 0 && c < closures_;
+               ++c) {
+            pairs.emplace_back(first + c, second + c);
           }
         }
         add_pairs(Suspect::legs, a, b, pairs);
@@ -148,7 +153,7 @@ class Diagnostician {
           used.emplace_back(k, row - system_.poses[k].first);
         }
       }
-      const std::vector<Index> estimated = mechanism_.estimated_parameters(leg);
+      const std::vector<Index>& estimated = mechanism_.estimated_parameters(leg);
       RowMatrix by_parameters(static_cast<Index>(used.size()), p);
       Vector factors(static_cast<Index>(used.size()));
       for (std::size_t i = 0; i < used.size(); ++i) {
@@ -180,11 +185,11 @@ class Diagnostician {
   }
 
  private:
-  // Row of a leg's closure at a pose of the system; -1 if it was not read there.
+  // Row of a leg's first closure at a pose of the system; -1 if it was not read there.
   Index row_of(std::size_t pose, Index leg) const {
     const WhitenedPose& which = system_.poses[pose];
     const auto found = std::find(which.legs.begin(), which.legs.end(), leg);
-    return found == which.legs.end() ? -1 : which.first + (found - which.legs.begin());
+    return found == which.legs.end() ? -1 : which.first + closures_ * (found - which.legs.begin());
   }
 
   double middle(const Vector& readings) const {
@@ -199,11 +204,20 @@ class Diagnostician {
     return (least + most) / 2;
   }
 
-  // A term of the reading as it shows in the leg's closure.
-  template <typename Term>
-  Vector through_sensor(Index leg, const Term& term) const {
-    const auto position = static_cast<std::size_t>(system_.position(leg));
-    return system_.rows[position].by_reading.array() * term;
+  // A term of the reading, one a pose, as it shows in the leg's closures.
+  Vector through_sensor(Index leg, const Vector& term) const {
+    Vector shown = system_.rows[static_cast<std::size_t>(system_.position(leg))].by_reading;
+    for (Index i = 0; i < shown.size(); ++i) {
+      shown[i] *= term[i / closures_];
+    }
+    return shown;
+  }
+
+  // A term, one a pose, in one of a leg's closures.
+  Vector in_closure(Index closure, const Vector& term) const {
+    Vector shown = Vector::Zero(term.size() * closures_);
+    shown(Eigen::seqN(closure, term.size(), closures_)) = term;
+    return shown;
   }
 
   // Every pose against the others; those that stand out are left out of what comes after.
@@ -230,15 +244,19 @@ class Diagnostician {
           Eigen::MatrixXd::Identity(pose.count(), pose.count()));
       const Eigen::MatrixXd directions = inverse * units;
       for (Index i = 0; i < pose.count(); ++i) {
-        const Index leg = pose.legs[static_cast<std::size_t>(i)];
+        const Index leg = pose.legs[static_cast<std::size_t>(i / closures_)];
         const double value =
             units.col(i).dot(solved) / std::sqrt(units.col(i).dot(directions.col(i)));
         const double rest = chi_square - (counts ? value * value : 0);
         const Index freedom = dof - (counts ? 1 : 0);
         const double student =
             value / std::sqrt(std::max(rest, 0.0) / static_cast<double>(freedom));
-        diagnosis_.student(pose.row, leg) = student;
-        diagnosis_.student_p(pose.row, leg) = student_tails(student, freedom);
+        // Of several closures of a leg the one that stands out most.
+        const double p_value = static_cast<double>(closures_) * student_tails(student, freedom);
+        if (!(std::abs(student) <= std::abs(diagnosis_.student(pose.row, leg)))) {
+          diagnosis_.student(pose.row, leg) = student;
+          diagnosis_.student_p(pose.row, leg) = std::min(p_value, 1.0);
+        }
       }
       outliers[k] = outliers[k] || p < alarm / static_cast<double>(system_.poses.size());
     }
@@ -273,7 +291,8 @@ class Diagnostician {
           const Index row = row_of(k, of_leg);
           if (row >= 0) {
             Vector unit = Vector::Zero(pose.count());
-            unit[row - pose.first] = values[pose.row];
+            unit.segment(row - pose.first, closures_) =
+                values.segment(pose.row * closures_, closures_);
             whitened.col(column).segment(pose.first, pose.count()) =
                 pose.factor.triangularView<Eigen::Lower>().solve(unit);
           }
@@ -308,8 +327,8 @@ class Diagnostician {
       for (const auto& term : terms) {
         const Index row = row_of(k, term.first);
         if (row >= 0 && projection_.counts(k)) {
-          sum += closures[row - pose.first] * closures[row - pose.first];
-          ++count;
+          sum += closures.segment(row - pose.first, closures_).squaredNorm();
+          count += closures_;
         }
       }
     }
@@ -337,6 +356,7 @@ class Diagnostician {
   }
 
   const Mechanism& mechanism_;
+  Index closures_;  // of each leg
   const MeasurementSet& measurements_;
   const WhitenedClosures& system_;
   Diagnosis& diagnosis_;
@@ -380,7 +400,6 @@ std::vector<JudgedSystem> systems_of(const Mechanism& mechanism, const Measureme
 Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements,
                    const MeasurementNoise& noise, const std::vector<Index>& rejected,
                    bool turning_sensor, double alarm) {
-  check_one_closure(estimate.model().info(), "the diagnosis");
   check_poses(estimate, measurements.poses);
   check_readings(estimate, measurements.poses.rows(), measurements.readings);
   Diagnosis diagnosis;
@@ -399,7 +418,8 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
       tests.test_geometry();
       tests.test_order();
       tests.test_legs();
-      if (system.legs.size() > 1) {
+      // Of several closures `implicit` has weights that are not those of single rows.
+      if (system.legs.size() > 1 && estimate.model().info().closures == 1) {
         tests.test_estimators();
       }
     }

@@ -38,7 +38,8 @@ struct ResidualTest {
 struct Diagnosis {
   std::vector<ResidualTest> tests;
   // Of each closure, N x legs: its studentised residual, Student's t from the residuals of all
-  // others, whatever the true size of the noise; NaN where a leg was not read.
+  // others, whatever the true size of the noise; NaN where a leg was not read. Of several closures
+  // a leg the one that stands out most.
   RowMatrix student;
   RowMatrix student_p;  // probability of one as large
   Vector pose_p;        // N: the same for all closures of the pose together (an F test)

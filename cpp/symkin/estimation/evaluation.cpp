@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "symkin/kinematics/constraint.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 
@@ -43,8 +44,9 @@ PoseErrors compare(PoseSpace space, const ForwardKinematicsResult& taken, ConstR
 }  // namespace
 
 PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, ConstRows commanded) {
-  const RowMatrix readings = inverse_kinematics(model, commanded);
-  return compare(actual.pose_space(), forward_kinematics(actual, readings, commanded), commanded);
+  const RowMatrix poses = on_constraint(model, commanded);
+  const RowMatrix readings = inverse_kinematics(model, poses);
+  return compare(actual.pose_space(), forward_kinematics(actual, readings, poses), poses);
 }
 
 PoseErrors measurement_errors(const Mechanism& model, ConstRows measured, ConstRows readings) {

@@ -15,7 +15,8 @@ struct PoseErrors {
 };
 
 // Difference between the pose that the actual mechanism takes, when the joints are commanded
-// through the model's inverse kinematics, and the commanded pose.
+// through the model's inverse kinematics, and the commanded pose, which the model can take (see
+// on_constraint).
 PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, ConstRows commanded);
 
 // Difference between the model's forward kinematics at measured readings and the measured pose.

@@ -59,7 +59,6 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
   const Index rows = measurements.poses.rows();
   check_poses(mechanism, measurements.poses);
   check_readings(mechanism, rows, measurements.readings);
-  check_one_closure(mechanism.model().info(), "identification");
   for (std::size_t i = 0; i < first.size(); ++i) {
     if (first[i] < (i == 0 ? 0 : first[i - 1]) || first[i] > rows) {
       throw InvalidInput("the rows of robot " + std::to_string(i) + " begin at row " +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/identification.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -33,11 +34,12 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
                     PoseUse use) {
   std::vector<Index> rows = rows_of_leg(measurements, leg, use);
   const auto count = static_cast<Index>(rows.size());
-  if (count < mechanism.estimated_count()) {
+  if (count * mechanism.model().info().closures < mechanism.estimated_count()) {
     throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
                        std::to_string(count) + " poses; its " +
                        std::to_string(mechanism.estimated_count()) +
-                       " parameters need at least as many");
+                       " parameters need at least as many" +
+                       (mechanism.model().info().closures == 1 ? "" : " closures"));
   }
   LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
                std::move(rows),   RowMatrix(count, measurements.poses.cols()),
@@ -50,13 +52,23 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
   return data;
 }
 
+void check_estimator(const ChainInfo& chain, Estimator estimator) {
+  if (chain.closures > 1 && (estimator == Estimator::paper || estimator == Estimator::inverse)) {
+    throw InvalidInput(
+        "the estimators \"paper\" and \"inverse\" know legs by their readings alone; "
+        "those of chain " +
+        std::string(chain.name) + " have " + std::to_string(chain.closures) +
+        " closures: use \"implicit\" or \"joint\"");
+  }
+}
+
 // Throws where a closure has no variance, naming the pose.
 void require_variances(const LegData& data, const WhitenedLeg& leg, const MeasurementNoise& noise) {
   for (Index k = 0; k < leg.variances.size(); ++k) {
     if (leg.variances[k] <= 0) {
       joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1,
                            data.model.info().pose_space, noise,
-                           data.rows[static_cast<std::size_t>(k)]);
+                           data.rows[static_cast<std::size_t>(k / data.model.info().closures)]);
     }
   }
 }
@@ -93,15 +105,26 @@ LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start,
   }
 }
 
+// Closures as they are, which were whitened in place where a pose has several.
+Vector closures_of(const LegData& data, const LegEstimate& estimate, ConstVector parameters) {
+  if (data.model.info().closures == 1) {
+    return estimate.whitened.rows.closure;
+  }
+  Vector values(estimate.whitened.rows.closure.size());
+  data.model.closure(parameters, data.poses, data.readings, values);
+  return values;
+}
+
 // Residuals at the estimate.
-LegIdentification describe(const LegData& data, const LegEstimate& estimate,
+LegIdentification describe(const LegData& data, const LegEstimate& estimate, ConstVector parameters,
                            const Information& information, bool condition) {
   LegIdentification leg;
   leg.rows = data.rows;
-  leg.residuals = estimate.whitened.rows.closure;
-  leg.standardised = leg.residuals.cwiseProduct(estimate.whitened.factors);
+  leg.residuals = closures_of(data, estimate, parameters);
+  leg.standardised = estimate.whitened.rows.closure.cwiseProduct(estimate.whitened.factors);
+  const Index closures = data.model.info().closures;
   for (std::size_t k = 0; k < data.rows.size(); ++k) {
-    if (estimate.loss_weights[static_cast<Index>(k)] < kRejectedWeight) {
+    if (estimate.loss_weights[static_cast<Index>(k) * closures] < kRejectedWeight) {
       leg.rejected.push_back(data.rows[k]);
     }
   }
@@ -120,8 +143,9 @@ LegIdentification describe(const LegData& data, const LegEstimate& estimate,
 // Of the poses that the loss keeps.
 GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
                           const Information& information, Index number, Index legs) {
-  const auto count = static_cast<Index>(leg.rows.size());
-  const auto rejected = static_cast<Index>(leg.rejected.size());
+  const Index count = leg.standardised.size();
+  const Index closures = count / std::max<Index>(static_cast<Index>(leg.rows.size()), 1);
+  const Index rejected = static_cast<Index>(leg.rejected.size()) * closures;
   if (rejected == 0) {
     return goodness_of_fit(number, leg.standardised, information, count, legs);
   }
@@ -140,7 +164,10 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   const bool in_readings = estimator == Estimator::paper || estimator == Estimator::inverse;
   const Vector factors = in_readings ? Vector(rows.by_reading.cwiseInverse()) : whitened.factors;
   LegInfluence leg;
-  leg.rows = data.rows;
+  const Index closures = data.model.info().closures;
+  for (const Index row : data.rows) {
+    leg.rows.insert(leg.rows.end(), static_cast<std::size_t>(closures), row);
+  }
   const RowMatrix influence = least_squares_influence(
       rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
   leg.influence = RowMatrix::Zero(estimate.parameters.size(), influence.cols());
@@ -148,8 +175,19 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   leg.by_pose = rows.by_pose;
   leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0
-  const Vector leverages = rows.by_parameters.cwiseProduct(influence.transpose()).rowwise().sum();
-  leg.deleted = rows.closure.array() / (1 - leverages.array()).max(kLeast);
+  if (closures == 1) {
+    const Vector leverages = rows.by_parameters.cwiseProduct(influence.transpose()).rowwise().sum();
+    leg.deleted = rows.closure.array() / (1 - leverages.array()).max(kLeast);
+    return leg;
+  }
+  leg.deleted.resize(rows.closure.size());
+  for (Index first = 0; first < leg.deleted.size(); first += closures) {
+    Eigen::MatrixXd open =
+        Eigen::MatrixXd::Identity(closures, closures) * (1 + kLeast) -
+        rows.by_parameters.middleRows(first, closures) * influence.middleCols(first, closures);
+    leg.deleted.segment(first, closures) =
+        open.partialPivLu().solve(rows.closure.segment(first, closures));
+  }
   return leg;
 }
 
@@ -278,15 +316,16 @@ void IdentificationOptions::check() const {
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options) {
   options.check();
-  check_one_closure(mechanism.model().info(), "identification");
   check_measurements(mechanism, measurements);
+  check_estimator(mechanism.model().info(), options.estimator);
   std::vector<LegData> data;
   std::vector<LegEstimate> estimates;
   Identification result;
   result.parameters = mechanism.parameters();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     data.push_back(data_of_leg(mechanism, measurements, leg, options.use));
-    estimates.push_back(estimate_leg(data.back(), leg, mechanism.leg(leg).parameters, options));
+    const Vector& start = mechanism.leg(leg).parameters;
+    estimates.push_back(estimate_leg(data.back(), leg, start, options));
     result.parameters.row(leg) = estimates.back().parameters.transpose();
   }
   JointFit joint;
@@ -303,7 +342,9 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
   for (std::size_t i = 0; i < data.size(); ++i) {
     const WhitenedLeg& whitened = estimates[i].whitened;
     seen.emplace_back(whitened.rows.by_parameters, whitened.factors);
-    result.legs.push_back(describe(data[i], estimates[i], seen[i], options.conditions));
+    result.legs.push_back(describe(data[i], estimates[i],
+                                   result.parameters.row(static_cast<Index>(i)).transpose(),
+                                   seen[i], options.conditions));
     result.goodness.push_back(goodness_of(result.legs[i], estimates[i], seen[i],
                                           static_cast<Index>(i), mechanism.leg_count()));
   }

@@ -13,7 +13,7 @@
 namespace symkin {
 
 enum class Estimator {
-  paper,     // per leg: Gauss-Newton on g - psi (Eqs. 15, 24-26)
+  paper,     // per leg: Gauss-Newton on g - psi (Eqs. 15, 24-26); of legs with one closure
   inverse,   // per leg: the same cost by Levenberg-Marquardt, with a robust loss if asked for
   implicit,  // per leg: whitened closures h / sqrt(v), robust loss; finite where g has no root
   joint,     // all legs at once, with the true poses unknown: maximum likelihood, see fit_jointly()
@@ -33,8 +33,10 @@ struct IdentificationOptions {
 // What the measurements say of one leg.
 struct LegIdentification {
   std::vector<Index> rows;      // of the measurements that the leg used
-  Vector residuals;             // closures h at the estimate, metres, one a row
-  Vector standardised;          // h / sqrt(v): standard normal if noise and model are right
+  Vector residuals;             // closures h at the estimate, metres, one a row (k a row where
+                                // the chain has k closures)
+  Vector standardised;          // h / sqrt(v): standard normal if noise and model are right; of
+                                // several closures a row each less what those before it say of it
   std::vector<Index> rejected;  // rows whose robust weight fell below one half
   bool converged = false;
   std::string failure;   // why not

@@ -151,6 +151,9 @@ void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
   const Eigen::MatrixXd& e = pose.conditions;
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
+    if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {
+      continue;  // of a leg's bond, which is not observed
+    }
     const double multiplier = e.row(k) * pose.multipliers;
     const double all = e.row(k) * pose.precision * e.row(k).transpose();
     const double variance = e.row(k) * pose.left * e.row(k).transpose();

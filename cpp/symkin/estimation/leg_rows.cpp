@@ -43,18 +43,19 @@ LegRows::LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind 
 }
 
 void LegRows::fill(Index first, Index count, double* rows) const {
-  const Index r = rows_per_pose();
-  const Index p = parameters();
+  const auto elements = static_cast<Index>(orbit_.elements.size());
+  const Index size = closures() * parameters();
   const auto own = poses_.middleRows(first, count);
-  for (Index k = 0; k < r; ++k) {
+  for (Index k = 0; k < elements; ++k) {
     const SymmetryElement element = orbit_.elements[static_cast<std::size_t>(k)];
     const RowMatrix carried =
         is_identity(element) ? RowMatrix(own)
                              : transform_poses(orbit_.group, element, mechanism_.pose_space(), own);
-    // The k-th row of each candidate.
-    Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> of_element(rows + k * p, count, p,
-                                                              Eigen::OuterStride<>(r * p));
-    of_element = observability_rows(mechanism_, leg_, carried, kind_, noise_);
+    // The k-th row of each candidate, or rows one behind the other.
+    Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> of_element(
+        rows + k * size, count, size, Eigen::OuterStride<>(elements * size));
+    const RowMatrix made = observability_rows(mechanism_, leg_, carried, kind_, noise_);
+    of_element = Eigen::Map<const RowMatrix>(made.data(), count, size);
   }
 }
 

@@ -22,7 +22,8 @@ struct Orbit {
 using RowsView = Eigen::Map<const RowMatrix, 0, Eigen::OuterStride<>>;
 
 // The observability rows of one leg at candidate poses, made when they are asked for. With an orbit
-// a candidate brings one row an element: that of the leg at the pose carried by the element.
+// a candidate brings a row (k where the leg has k closures) an element: that of the leg at the pose
+// carried by the element.
 class LegRows final : public design::RowSource {
  public:
   // The poses must outlive it; a temporary does not compile. Throws InvalidInput for a leg that
@@ -35,13 +36,17 @@ class LegRows final : public design::RowSource {
           const MeasurementNoise& noise = {}, Orbit orbit = Orbit::pose_alone()) = delete;
 
   Index size() const override { return poses_.rows(); }
-  Index rows_per_pose() const override { return static_cast<Index>(orbit_.elements.size()); }
+  Index rows_per_pose() const override {
+    return static_cast<Index>(orbit_.elements.size()) * closures();
+  }
   Index parameters() const override { return mechanism_.estimated_count(); }
 
   // Rows of NaN where the leg cannot reach.
   void fill(Index first, Index count, double* rows) const override;
 
  private:
+  Index closures() const { return mechanism_.model().info().closures; }
+
   Mechanism mechanism_;
   Index leg_;
   RowsView poses_;

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "symkin/model/estimated_parameters.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
 
@@ -88,13 +87,11 @@ void Tolerances::check() const {
   check_not_negative({{"length", length}, {"angle", angle}, {"gain", gain}}, "tolerance");
 }
 
-Vector Tolerances::deviations(const ChainInfo& chain, ConstVector parameters) const {
-  if (parameters.size() != static_cast<Index>(chain.parameters.size())) {
-    throw InvalidInput("the leg has " + std::to_string(parameters.size()) +
-                       " parameters; expected " + std::to_string(chain.parameters.size()));
-  }
+Vector Tolerances::deviations(const Mechanism& mechanism, Index leg) const {
+  const ChainInfo& chain = mechanism.model().info();
+  const Vector& parameters = mechanism.leg(leg).parameters;
   Vector deviations = Vector::Zero(parameters.size());
-  for (const Index i : estimated_parameters(chain, parameters)) {
+  for (const Index i : mechanism.estimated_parameters(leg)) {
     const ParameterInfo& parameter = chain.parameters[static_cast<std::size_t>(i)];
     deviations[i] = parameter.role.kind == ParameterKind::gain ? gain * std::abs(parameters[i])
                     : chain.is_angular(parameter)              ? angle

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "symkin/model/leg_model.hpp"
+#include "symkin/model/mechanism.hpp"
 
 namespace symkin {
 
@@ -37,8 +37,8 @@ struct Tolerances {
   double gain = 1e-3;    // relative to the gain
 
   void check() const;  // throws InvalidInput
-  // One a parameter of the leg, in the chain's order.
-  Vector deviations(const ChainInfo& chain, ConstVector parameters) const;
+  // One a parameter of the leg, in the chain's order; zero of those that are not estimated.
+  Vector deviations(const Mechanism& mechanism, Index leg) const;
 };
 
 }  // namespace symkin

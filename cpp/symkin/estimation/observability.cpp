@@ -29,7 +29,7 @@ std::array<double, 5> indices_of(const Vector& s) {
 
 // The columns of what is estimated of a leg.
 RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_parameters) {
-  const std::vector<Index> columns = mechanism.estimated_parameters(leg);
+  const std::vector<Index>& columns = mechanism.estimated_parameters(leg);
   if (static_cast<Index>(columns.size()) == by_parameters.cols()) {
     return by_parameters;
   }
@@ -37,7 +37,6 @@ RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_paramete
 }
 
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
-  check_one_closure(mechanism.model().info(), "an observability row");
   const Leg& which = mechanism.leg(leg);
   Vector readings(poses.rows());
   mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
@@ -46,34 +45,52 @@ ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows p
   return rows;
 }
 
+RowMatrix paper_rows(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  const Index closures = mechanism.model().info().closures;
+  if (closures == 1) {
+    return estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
+  }
+  check_poses(mechanism, poses);
+  ClosureRows rows = linearise_nominal(mechanism, leg, poses);
+  rows.part_from_reading(closures);
+  for (Index i = 0; i < rows.by_reading.size(); i += closures) {
+    rows.by_parameters.row(i) /= -rows.by_reading[i];
+  }
+  return std::move(rows.by_parameters);
+}
+
 // Each leg's rows in its own columns.
 RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
   const Index legs = mechanism.leg_count();
+  const Index closures = mechanism.model().info().closures;
   const Index p = mechanism.estimated_count();
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * p);
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs * closures, legs * p);
   for (Index leg = 0; leg < legs; ++leg) {
-    const RowMatrix own = estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
+    const RowMatrix own = paper_rows(mechanism, leg, poses);
     for (Index i = 0; i < poses.rows(); ++i) {
-      rows.block(i * legs + leg, leg * p, 1, p) = own.row(i);
+      rows.block((i * legs + leg) * closures, leg * p, closures, p) =
+          own.middleRows(i * closures, closures);
     }
   }
   return rows;
 }
 
-// The legs' closures at pose i, whitened together; `block` is legs x (legs p) of zeros.
-void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
+// The closures of some legs at pose i, whitened together; `block` is of zeros, (legs k) x (legs p).
+void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const ChainInfo& chain,
                  const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
-  const auto count = static_cast<Index>(legs.size());
+  const Index closures = chain.closures;
   const Index p = legs.front().by_parameters.cols();
-  Eigen::MatrixXd by_pose(count, legs.front().by_pose.cols());
-  Vector by_reading(count);
-  for (Index leg = 0; leg < count; ++leg) {
-    const ClosureRows& rows = legs[static_cast<std::size_t>(leg)];
-    by_pose.row(leg) = rows.by_pose.row(i);
-    by_reading[leg] = rows.by_reading[i];
-    block.block(leg, leg * p, 1, p) = rows.by_parameters.row(i);
+  Eigen::MatrixXd by_pose(block.rows(), legs.front().by_pose.cols());
+  Vector by_reading(block.rows());
+  for (std::size_t leg = 0; leg < legs.size(); ++leg) {
+    const ClosureRows& rows = legs[leg];
+    const Index first = static_cast<Index>(leg) * closures;
+    by_pose.middleRows(first, closures) = rows.by_pose.middleRows(i * closures, closures);
+    by_reading.segment(first, closures) = rows.by_reading.segment(i * closures, closures);
+    block.block(first, static_cast<Index>(leg) * p, closures, p) =
+        rows.by_parameters.middleRows(i * closures, closures);
   }
-  joint_closure_factor(by_pose, by_reading, 1, space, noise, i)
+  joint_closure_factor(by_pose, by_reading, closures, chain.pose_space, noise, i)
       .triangularView<Eigen::Lower>()
       .solveInPlace(block);
 }
@@ -83,11 +100,20 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, PoseSpace space,
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise) {
   if (kind == RowKind::paper) {
-    return estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
+    return paper_rows(mechanism, leg, poses);
   }
   noise.check();
   check_poses(mechanism, poses);
   ClosureRows rows = linearise_nominal(mechanism, leg, poses);
+  const ChainInfo& chain = mechanism.model().info();
+  if (chain.closures > 1) {
+    RowMatrix whitened = RowMatrix::Zero(rows.by_parameters.rows(), rows.by_parameters.cols());
+    const std::vector<ClosureRows> alone{std::move(rows)};
+    for (Index i = 0; i < poses.rows(); ++i) {
+      whiten_pose(alone, i, chain, noise, whitened.middleRows(i * chain.closures, chain.closures));
+    }
+    return whitened;
+  }
   scale_rows(rows.by_parameters,
              closure_variances(rows, mechanism.pose_space(), noise).array().sqrt().inverse());
   return std::move(rows.by_parameters);
@@ -105,10 +131,12 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
   for (Index leg = 0; leg < legs; ++leg) {
     linearised.push_back(linearise_nominal(mechanism, leg, poses));
   }
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs, legs * mechanism.estimated_count());
+  const ChainInfo& chain = mechanism.model().info();
+  const Index of_pose = legs * chain.closures;
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * of_pose, legs * mechanism.estimated_count());
   for (Index i = 0; i < poses.rows(); ++i) {
     check_interrupt();
-    whiten_pose(linearised, i, mechanism.pose_space(), noise, rows.middleRows(i * legs, legs));
+    whiten_pose(linearised, i, chain, noise, rows.middleRows(i * of_pose, of_pose));
   }
   return rows;
 }

@@ -13,12 +13,14 @@ enum class RowKind {
   noise_aware,  // (dh/dparam) / sqrt(v): whitened closures, 1 per parameter unit
 };
 
-// Rows of the identification matrix C of one leg, N x p, p its estimated parameters; NaN where the
-// leg cannot reach.
+// Rows of the identification matrix C of one leg, k N x p, pose by pose, p its estimated parameters
+// and k the chain's closures; NaN where the leg cannot reach. Of kind paper, the rows of further
+// closures are those of what is left of them without the reading
+// (ClosureRows::part_from_reading), metres per parameter unit.
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise = {});
 
-// Rows of all legs at once, (N legs) x (legs p), pose by pose: the traditional way to identify a
+// Rows of all legs at once, (N legs k) x (legs p), pose by pose: the traditional way to identify a
 // mechanism. Of kind paper each leg has its own columns and rows (dg/dparam); noise-aware, the
 // closures of a pose are whitened by their full covariance, since they share its noise, as the
 // estimator `joint` does. NaN where a leg cannot reach. Throws InvalidInput where that covariance

@@ -34,7 +34,7 @@ void add_noise(PoseSpace space, const MeasurementNoise& noise, Random& random, R
 // what the pose leaves them (NaN where a leg cannot reach it).
 RowMatrix sensed(const Mechanism& actual, const ForwardKinematicsResult& taken,
                  const RowMatrix& commanded) {
-  if (actual.leg_count() == actual.dof()) {
+  if (!actual.redundant()) {
     return commanded;
   }
   RowMatrix readings = commanded;
@@ -84,8 +84,7 @@ Mechanism disturb(const Mechanism& nominal, const Tolerances& tolerances, std::u
   Random random(seed, kParameters);
   RowMatrix parameters = nominal.parameters();
   for (Index leg = 0; leg < parameters.rows(); ++leg) {
-    const Vector deviations =
-        tolerances.deviations(nominal.model().info(), parameters.row(leg).transpose());
+    const Vector deviations = tolerances.deviations(nominal, leg);
     for (Index i = 0; i < parameters.cols(); ++i) {
       parameters(leg, i) += deviations[i] * random.normal();
     }

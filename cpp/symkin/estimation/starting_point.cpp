@@ -46,9 +46,6 @@ RowMatrix continued(const Joints& joints, ConstVector home) {
   const Mechanism& mechanism = joints.mechanism;
   const Index coordinates = coordinate_count(mechanism.pose_space());
   RowMatrix found = RowMatrix::Constant(joints.values.rows(), coordinates, kUnknown);
-  if (mechanism.model().info().closures != 1) {
-    return found;
-  }
   const RowMatrix home_row = home.transpose();
   const RowMatrix at_home = inverse_kinematics(mechanism, home_row);
   const bool angular = is_angle(mechanism.model().info().active_joint);

@@ -33,7 +33,6 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
 void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, ConstRows start,
                         const ForwardKinematicsOptions& options, ForwardKinematicsResult& result) {
   options.check();
-  check_one_closure(mechanism.model().info(), "forward kinematics");
   check_poses(mechanism, start);
   check_readings(mechanism, readings.rows(), readings);
   if (start.rows() != 1 && start.rows() != readings.rows()) {

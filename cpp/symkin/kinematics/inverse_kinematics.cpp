@@ -36,16 +36,16 @@ Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, 
 }
 
 template <int Dof>
-double condition(const double* jacobian, ConstVector gains, Index position, double length) {
+double condition(const double* jacobian, ConstVector scales, Index position, double length) {
   // The lower triangle, which is all that the solver reads.
   Eigen::Matrix<double, Dof, Dof> gram = Eigen::Matrix<double, Dof, Dof>::Zero();
-  for (Index leg = 0; leg < gains.size(); ++leg) {
-    const double scale = gains[leg] / gains[0];
+  for (Index k = 0; k < scales.size(); ++k) {
+    const double scale = scales[k] / scales[0];
     double row[Dof];
     for (Index i = 0; i < Dof; ++i) {
-      row[i] = jacobian[leg * Dof + i] * (i < position ? scale : scale / length);
-      for (Index k = 0; k <= i; ++k) {
-        gram(i, k) += row[i] * row[k];
+      row[i] = jacobian[k * Dof + i] * (i < position ? scale : scale / length);
+      for (Index j = 0; j <= i; ++j) {
+        gram(i, j) += row[i] * row[j];
       }
     }
   }
@@ -58,10 +58,10 @@ double condition(const double* jacobian, ConstVector gains, Index position, doub
 }
 
 template <int Dof>
-double determinant(const double* jacobian, Index legs) {
+double determinant(const double* jacobian, Index count) {
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
-  const Eigen::Map<const Jacobian> rows(jacobian, legs, Dof);
-  if (legs == Dof) {
+  const Eigen::Map<const Jacobian> rows(jacobian, count, Dof);
+  if (count == Dof) {
     return Eigen::Matrix<double, Dof, Dof>(rows).determinant();
   }
   const Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
@@ -69,20 +69,21 @@ double determinant(const double* jacobian, Index legs) {
 }
 
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the pose");
   check_poses(mechanism, poses);
   check_readings(mechanism, poses.rows(), readings);
   return mechanism.model().linearise_pose(mechanism.leg_values(), poses, readings);
 }
 
-// Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi).
-RowMatrix by_readings(PoseDerivatives all) {
+// Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi), of each leg's first closure; the
+// others without the reading.
+RowMatrix by_readings(PoseDerivatives all, Index closures) {
+  all.part_from_reading(closures);
   const Index dof = all.by_pose.cols() / std::max<Index>(all.by_reading.cols(), 1);
-  double* element = all.by_pose.data();
-  for (Index i = 0; i < all.by_reading.size(); ++i) {
+  for (Index i = 0; i < all.by_reading.size(); i += closures) {
+    double* row = all.by_pose.data() + i * dof;
     const double factor = -1 / all.by_reading.data()[i];
     for (Index k = 0; k < dof; ++k) {
-      *element++ *= factor;
+      *row++ *= factor;
     }
   }
   return std::move(all.by_pose);
@@ -118,28 +119,44 @@ ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
 }
 
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
-  check_one_closure(mechanism.model().info(), "the Jacobian of the readings by the parameters");
   check_poses(mechanism, poses);
   ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
+  const Index closures = mechanism.model().info().closures;
+  if (closures > 1) {
+    const auto first = Eigen::seqN(Index{0}, poses.rows(), closures);
+    rows.by_parameters = RowMatrix(rows.by_parameters(first, Eigen::all));
+    rows.by_reading = Vector(rows.by_reading(first));
+  }
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
   scale_rows(rows.by_parameters, -rows.by_reading.cwiseInverse());
   return std::move(rows.by_parameters);
 }
 
 RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
-  return pose_jacobian_at(mechanism, poses, inverse_kinematics(mechanism, poses));
-}
-
-RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  return by_readings(linearise_all(mechanism, poses, readings));
-}
-
-Vector sensor_gains(const Mechanism& mechanism) {
-  Vector gains(mechanism.leg_count());
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    gains[leg] = mechanism.model().sensor_gain(mechanism.leg(leg).parameters, 0);
+  RowMatrix closed = closed_pose_jacobian(mechanism, poses, inverse_kinematics(mechanism, poses));
+  const Index closures = mechanism.model().info().closures;
+  if (closures == 1) {
+    return closed;
   }
-  return gains;
+  const Index dof = mechanism.dof();
+  RowMatrix jacobian(poses.rows(), mechanism.leg_count() * dof);
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    jacobian.middleCols(leg * dof, dof) = closed.middleCols(leg * closures * dof, dof);
+  }
+  return jacobian;
+}
+
+RowMatrix closed_pose_jacobian(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
+  return by_readings(linearise_all(mechanism, poses, readings), mechanism.model().info().closures);
+}
+
+Vector row_scales(const Mechanism& mechanism) {
+  const Index closures = mechanism.model().info().closures;
+  Vector scales = Vector::Ones(mechanism.leg_count() * closures);
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    scales[leg * closures] = mechanism.model().sensor_gain(mechanism.leg(leg).parameters, 0);
+  }
+  return scales;
 }
 
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
@@ -148,45 +165,47 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
     throw InvalidInput("characteristic_length = " + std::to_string(characteristic_length) +
                        " m; expected a positive length");
   }
-  const Index legs = mechanism.leg_count();
+  const Index closures = mechanism.model().info().closures;
   PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
-  measures.serial = all.by_reading;
-  const RowMatrix jacobian = by_readings(std::move(all));
+  measures.serial =
+      all.by_reading(Eigen::all, Eigen::seqN(Index{0}, mechanism.leg_count(), closures));
+  const RowMatrix jacobian = by_readings(std::move(all), closures);
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());
-  const Vector gains = sensor_gains(mechanism);
-  measures.serial.array().rowwise() /= gains.transpose().array();
+  const Vector scales = row_scales(mechanism);
+  measures.serial.array().rowwise() /=
+      scales(Eigen::seqN(Index{0}, mechanism.leg_count(), closures)).transpose().array();
   for (Index i = 0; i < poses.rows(); ++i) {
     const double* row = jacobian.row(i).data();
-    measures.parallel[i] = pose_determinant(row, legs, mechanism.dof());
+    measures.parallel[i] = pose_determinant(row, scales.size(), mechanism.dof());
     measures.condition[i] =
-        pose_condition(row, gains, mechanism.pose_space(), characteristic_length);
+        pose_condition(row, scales, mechanism.pose_space(), characteristic_length);
   }
   return measures;
 }
 
-double pose_condition(const double* jacobian, ConstVector gains, PoseSpace space,
+double pose_condition(const double* jacobian, ConstVector scales, PoseSpace space,
                       double characteristic_length) {
   const Index position = position_size(space);
   switch (degrees_of_freedom(space)) {
     case 2:
-      return condition<2>(jacobian, gains, position, characteristic_length);
+      return condition<2>(jacobian, scales, position, characteristic_length);
     case 3:
-      return condition<3>(jacobian, gains, position, characteristic_length);
+      return condition<3>(jacobian, scales, position, characteristic_length);
     default:
-      return condition<6>(jacobian, gains, position, characteristic_length);
+      return condition<6>(jacobian, scales, position, characteristic_length);
   }
 }
 
-double pose_determinant(const double* jacobian, Index legs, Index dof) {
+double pose_determinant(const double* jacobian, Index rows, Index dof) {
   switch (dof) {
     case 2:
-      return determinant<2>(jacobian, legs);
+      return determinant<2>(jacobian, rows);
     case 3:
-      return determinant<3>(jacobian, legs);
+      return determinant<3>(jacobian, rows);
     default:
-      return determinant<6>(jacobian, legs);
+      return determinant<6>(jacobian, rows);
   }
 }
 

@@ -11,7 +11,8 @@ RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses);
 // How far each leg is from the end of its reach, metres, N x legs; negative outside.
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses);
 
-// h of one leg, metres, N. Readings of that leg, one a pose (InvalidInput otherwise).
+// h of one leg, metres, k N where a leg has k closures. Readings of that leg, one a pose
+// (InvalidInput otherwise).
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings);
 
 // The closure of one leg with all its derivatives.
@@ -23,28 +24,32 @@ RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows po
 
 // dg/dpose of all legs at the inverse kinematics, N x (legs * dof), leg by leg.
 RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses);
-// The same at given readings, N x legs.
-RowMatrix pose_jacobian_at(const Mechanism& mechanism, ConstRows poses, ConstRows readings);
+
+// The same at given readings, N x legs, with the rows of what else binds the platform behind each
+// leg's: N x (legs * k * dof) where a leg has k closures, of which the others, without the reading
+// (see ClosureRows::part_from_reading), are in metres.
+RowMatrix closed_pose_jacobian(const Mechanism& mechanism, ConstRows poses, ConstRows readings);
 
 // How near the poses are to singularities.
 struct SingularityMeasures {
   RowMatrix serial;  // N x legs: dh/dq, zero where the leg is stretched or folded (type 1)
   Vector parallel;   // N: det(dg/dpose), zero at a type 2 singularity; sqrt(det J'J) with
-                     //    more legs than degrees of freedom
-  Vector condition;  // N: condition number of dq/dpose, orientation in units of
+                     //    more legs than degrees of freedom. With several closures a leg of all
+                     //    rows of closed_pose_jacobian
+  Vector condition;  // N: condition number of dq/dpose (and those rows), orientation in units of
                      //    1 / characteristic_length; infinite when singular. Of the active joints,
                      //    not of the readings: what a sensor counts does not bend a mechanism.
 };
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
                                          double characteristic_length);
 
-// The legs' gains, which make readings of dg/dpose into active joints.
-Vector sensor_gains(const Mechanism& mechanism);
+// What makes the rows of closed_pose_jacobian into active joints and metres: a leg's gain, and one.
+Vector row_scales(const Mechanism& mechanism);
 
-// Condition number by one dg/dpose (legs x dof, row by row) and the legs' gains, as above.
-double pose_condition(const double* jacobian, ConstVector gains, PoseSpace space,
+// Condition number by one closed_pose_jacobian (rows x dof, row by row) and its scales, as above.
+double pose_condition(const double* jacobian, ConstVector scales, PoseSpace space,
                       double characteristic_length);
-// det(dg/dpose), as above.
-double pose_determinant(const double* jacobian, Index legs, Index dof);
+// Determinant, as above.
+double pose_determinant(const double* jacobian, Index rows, Index dof);
 
 }  // namespace symkin

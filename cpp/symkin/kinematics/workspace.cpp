@@ -6,6 +6,7 @@
 #include <numeric>
 #include <string>
 
+#include "symkin/kinematics/constraint.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"
@@ -65,10 +66,12 @@ struct Block {
 class Filter {
  public:
   Filter(const Mechanism& mechanism, const WorkspaceOptions& options)
-      : mechanism_(mechanism), options_(options), gains_(sensor_gains(mechanism)) {
-    const RowMatrix jacobian = pose_jacobian(mechanism, options.home.transpose());
-    if (mechanism.leg_count() == mechanism.dof()) {
-      home_determinant_ = pose_determinant(jacobian.data(), mechanism.leg_count(), mechanism.dof());
+      : mechanism_(mechanism), options_(options), scales_(row_scales(mechanism)) {
+    const RowMatrix home = on_constraint(mechanism, options.home.transpose());
+    const RowMatrix jacobian =
+        closed_pose_jacobian(mechanism, home, inverse_kinematics(mechanism, home));
+    if (!mechanism.redundant()) {
+      home_determinant_ = pose_determinant(jacobian.data(), scales_.size(), mechanism.dof());
     }
   }
 
@@ -84,7 +87,8 @@ class Filter {
     const RowMatrix margins = reach_margin(mechanism_, block.poses);
     Mask mask(static_cast<std::size_t>(block.size()));
     for (Index i = 0; i < block.size(); ++i) {
-      mask[static_cast<std::size_t>(i)] = (margins.row(i).array() >= options_.reach_margin).all();
+      mask[static_cast<std::size_t>(i)] =
+          (margins.row(i).array() >= options_.reach_margin).all() && block.poses.row(i).allFinite();
     }
     block.keep(mask);
     rejections.reach += before - block.size();
@@ -104,17 +108,16 @@ class Filter {
   }
 
   void keep_well_conditioned(Block& block, WorkspaceRejections& rejections) const {
-    const Index legs = mechanism_.leg_count();
     const Index dof = mechanism_.dof();
-    const RowMatrix jacobian = pose_jacobian_at(mechanism_, block.poses, block.readings);
+    const RowMatrix jacobian = closed_pose_jacobian(mechanism_, block.poses, block.readings);
     Mask mask(static_cast<std::size_t>(block.size()));
     for (Index i = 0; i < block.size(); ++i) {
       const double* row = jacobian.row(i).data();
-      const bool same =
-          home_determinant_ == 0 || pose_determinant(row, legs, dof) * home_determinant_ > 0;
+      const bool same = home_determinant_ == 0 ||
+                        pose_determinant(row, scales_.size(), dof) * home_determinant_ > 0;
       if (same) {
         block.conditions[i] =
-            pose_condition(row, gains_, mechanism_.pose_space(), options_.characteristic_length);
+            pose_condition(row, scales_, mechanism_.pose_space(), options_.characteristic_length);
       }
       const bool good = same && block.conditions[i] <= options_.conditioning_limit;
       rejections.aspect += same ? 0 : 1;
@@ -126,12 +129,13 @@ class Filter {
 
   const Mechanism& mechanism_;
   const WorkspaceOptions& options_;
-  Vector gains_;
+  Vector scales_;
   double home_determinant_ = 0;  // 0: any aspect
 };
 
-RowMatrix draw_block(const WorkspaceOptions& options, PoseSpace space, std::uint64_t seed,
-                     std::uint64_t stream) {
+RowMatrix draw_block(const WorkspaceOptions& options, const Mechanism& mechanism,
+                     std::uint64_t seed, std::uint64_t stream) {
+  const PoseSpace space = mechanism.pose_space();
   Random random(seed, stream);
   const Vector origin = identity_pose(space);
   Vector step(options.lower.size());
@@ -143,7 +147,7 @@ RowMatrix draw_block(const WorkspaceOptions& options, PoseSpace space, std::uint
     poses.row(i) = origin.transpose();
     move_pose(space, step.data(), poses.row(i).data());
   }
-  return poses;
+  return on_constraint(mechanism, poses);
 }
 
 void check_count(Index count) {
@@ -163,7 +167,7 @@ std::string most_frequent(const WorkspaceRejections& rejections) {
 
 void check_home(const Mechanism& mechanism, const WorkspaceOptions& options, const Filter& filter) {
   WorkspaceRejections rejections;
-  Block block(options.home.transpose(), mechanism.leg_count());
+  Block block(on_constraint(mechanism, options.home.transpose()), mechanism.leg_count());
   filter.apply(block, rejections);
   if (block.size() == 0) {
     throw InvalidInput("the home pose of mechanism \"" + mechanism.name() + "\" is " +
@@ -212,7 +216,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
   Index taken = 0;
   for (std::uint64_t stream = 0; taken < count; ++stream) {
     check_interrupt();
-    Block block(draw_block(options, mechanism.pose_space(), seed, stream), mechanism.leg_count());
+    Block block(draw_block(options, mechanism, seed, stream), mechanism.leg_count());
     filter.apply(block, sample.rejections);
     const Index room = std::min(block.size(), count - taken);
     sample.poses.middleRows(taken, room) = block.poses.topRows(room);
@@ -237,9 +241,9 @@ RowMatrix draw_poses(const Mechanism& mechanism, const WorkspaceOptions& options
   for (Index first = 0; first < count; first += kChunk) {
     check_interrupt();
     const Index size = std::min(kChunk, count - first);
-    poses.middleRows(first, size) = draw_block(options, mechanism.pose_space(), seed,
-                                               static_cast<std::uint64_t>(first / kChunk))
-                                        .topRows(size);
+    poses.middleRows(first, size) =
+        draw_block(options, mechanism, seed, static_cast<std::uint64_t>(first / kChunk))
+            .topRows(size);
   }
   return poses;
 }

@@ -11,13 +11,13 @@ namespace symkin {
 
 // The part of the workspace from which poses are taken.
 struct WorkspaceOptions {
-  // A box on the pose's degrees of freedom: positions (m), then the angle or the rotation vector
-  // (rad).
+  // A box on the pose's coordinates: positions (m), then the angle or the rotation vector (rad). Of
+  // those that the legs bind (see on_constraint), from where they are sought.
   Vector lower, upper;
   double reach_margin = 0;           // m, from every leg's stretch and fold
   double conditioning_limit = 20;    // largest condition number of dg/dpose
   double characteristic_length = 1;  // m, makes orientation and position comparable in it
-  Vector home;                       // the pose whose aspect is meant
+  Vector home;                       // the pose whose aspect is meant, see on_constraint
   // Limits of every leg's sensor reading (sensor units).
   double reading_lower = -std::numeric_limits<double>::infinity();
   double reading_upper = std::numeric_limits<double>::infinity();
@@ -50,7 +50,7 @@ struct WorkspaceSample {
 WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOptions& options,
                                  Index count, std::uint64_t seed);
 
-// Poses uniform in the box, whatever the mechanism can reach.
+// Poses uniform in the box, whatever the mechanism can reach; NaN where the legs' bonds have none.
 RowMatrix draw_poses(const Mechanism& mechanism, const WorkspaceOptions& options, Index count,
                      std::uint64_t seed);
 

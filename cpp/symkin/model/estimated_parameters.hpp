@@ -8,11 +8,12 @@
 
 namespace symkin {
 
-// Which of a leg's parameters are unknown, ascending; the others are held at their values, because
-// they are constants of the description, given, or because others do the same. To move the point
-// that a slider's travel counts from along its guide is to change the sensor's offset: of the
-// point's radius, azimuth and height that one is held along which the guide runs most, the height
-// first. As many for every leg of a chain.
-std::vector<Index> estimated_parameters(const ChainInfo& chain, ConstVector parameters);
+// Which of each leg's parameters (legs x p) are unknown, ascending; the others are held at their
+// values, because they are constants of the description, given, or because others do the same. To
+// move the point that a slider's travel counts from along its guide is to change the sensor's
+// offset: of the point's radius, azimuth and height that one is held along which the guide runs
+// most, the height first. So it is, but for a share that no measurement shows, with the height of
+// driven legs that swing in planes between circles of equal radii. As many for every leg.
+std::vector<std::vector<Index>> estimated_parameters(const ChainInfo& chain, ConstRows parameters);
 
 }  // namespace symkin

@@ -48,7 +48,6 @@ struct LegKernels {
   // Of one leg.
   void (*linearise)(const double* parameters, PoseSpan poses, const double* readings,
                     double* closures, double* by_parameters, double* by_pose, double* by_reading);
-  // Null where a leg has more closures than one.
   void (*forward)(LegSpan legs, PoseSpan start, const double* readings,
                   const ForwardKinematicsOptions& options, double* poses, ForwardStatus* status);
 };

@@ -10,12 +10,8 @@ namespace symkin {
 template <typename Leg, typename Sensor, typename T>
 constexpr LegKernels leg_kernels() {
   using Batched = detail::BatchedLeg<Leg, Sensor, T>;
-  LegKernels kernels{Batched::inverse, Batched::reach,     Batched::closure,
-                     Batched::by_pose, Batched::linearise, nullptr};
-  if constexpr (Leg::kClosures == 1) {
-    kernels.forward = detail::Newton<Leg, Sensor, T>::forward;
-  }
-  return kernels;
+  return {Batched::inverse, Batched::reach,     Batched::closure,
+          Batched::by_pose, Batched::linearise, detail::Newton<Leg, Sensor, T>::forward};
 }
 
 }  // namespace symkin

@@ -25,11 +25,17 @@ struct ClosureRows {
     by_pose.resize(rows, dof);
     by_reading.resize(rows);
   }
+
+  // Takes the reading out of all closures of a leg but the first, by their combination with the
+  // first: what is left of them, h_c - (g_c / g_1) h_1 with g = dh/dpsi, binds the pose alone.
+  void part_from_reading(Index closures);
 };
 
 // The same of all legs: a row a pose, in it k columns (dof k in by_pose) a leg.
 struct PoseDerivatives {
   RowMatrix closure, by_pose, by_reading;
+
+  void part_from_reading(Index closures);  // as ClosureRows does
 };
 
 // Where run time meets compile time: one object per chain, batched operations only, so that no
@@ -69,7 +75,7 @@ class LegModel {
                                  const RowMatrix& readings) const;
 
   // See forward_kinematics(): the poses and how they ended, for a row of readings each; `start` is
-  // as many poses, or one. Only where legs have one closure.
+  // as many poses, or one.
   void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
                           const ForwardKinematicsOptions& options, RowMatrix& poses,
                           std::vector<ForwardStatus>& status) const;

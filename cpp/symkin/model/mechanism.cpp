@@ -2,7 +2,9 @@
 #include "symkin/model/mechanism.hpp"
 
 #include <cmath>
+#include <numeric>
 
+#include "symkin/model/estimated_parameters.hpp"
 #include "symkin/model/impossible_leg.hpp"
 #include "symkin/support/error.hpp"
 
@@ -44,6 +46,15 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
 
 }  // namespace
 
+std::vector<Index> free_coordinates(const ChainInfo& chain) {
+  if (chain.pose_space == PoseSpace::spatial && chain.closures > 1) {
+    return {2, 3, 4};
+  }
+  std::vector<Index> all(static_cast<std::size_t>(degrees_of_freedom(chain.pose_space)));
+  std::iota(all.begin(), all.end(), Index{0});
+  return all;
+}
+
 Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs)
     : name_(std::move(name)),
       model_(&model),
@@ -57,6 +68,13 @@ Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> l
                        " legs; a " + std::string(to_string(pose_space())) + " platform has " +
                        std::to_string(dof()) + " degrees of freedom and needs as many");
   }
+  if (pose_space() == PoseSpace::spatial && model.info().closures > 1 && redundant()) {
+    throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
+                       " legs of chain " + std::string(model.info().name) + "; expected " +
+                       std::to_string(dof() / model.info().closures) +
+                       ", since each binds the platform to a plane");
+  }
+  estimated_ = symkin::estimated_parameters(model.info(), parameters());
 }
 
 const Leg& Mechanism::leg(Index index) const {
@@ -67,20 +85,9 @@ const Leg& Mechanism::leg(Index index) const {
   return legs()[static_cast<std::size_t>(index)];
 }
 
-std::vector<Index> Mechanism::estimated_parameters(Index leg) const {
-  return symkin::estimated_parameters(model_->info(), this->leg(leg).parameters);
-}
-
-std::vector<std::vector<Index>> Mechanism::estimated_parameters() const {
-  std::vector<std::vector<Index>> all;
-  for (Index leg = 0; leg < leg_count(); ++leg) {
-    all.push_back(estimated_parameters(leg));
-  }
-  return all;
-}
-
-Index Mechanism::estimated_count() const {
-  return static_cast<Index>(estimated_parameters(0).size());
+const std::vector<Index>& Mechanism::estimated_parameters(Index leg) const {
+  static_cast<void>(this->leg(leg));  // throws if there is none
+  return estimated_[static_cast<std::size_t>(leg)];
 }
 
 Mechanism Mechanism::with_parameters(ConstRows parameters) const {
@@ -126,13 +133,6 @@ void check_leg_readings(Index poses, ConstVector readings) {
   if (readings.size() != poses) {
     throw InvalidInput("readings are " + std::to_string(readings.size()) + "; expected " +
                        std::to_string(poses) + ", one a pose");
-  }
-}
-
-void check_one_closure(const ChainInfo& chain, std::string_view what) {
-  if (chain.closures != 1) {
-    throw InvalidInput(std::string(what) + " knows legs of one closure; those of chain " +
-                       std::string(chain.name) + " have " + std::to_string(chain.closures));
   }
 }
 

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "symkin/model/estimated_parameters.hpp"
 #include "symkin/model/leg_model.hpp"
 #include "symkin/model/pose_space.hpp"
 
@@ -18,12 +17,18 @@ struct Leg {
   int working_mode = -1;  // +1 or -1: which root of the closure
 };
 
+// The coordinates of a pose's tangent that can be chosen where legs of the chain carry the
+// platform. All of them, or for legs with more closures than one, which leave it three: in space
+// the height and the two tilts.
+std::vector<Index> free_coordinates(const ChainInfo& chain);
+
 // A parallel mechanism: legs of one chain on a base, carrying one platform.
 class Mechanism {
  public:
   // Throws InvalidInput that names the leg and the parameter: at least as many closures as degrees
-  // of freedom, finite parameters, positive lengths (a radius or a guide offset may be zero or
-  // negative), arcs between 0 and pi, gains other than zero, modes +1 or -1.
+  // of freedom, in space three legs of two closures, finite parameters, positive lengths (a radius
+  // or a guide offset may be zero or negative), arcs between 0 and pi, gains other than zero, modes
+  // +1 or -1.
   Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs);
 
   const std::string& name() const { return name_; }
@@ -35,13 +40,18 @@ class Mechanism {
 
   PoseSpace pose_space() const { return model_->info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }
+  // Degrees of freedom that the legs leave the platform: fewer than dof() where a leg has more
+  // closures than one.
+  Index mobility() const { return dof() - leg_count() * (model_->info().closures - 1); }
+  // Whether the readings are more than the degrees of freedom, so that they contradict each other.
+  bool redundant() const { return leg_count() > mobility(); }
   Index leg_count() const { return static_cast<Index>(legs_->size()); }
   Index parameter_count() const { return model_->parameter_count(); }
 
   // See estimated_parameters(); how many they are is the same for all legs.
-  std::vector<Index> estimated_parameters(Index leg) const;
-  std::vector<std::vector<Index>> estimated_parameters() const;
-  Index estimated_count() const;
+  const std::vector<Index>& estimated_parameters(Index leg) const;
+  const std::vector<std::vector<Index>>& estimated_parameters() const { return estimated_; }
+  Index estimated_count() const { return static_cast<Index>(estimated_.front().size()); }
 
   // The same mechanism with other parameter values, legs x p.
   Mechanism with_parameters(ConstRows parameters) const;
@@ -52,6 +62,7 @@ class Mechanism {
   const LegModel* model_;
   std::shared_ptr<const std::vector<Leg>> legs_;  // never changed, so that copies share them
   std::vector<LegValues> leg_values_;
+  std::vector<std::vector<Index>> estimated_;
 };
 
 // Throws InvalidInput unless the array has one column a coordinate of the mechanism's poses.
@@ -60,8 +71,5 @@ void check_poses(const Mechanism& mechanism, ConstRows poses);
 void check_readings(const Mechanism& mechanism, Index poses, ConstRows readings);
 // The same for the readings of one leg.
 void check_leg_readings(Index poses, ConstVector readings);
-
-// Throws InvalidInput, naming what knows one closure a leg only, for a chain with more of them.
-void check_one_closure(const ChainInfo& chain, std::string_view what);
 
 }  // namespace symkin

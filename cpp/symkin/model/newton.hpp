@@ -84,6 +84,7 @@ class Newton {
   using Mask = typename L::Mask;
   using Pose = typename Leg::template Pose<T>;
   static constexpr std::size_t kDof = Pose::kDof;
+  static constexpr std::size_t kClosures = Sensed::kClosures;
   using Tangent = std::array<T, kDof>;
   using Joint = decltype(Sensed::joint(std::declval<T>()));
 
@@ -121,7 +122,7 @@ class Newton {
               }),
         options_(options) {}
 
-  bool redundant() const { return legs_.size() != kDof; }
+  bool redundant() const { return legs_.size() * kClosures != kDof; }
 
   void solve(const Rows& rows, const PoseSpan& start, const double* readings, double* poses,
              ForwardStatus* status) {
@@ -224,11 +225,11 @@ class Newton {
     }
   }
 
-  // dh/dq
+  // dh/dq, of the first closure
   static T slope(const LegState& leg, const Pose& pose, const Joint& joint) {
     using D = Dual<T, 1>;
     const auto closure = [&](const auto& q) {
-      return Leg::template closure<T>(leg.values.geometry, pose, q).v[0];
+      return Sensed::template closures<T>(leg.values.geometry, pose, q).front().v[0];
     };
     if constexpr (Sensed::kAngular) {
       return closure(Azimuth<D>(D::of(joint.cosine, [&](std::size_t) { return -joint.sine; }),
@@ -274,21 +275,23 @@ class Newton {
   System linearise(const Coordinates& coordinates, bool at_start) const {
     using std::abs;
     const auto pose = Leg::template Pose<Dual<T, kDof>>::variable(coordinates.data(), 0);
-    const auto closure = [&](std::size_t i) {
+    const auto closures = [&](std::size_t i) {
       const LegState& leg = legs_[i];
-      return Leg::template closure<T>(leg.values.geometry, pose,
-                                      at_start ? leg.joint_at_start : leg.joint);
+      return Sensed::template closures<T>(leg.values.geometry, pose,
+                                          at_start ? leg.joint_at_start : leg.joint);
     };
     System system;
     system.cost = T(0.0);
     std::array<Tangent, kDof> matrix;
     T determinant;
     if (!redundant()) {
-      for (std::size_t i = 0; i < kDof; ++i) {
-        const auto h = closure(i);
-        matrix[i] = h.v;
-        system.step[i] = -h.a;
-        system.cost = system.cost + h.a * h.a;
+      std::size_t row = 0;
+      for (std::size_t i = 0; i < kDof / kClosures; ++i) {
+        for (const auto& h : closures(i)) {
+          matrix[row] = h.v;
+          system.step[row++] = -h.a;
+          system.cost = system.cost + h.a * h.a;
+        }
       }
       determinant = detail::solve(matrix, system.step);
       system.predicted = system.cost;
@@ -298,14 +301,15 @@ class Newton {
       }
       system.step.fill(T(0.0));
       for (std::size_t i = 0; i < legs_.size(); ++i) {
-        const auto h = closure(i);
-        for (std::size_t k = 0; k < kDof; ++k) {
-          for (std::size_t j = 0; j < kDof; ++j) {
-            matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
+        for (const auto& h : closures(i)) {
+          for (std::size_t k = 0; k < kDof; ++k) {
+            for (std::size_t j = 0; j < kDof; ++j) {
+              matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
+            }
+            system.step[k] = system.step[k] - h.v[k] * h.a;
           }
-          system.step[k] = system.step[k] - h.v[k] * h.a;
+          system.cost = system.cost + h.a * h.a;
         }
-        system.cost = system.cost + h.a * h.a;
       }
       const Tangent gradient = system.step;
       determinant = detail::solve(matrix, system.step);

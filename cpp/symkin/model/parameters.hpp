@@ -25,15 +25,15 @@ inline constexpr ParameterInfo kBasePolarAngle{"base_polar_angle",
 inline constexpr ParameterInfo kBaseAzimuth{"base_azimuth", {End::base, ParameterKind::azimuth}};
 inline constexpr ParameterInfo kBaseHeight{"base_height", {End::base, ParameterKind::height}};
 inline constexpr ParameterInfo kGuideAzimuth{"guide_azimuth",
-                                             {End::base, ParameterKind::reference_azimuth}};
+                                             {End::base, ParameterKind::guide_azimuth}};
 inline constexpr ParameterInfo kGuideElevation{"guide_elevation",
                                                {End::base, ParameterKind::guide_elevation}};
-inline constexpr ParameterInfo kGuideSwing{"guide_swing", {End::base, ParameterKind::swing}};
+inline constexpr ParameterInfo kGuideSwing{"guide_swing", {End::base, ParameterKind::guide_swing}};
 inline constexpr ParameterInfo kAxisAzimuth{"axis_azimuth",
-                                            {End::base, ParameterKind::reference_azimuth}};
+                                            {End::base, ParameterKind::axis_azimuth}};
 inline constexpr ParameterInfo kAxisElevation{"axis_elevation",
                                               {End::base, ParameterKind::axis_elevation}};
-inline constexpr ParameterInfo kAxisSwing{"axis_swing", {End::base, ParameterKind::swing}};
+inline constexpr ParameterInfo kAxisSwing{"axis_swing", {End::base, ParameterKind::axis_swing}};
 inline constexpr ParameterInfo kBaseGuideDistance{"base_radius",
                                                   {End::base, ParameterKind::direction_distance}};
 inline constexpr ParameterInfo kBaseGuideAngle{"base_angle",

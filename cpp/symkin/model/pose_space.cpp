@@ -83,4 +83,17 @@ void pose_difference(PoseSpace space, const double* to, const double* from, doub
   }
 }
 
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  Eigen::Matrix3d cross;
+  cross << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
+  const double square = angle * angle;
+  // The series where the quotients lose digits.
+  const bool small = angle < 0.02;
+  const double a = small ? 0.5 - square / 24 * (1 - square / 30) : (1 - std::cos(angle)) / square;
+  const double b = small ? 1.0 / 6 - square / 120 * (1 - square / 42)
+                         : (angle - std::sin(angle)) / (square * angle);
+  return Eigen::Matrix3d::Identity() + a * cross + b * cross * cross;
+}
+
 }  // namespace symkin

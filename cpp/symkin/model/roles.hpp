@@ -41,10 +41,12 @@ enum class ParameterKind {
   height,              // m, of a point along Z
   direction_azimuth,   // rad, about Z, of the normal of a guide in the plane
   direction_distance,  // m, of a guide from the origin along its normal; of either sign
-  reference_azimuth,   // rad, about Z, that a direction in space is given from; never estimated
-  guide_elevation,     // rad, of a guide from the reference azimuth towards Z
-  axis_elevation,      // rad, of an axis from the tangent at the reference azimuth towards Z
-  swing,               // rad, of a guide or an axis out of the plane of its elevation
+  guide_azimuth,       // rad, about Z, that a guide in space is given from; never estimated
+  guide_elevation,     // rad, of a guide from its azimuth towards Z
+  guide_swing,         // rad, of a guide out of the plane of its elevation
+  axis_azimuth,        // rad, about Z, that an axis in space is given from; never estimated
+  axis_elevation,      // rad, of an axis from the tangent at its azimuth towards Z
+  axis_swing,          // rad, of an axis out of the plane of its elevation
   gain,                // active joint variable per sensor reading
   offset,              // active joint variable at zero reading; see ActiveJoint
   curvature,           // of a sensor, beside its gain and offset
@@ -59,20 +61,23 @@ struct ParameterRole {
   }
 };
 
+// Part of the description, not of what is known with an error.
+constexpr bool is_constant(ParameterKind kind) {
+  return kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth;
+}
+
 // A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.
 constexpr bool turns(ParameterKind kind) {
   return kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth ||
-         kind == ParameterKind::reference_azimuth;
+         is_constant(kind);
 }
 
 // A reflection changes its sign, a rotation leaves it. An axis has a sense of turning, which a
 // reflection reverses: it is an axial vector, a guide a polar one.
 constexpr bool is_mirrored(ParameterKind kind) {
-  return kind == ParameterKind::axis_elevation || kind == ParameterKind::swing;
+  return kind == ParameterKind::axis_elevation || kind == ParameterKind::axis_swing ||
+         kind == ParameterKind::guide_swing;
 }
-
-// Part of the description, not of what is known with an error.
-constexpr bool is_constant(ParameterKind kind) { return kind == ParameterKind::reference_azimuth; }
 
 // Taken as it is given, unless somebody frees it.
 constexpr bool is_given(ParameterKind kind) { return kind == ParameterKind::pulley_radius; }

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.evaluation import evaluate
 from symkin.mechanism import Mechanism
-from symkin.poses import poses_from_bounds
 from symkin.result import Value, field, record
 from symkin.workspace.sample import inside_workspace, sample_workspace
 
@@ -129,7 +128,7 @@ def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:
     poses = sample_workspace(mechanism, count, seed=1).poses
     assert mechanism.workspace is not None  # or it could not be sampled
     bounds = zip(mechanism.workspace.lower, mechanism.workspace.upper, strict=True)
-    corners = poses_from_bounds(mechanism.pose_space, list(itertools.product(*bounds)))
+    corners = mechanism.poses_at(list(itertools.product(*bounds)))
     return np.vstack([poses, corners[inside_workspace(mechanism, corners)]])
 
 
@@ -148,7 +147,7 @@ def nearest(
     Parameters
     ----------
     actual : Mechanism
-        The robot, with as many legs as degrees of freedom.
+        The robot, with as many legs as degrees of freedom; none of them binds the platform.
     start : Mechanism
         As the format can express it.
     unknowns : sequence of iterables of (int, str)
@@ -165,6 +164,11 @@ def nearest(
     SymkinError
         If the fit does not come to rest, or a pose cannot be taken.
     """
+    if actual.bound:
+        raise SymkinError(
+            f'the legs of "{actual.name}" bind its platform; expected one whose coordinates can '
+            "all be commanded"
+        )
     names = start.parameter_names
     scale = np.ones(actual.space.dof)
     scale[actual.space.size :] = actual.characteristic_length

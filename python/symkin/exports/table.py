@@ -40,6 +40,11 @@ def write_table(mechanism: Mechanism, options: ExportOptions) -> Written:
             "a correction table needs the mechanism that the controller computes with (--nominal)"
         )
     require_same_shape(mechanism, nominal)
+    if mechanism.bound:
+        raise SymkinError(
+            f'the legs of "{mechanism.name}" bind its platform; expected a mechanism whose '
+            "coordinates can all be commanded"
+        )
     test = workspace_poses(mechanism)
     assert mechanism.workspace is not None  # or there were no poses
     lower, upper = mechanism.workspace.lower, mechanism.workspace.upper

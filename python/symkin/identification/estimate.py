@@ -564,7 +564,7 @@ def cross_validate(
         converged &= found.converged
         for leg in range(len(mechanism.legs)):
             rows = np.intersect1d(measurements.rows_of(leg), unseen)
-            residuals[rows, leg] = found.mechanism.closure(
+            residuals[rows, leg] = found.mechanism.closure_error(
                 leg, measurements.poses[rows], measurements.readings[rows, leg]
             )
         whole = np.intersect1d(complete, unseen)

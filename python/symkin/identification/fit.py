@@ -69,9 +69,10 @@ class LegFit(Value):
     rejected : ndarray of int
         Rows whose weight the robust loss put below one half.
     residuals : ndarray
-        Closures at the estimate, m, one a row.
+        Closures at the estimate, m, one a row (k a row where a leg has k closures).
     standardised : ndarray
-        Over their standard deviation from the declared noise: standard normal if all is right.
+        Over their standard deviation from the declared noise: standard normal if all is right. Of
+        several closures a row each less what those before it say of it.
     chi_square : float
         Per degree of freedom, of the leg's own fit or, with the estimator `joint`, of all legs': 1
         is what the declared noise explains; NaN without a degree of freedom.
@@ -88,6 +89,11 @@ class LegFit(Value):
     standardised: Array = field(private=True)
     chi_square: float = field(unit="per_degree_of_freedom")
     condition: float
+
+    @property
+    def closure_rows(self) -> NDArray[np.intp]:
+        """The row of each residual."""
+        return np.repeat(self.rows, len(self.residuals) // max(len(self.rows), 1))
 
     @property
     def residual_rms(self) -> float:
@@ -276,7 +282,7 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
         raise NotIdentifiableError(
             f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
         )
-    used.require(mechanism.estimated_count)
+    used.require(mechanism.least_poses)
 
 
 def _require_deviations(calibrated: Mechanism) -> None:

@@ -142,6 +142,7 @@ def _directions(found: Fit, kind: str) -> Array:
             measurements.readings[fit.rows, leg],
         )
         movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
+        movement = np.repeat(movement, calibrated.closures, axis=0)
         wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)
         by_parameters = rows.by_parameters[:, found.nominal.estimated[leg]]
         scale = np.linalg.norm(by_parameters, axis=0)

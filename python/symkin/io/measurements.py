@@ -234,7 +234,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
 
 def _redundant(mechanism: Mechanism) -> bool:
     """Whether the readings alone say something, each of the others."""
-    return len(mechanism.legs) > int(mechanism.core.dof)
+    return bool(mechanism.core.redundant)
 
 
 def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
@@ -374,7 +374,7 @@ def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
     for leg in measurements.measured_legs:
         rows = measurements.rows_of(leg)
         readings = measurements.readings[rows, leg]
-        closures.append(mechanism.closure(leg, poses[rows], readings))
+        closures.append(mechanism.closure_error(leg, poses[rows], readings))
     sizes = np.abs(np.concatenate(closures)) if closures else np.empty(0)
     finite = sizes[np.isfinite(sizes)]
     return float(np.median(finite)) if len(finite) else np.inf

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.chains import chain_info
+from symkin.chains import ChainInfo, chain_info
 from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
@@ -28,7 +28,6 @@ from symkin.io.mechanism_schema import (
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_toml
 from symkin.mechanism import Leg, Mechanism
-from symkin.poses import POSE_SPACES
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,
@@ -88,7 +87,7 @@ def load_mechanism(
     _require_legs(source, file)
     file, points = read_points(source, file, info)
     legs, symmetry, deviations, curvature = _legs(source, file)
-    workspace, frames, points = _placed(file, info.pose_space, points)
+    workspace, frames, points = _placed(file, info, points)
     mechanism = source.call(
         ("reference_leg",) if "legs" not in file else ("legs",),
         lambda: Mechanism(
@@ -257,20 +256,23 @@ def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
     )
 
 
-def _workspace(file: _Values, pose_space: str) -> WorkspaceSettings | None:
+def _workspace(file: _Values, info: ChainInfo) -> WorkspaceSettings | None:
     if "workspace" not in file:
         return None
     others = dict(file["workspace"])
-    bounds = [others.pop(coordinate) for coordinate in POSE_SPACES[pose_space].units]
-    lower, upper = zip(*bounds, strict=True)
+    bounds = [others.pop(coordinate) for coordinate in info.box]
+    lower, upper = (info.whole(each) for each in zip(*bounds, strict=True))
+    if "home" in others:
+        others["home"] = info.whole(others["home"])
     return WorkspaceSettings(lower, upper, **others)
 
 
 def _placed(
-    file: _Values, pose_space: str, points: DrawnPoints | None
+    file: _Values, info: ChainInfo, points: DrawnPoints | None
 ) -> tuple[WorkspaceSettings | None, Frames | None, DrawnPoints | None]:
     """Workspace and frames in the mechanism's own frames, and how the file has the first."""
-    workspace = _workspace(file, pose_space)
+    pose_space = info.pose_space
+    workspace = _workspace(file, info)
     section = dict(file.get("frames", {}))
     for end in ("base", "platform"):
         section.pop(f"{end}_centre", None)
@@ -355,7 +357,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     limits = mechanism.joint_limits
     settings = drawn_workspace(mechanism) or mechanism.workspace
     given = settings.home or (0.0,) * len(settings.lower)
-    described = "(" + ", ".join(f"{value:g}" for value in given) + ")"
+    described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
     if np.isnan(readings).any():
         legs = named_legs(np.flatnonzero(np.isnan(readings)))
         raise source.error(

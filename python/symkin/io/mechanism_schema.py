@@ -274,7 +274,7 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         ("sine", joint),
     )}  # fmt: skip
     space = POSE_SPACES[info.pose_space]
-    coordinates = space.units
+    coordinates = info.box
     limit = quantity(unit, note="in the sensor's unit")
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}

@@ -191,13 +191,15 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
 def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str]]]:
     """The other sections with notes; one that the mechanism does not have is empty."""
     workspace: _Values = {}
-    coordinates = mechanism.space.units
+    coordinates = chain_info(mechanism.chain, mechanism.platform).box
     settings = drawn_workspace(mechanism)
     if settings is not None:
-        workspace = dict(
-            zip(coordinates, zip(settings.lower, settings.upper, strict=True), strict=True)
-        )
+        free = mechanism.free
+        bounds = ((settings.lower[each], settings.upper[each]) for each in free)
+        workspace = dict(zip(coordinates, bounds, strict=True))
         others = asdict(settings)
+        if settings.home is not None:
+            others["home"] = tuple(settings.home[each] for each in free)
         names = ("home", "reach_margin", "conditioning_limit", "characteristic_length")
         workspace |= {name: others[name] for name in names if others[name] is not None}
     columns = mechanism.measurement_columns

@@ -25,8 +25,8 @@ _PARAMETERS = {
     "base_height": ('"0 m"', "of the base point"),
     "guide_elevation": ('"90 deg"', "of the guide: 0 radial, 90 deg vertical"),
     "guide_swing": ('"0 deg"', "of the guide, to the side"),
-    "axis_elevation": ('"0 deg"', "of the crank's axis: 0 tangential, 90 deg vertical"),
-    "axis_swing": ('"0 deg"', "of the crank's axis, outwards"),
+    "axis_elevation": ('"0 deg"', "of the joint's axis: 0 tangential, 90 deg vertical"),
+    "axis_swing": ('"0 deg"', "of the joint's axis, outwards"),
     "platform_polar_angle": ('"90 deg"', "from the platform's Z"),
     "platform_azimuth": ('"154 deg"', "of the platform point, in the platform's frame"),
     "platform_height": ('"0 m"', "of the platform point, in the platform's frame"),
@@ -69,6 +69,20 @@ _OF_CHAIN: dict[tuple[str, str], dict[str, str]] = {
         "platform_azimuth": '"255 deg"',
         "sensor_offset": '"180 deg"',
     },
+    ("R[P]S", "spatial"): {
+        "base_radius": '"0.3 m"',
+        "base_azimuth": '"210 deg"',
+        "platform_radius": '"0.3 m"',
+        "platform_azimuth": '"210 deg"',
+    },
+    ("[P]RS", "spatial"): {
+        "distal_length": '"0.7 m"',
+        "base_radius": '"0.3 m"',
+        "base_azimuth": '"210 deg"',
+        "guide_elevation": '"0 deg"',
+        "platform_radius": '"0.3 m"',
+        "platform_azimuth": '"210 deg"',
+    },
 }
 # Axes of the joints, through the centre about which a spherical platform turns.
 _AXES = {
@@ -87,8 +101,9 @@ _BOXES = {
     "spherical": dict.fromkeys(("rx", "ry", "rz"), '["-25 deg", "25 deg"]'),
 }
 _HEIGHT = "0.5 m"  # of home in space
-# A slider stands above its rod; the cranks hang the platform below them, or carry it.
-_MODES = {"[P]US": -1}
+# A slider stands above its rod, or outside the platform; the cranks hang the platform below them,
+# or carry it.
+_MODES = {"[P]US": -1, "[P]RS": -1}
 _HANGING = {"z": '["-0.5 m", "-0.4 m"]'}, "-0.45 m"
 _LITTLE = '["-0.03 m", "0.03 m"]', '["-5 deg", "5 deg"]'
 _CARRIED = (
@@ -122,9 +137,9 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     info = chain_info(chain, platform)
     pose_space = info.pose_space
     space = POSE_SPACES[pose_space]
-    least = space.dof
-    paired = space.size == 3 and space.turns
-    most = least if paired else 64
+    least = len(info.free)
+    paired = space.size == 3 and space.turns and info.closures == 1
+    most = least if paired or info.closures > 1 else 64
     legs = least if legs is None else legs
     if not least <= legs <= most:
         expected = str(least) if least == most else f"{least} to {most}"
@@ -152,19 +167,23 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         for name in info.parameter_names
         if name not in info.defaults
     )
-    box, height = _BOXES[pose_space], _HEIGHT
+    box, height = {name: _BOXES[pose_space][name] for name in info.box}, _HEIGHT
     if chain == "[R]US":
         other, height = _CARRIED if space.turns else _HANGING
         box = box | other
+    if chain == "[P]RS":
+        box, height = box | {"z": '["0.42 m", "0.6 m"]'}, "0.52 m"
     bounds = "".join(f"{name} = {limits}\n" for name, limits in box.items())
     home = ""
     if space.size == 3:
-        values = ["0 m", "0 m", height, *["0 deg"] * len(space.rotation)]
+        at = dict(zip(space.units, ["0 m", "0 m", height] + ["0 deg"] * 3, strict=False))
+        values = [at[name] for name in info.box]
         home = f"home = {toml_value(values)}  # well inside\n"
     noise = ('position = "0.1 mm"\n' if space.moves else "") + 'orientation = "0.1 mrad"\n'
     length = 'length = "1 mm"\n' if space.moves else ""
     # What is redundant, or constant, is held.
-    identified = len(info.parameter_names) - len(info.defaults) - (chain == "[P]US")
+    held = chain in ("[P]US", "[P]RS", "R[P]S")
+    identified = len(info.parameter_names) - len(info.defaults) - held
     identified -= "pulley_radius" in info.parameter_names
     return f"""{SCHEMA_LINE}
 #

@@ -100,15 +100,14 @@ class Task:
         if self.leg is None or not self.is_orbit:
             return self.measured_rows(poses, kind)
         images = [map_poses(self.mechanism, element, poses) for element in self.elements]
-        return np.stack(
-            [observability_rows(self.mechanism, self.leg, image, kind) for image in images], axis=1
-        )
+        return np.concatenate([self.measured_rows(image, kind) for image in images], axis=1)
 
     def measured_rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
         """Rows of poses that are measured as they are, without images, shape (n, r, p)."""
         if self.leg is None:
             return mechanism_rows(self.mechanism, poses, kind)
-        return observability_rows(self.mechanism, self.leg, poses, kind)[:, None, :]
+        rows = observability_rows(self.mechanism, self.leg, poses, kind)
+        return rows.reshape(len(poses), self.mechanism.closures, rows.shape[1])
 
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the columns of its rows."""

@@ -285,24 +285,25 @@ class Survey(Value):
         and which those are.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
-        legs, p = len(mechanism.legs), len(mechanism.parameter_names)
+        legs, p, k = len(mechanism.legs), len(mechanism.parameter_names), mechanism.closures
         offset = mechanism.parameter_names.index("sensor_offset")
         readings = mechanism.inverse_kinematics(poses)
         by_pose, by_leg = [], []
         for leg, psi in enumerate(readings.T):
             rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
             terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
-            bent = rows.by_parameters[:, [offset]] * terms
-            by_pose.append(rows.by_pose)
-            by_leg.append(np.hstack([rows.by_parameters, bent]))
-        by_poses, by_legs = np.stack(by_pose, axis=1), np.stack(by_leg, axis=1)
-        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2))
+            bent = rows.by_parameters[:, [offset]] * np.repeat(terms, k, axis=0)
+            by_pose.append(rows.by_pose.reshape(len(poses), k, -1))
+            by_leg.append(np.hstack([rows.by_parameters, bent]).reshape(len(poses), k, -1))
+        by_poses = np.concatenate(by_pose, axis=1)
+        by_legs = np.stack(by_leg, axis=1)  # poses, legs, closures, scalars
+        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
         singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
         good = reached & (singular[:, -1] > _RANK * singular[:, 0])
         inverse = np.linalg.pinv(by_poses[good])
-        of_legs = -(inverse[..., None] * by_legs[good][:, None]).reshape(
-            len(inverse), -1, legs * (p + 3)
-        )
+        of_rows = inverse.reshape(len(inverse), -1, legs, k)
+        of_legs = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])
+        of_legs = of_legs.reshape(len(inverse), -1, legs * (p + 3))
         moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
         moves[:, mechanism.space.components] = of_legs
 

@@ -522,7 +522,7 @@ def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[s
     """As many poses as bring an equation for each parameter of a leg, or for each unknown."""
     survey = _survey_of(mechanism, cloud, settings)
     if survey is None:
-        return mechanism.estimated_count
+        return mechanism.least_poses
     _, conditions, columns = survey.rows(cloud[:1]).shape
     return -(-int(columns) // int(conditions))
 

@@ -171,10 +171,10 @@ def residuals(
     figure, panels = _panels(titles, unit, figure)
     for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
         closures, colour = _MILLI * fit.residuals, leg_style(leg).colour
-        numbers = measurements.row_numbers[fit.rows]
+        numbers = measurements.row_numbers[fit.closure_rows]
         axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
         _draw_closures(axes, leg, unit, numbers, closures, numbers)
-        rejected = np.isin(fit.rows, fit.rejected)
+        rejected = np.isin(fit.closure_rows, fit.rejected)
         axes.plot(
             *(each[rejected] for each in (numbers, closures)), "x", color=ACCENT, markersize=6
         )
@@ -441,8 +441,8 @@ class Dependence(NamedTuple):
 
 def _strongest(measurements: Measurements, identification: Identification, leg: int) -> Dependence:
     fit = identification.legs[leg]
-    kept = ~np.isin(fit.rows, fit.rejected)
-    rows, closures = fit.rows[kept], fit.residuals[kept]
+    kept = ~np.isin(fit.closure_rows, fit.rejected)
+    rows, closures = fit.closure_rows[kept], fit.residuals[kept]
     poses = workspace_coordinates(identification.nominal, measurements.poses[rows])
     values = {
         "reading": measurements.readings[rows, leg],

@@ -45,7 +45,7 @@ from symkin.poses import (
     vectors_from_rotations,
 )
 from symkin.workspace.sample import WorkspaceSample
-from symkin.workspace.slices import ConstantOrientation, ModeSlices
+from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
 from symkin.workspace.study import WorkspaceStudy
 
 __all__ = ["active_joints", "poses", "workspace"]
@@ -172,9 +172,12 @@ def workspace(
     figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows), figure)
     grid = figure.add_gridspec(len(rows), columns)
     for number, row in enumerate(rows):
-        x, y, *_ = (f"{name}, {unit}" for name, unit in row.mechanism.space.units.items())
+        names = [f"{name}, {unit}" for name, unit in row.mechanism.space.units.items()]
+        across, along = slice_coordinates(row.mechanism)
+        x, y = (names[each] for each in across)
+        unit = names[along].split()[-1]
         for column, found in enumerate(row.slices):
-            label = _slice_title(row.title if len(rows) > 1 else "", found)
+            label = _slice_title(row.title if len(rows) > 1 else "", found, unit)
             axes = flat_axes(figure, grid[number, column], title=label, x=x, y=y)
             _draw_slice(axes, found)
     legend_below(figure, _slice_legend([found for row in rows for found in row.slices]), columns)
@@ -205,8 +208,11 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
     figure = new_figure(10.4, 7.4, figure)
     grid = figure.add_gridspec(2, max(3, len(study.slices)))
     legs = _drawn_legs(study)
-    clouds = {"all orientations": readings[:, legs]} | {
-        _slice_title("", found): found.readings[found.side > 0][:, legs] for found in study.slices
+    unit = "m" if study.mechanism.bound else "rad"
+    whole = "all heights" if study.mechanism.bound else "all orientations"
+    clouds = {whole: readings[:, legs]} | {
+        _slice_title("", found, unit): found.readings[found.side > 0][:, legs]
+        for found in study.slices
     }
     limits = reading_limits(np.concatenate(list(clouds.values())))
     places = [grid[0, 0], *(grid[1, column] for column in range(len(study.slices)))]
@@ -325,8 +331,8 @@ def _slice_legend(slices: Sequence[ConstantOrientation]) -> list[Any]:
     return handles
 
 
-def _slice_title(title: str, found: ConstantOrientation) -> str:
-    orientation = "" if math.isnan(found.orientation) else f"{found.orientation:.3g} rad"
+def _slice_title(title: str, found: ConstantOrientation, unit: str) -> str:
+    orientation = "" if math.isnan(found.orientation) else f"{found.orientation:.3g} {unit}"
     return ", ".join(part for part in (title, orientation) if part)
 
 

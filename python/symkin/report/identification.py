@@ -356,12 +356,12 @@ def _worst_rows(found: Identification, brief: bool) -> Table:
     for row in np.argsort(-np.abs(student).max(axis=1), kind="stable")[:_WORST_ROWS].tolist():
         leg = int(np.argmax(np.abs(student[row])))
         fit = found.legs[leg]
-        closure = fit.residuals[fit.rows == row]
+        closure = fit.residuals[fit.closure_rows == row]
         rows.append(
             [
                 str(numbers[row]),
                 str(leg + 1),
-                milli(float(closure[0]), unit) if closure.size else NONE,
+                milli(float(max(closure, key=abs)), unit) if closure.size else NONE,
                 fixed(student[row, leg], 1),
                 "does not fit" if row in outliers else "as noise has it",
             ]

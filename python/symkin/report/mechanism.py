@@ -108,13 +108,16 @@ def legs_table(
 
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
+    why = "it makes upright legs longer"
+    if "guide_elevation" in mechanism.parameter_names:
+        why = "it moves a point along its guide"
     legs: dict[tuple[str, ...], list[int]] = {}
     for leg, names in enumerate(mechanism.held):
         legs.setdefault(names, []).append(leg)
     return [
         f"Held as it was drawn is {' and '.join(names)}"
         + ("" if len(legs) == 1 else f" of {named_legs(which)}")
-        + ": it moves a point along its guide, as the sensor's offset does."
+        + f": {why}, as the sensor's offset does."
         for names, which in legs.items()
         if names
     ]
@@ -183,16 +186,22 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
         return []
     names = pose_coordinates(mechanism.space)
     rows: list[Sequence[str]] = [
-        (name, f"{setting(low)} to {setting(high, unit)}")
-        for (name, unit), low, high in zip(names, settings.lower, settings.upper, strict=True)
+        (
+            names[each][0],
+            f"{setting(settings.lower[each])} to {setting(settings.upper[each], names[each][1])}",
+        )
+        for each in mechanism.free
     ]
     home = settings.home or (0.0,) * len(names)
+    if mechanism.bound:
+        others = [name for each, (name, _) in enumerate(names) if each not in mechanism.free]
+        rows.append((" and ".join([", ".join(others[:-1]), others[-1]]), "follow from the legs"))
     rows += [
         (
             "home",
             ", ".join(
-                f"{name} = {setting(value, unit)}"
-                for (name, unit), value in zip(names, home, strict=True)
+                f"{names[each][0]} = {setting(home[each], names[each][1])}"
+                for each in mechanism.free
             ),
         ),
         (

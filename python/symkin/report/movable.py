@@ -42,6 +42,8 @@ _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
     """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
 
+    Nor for a platform that the legs bind: where it is the page could not tell from the sliders.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -52,7 +54,7 @@ def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
     tuple of Movable
         To be unpacked among the parts of a section.
     """
-    if mechanism.workspace is None:
+    if mechanism.workspace is None or mechanism.bound:
         return ()
     caption = (
         f"{mechanism.name}, to be moved through the box of its workspace. The legs follow by the "
@@ -219,7 +221,7 @@ def _states(
         here, at_home = (
             mechanism.singularity_measures(each)[1] for each in (poses, mechanism.home)
         )
-        other = (here * at_home <= 0) & (len(mechanism.legs) == mechanism.core.dof)
+        other = (here * at_home <= 0) & (not mechanism.core.redundant)
     causes = [inside, beyond, margin, stopped, other]
     return np.select(causes, range(len(causes)), default=len(causes)).astype(np.int64)
 

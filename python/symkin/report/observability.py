@@ -163,7 +163,8 @@ def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
 def _within_reach(
     mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    finite = np.isfinite(observability_rows(mechanism, leg, poses)).all(axis=1)
+    rows = observability_rows(mechanism, leg, poses).reshape(len(poses), -1)
+    finite = np.isfinite(rows).all(axis=1)
     reached: NDArray[np.float64] = poses[finite]
     return reached
 

@@ -155,14 +155,18 @@ def _symmetry_section(study: WorkspaceStudy) -> Section:
 
 def _slices_section(study: WorkspaceStudy) -> Section:
     groups = [Group([_slice_row(found) for found in row.slices], row.title) for row in study.modes]
-    unit = study.mechanism.space.closure_unit
+    mechanism = study.mechanism
+    unit = "rad" if mechanism.bound else mechanism.space.closure_unit
     area = f"Workspace, {unit}\N{SUPERSCRIPT TWO}"
-    first = "Orientation, rad" if study.mechanism.space.moves else "rz, rad"
+    first = "Orientation, rad" if mechanism.space.moves else "rz, rad"
+    first = "z, m" if mechanism.bound else first
     columns = (first, area, "Home's side", "Other side")
     table = Table("Areas", (*columns, "Aspects"), groups, brief=True)
     title, what = "Constant orientations", "Constant-orientation workspaces"
-    if not study.mechanism.space.moves:
+    if not mechanism.space.moves:
         title, what = "Slices", "Slices of the workspace at constant rz"
+    if mechanism.bound:
+        title, what = "Slices", "Slices of the workspace at constant height, over the tilts"
     figure = Image(
         "constant_orientations",
         "Maps of the poses that the legs reach at each orientation.",

@@ -13,7 +13,6 @@ from symkin import _core
 from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
-from symkin.poses import poses_from_bounds
 from symkin.result import Result, field, record
 
 __all__ = [
@@ -197,8 +196,9 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     else:
         columns = list(workspace_coordinates(mechanism, rows).T)
     slack = 1e-9  # of an image that rounding has put on the other side
-    for column, lower, upper in zip(columns, workspace.lower, workspace.upper, strict=True):
-        inside &= (column >= lower - slack) & (column <= upper + slack)
+    for free in mechanism.free:
+        lower, upper = workspace.lower[free], workspace.upper[free]
+        inside &= (columns[free] >= lower - slack) & (columns[free] <= upper + slack)
     return inside
 
 
@@ -212,6 +212,7 @@ def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float
     largest = 0.0
     for leg, tolerances in enumerate(parameter_tolerances(mechanism)):
         rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg]).by_parameters
+        rows = rows[:: mechanism.closures]  # those of which the reach has an end
         deviations = np.linalg.norm(rows * tolerances, axis=1)
         largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
     return largest
@@ -260,7 +261,7 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     settings = mechanism.workspace
     assert settings is not None
     values = settings.home or (0.0,) * mechanism.core.dof
-    home = f"the home pose {_listed(values)}"
+    home = f"the home pose {_listed(mechanism, values)}"
     unit = mechanism.space.closure_unit
     margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
     if not (margins >= reach_margin).all():
@@ -299,7 +300,7 @@ def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
     assert settings is not None
     random = np.random.default_rng(0)
     values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.core.dof)).round(3)
-    poses = poses_from_bounds(mechanism.pose_space, values)
+    poses = mechanism.poses_at(values)
     readings = mechanism.inverse_kinematics(poses)
     limits = mechanism.joint_limits
     usable = ((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1)
@@ -325,13 +326,13 @@ def _another(mechanism: Mechanism) -> str:
         )
     values, condition = homes[0]
     return (
-        f"try another home, such as {_listed(values)} (m, rad), whose condition number is "
-        f"{condition:.3g}"
+        f"try another home, such as {_listed(mechanism, values)} (m, rad), whose condition number "
+        f"is {condition:.3g}"
     )
 
 
-def _listed(values: tuple[float, ...] | list[float]) -> str:
-    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
+def _listed(mechanism: Mechanism, values: tuple[float, ...] | list[float]) -> str:
+    return "(" + ", ".join(f"{values[each]:g}" for each in mechanism.free) + ")"
 
 
 def _refusal(mechanism: Mechanism, message: str) -> SymkinError:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
-from symkin.poses import poses_from_bounds
 from symkin.result import Value, field, plain, record
 from symkin.workspace.sample import inside_workspace, workspace_options
 
@@ -25,6 +24,7 @@ __all__ = [
     "mode_slices",
     "other_working_modes",
     "singular_orientations",
+    "slice_coordinates",
 ]
 
 Array = NDArray[np.float64]
@@ -43,9 +43,10 @@ class ConstantOrientation(Value):
     Attributes
     ----------
     orientation : float
-        rad; of a spatial platform about Z, at home's height and tilt; NaN for a point.
+        rad; of a spatial platform about Z, at home's height and tilt; NaN for a point. Of a
+        platform that the legs bind (3-RPS, 3-PRS) the height instead, m.
     x, y : ndarray, shape (columns,), (rows,)
-        Centres of the cells, m.
+        Centres of the cells, m; of such a platform the tilts rx and ry, rad.
     reach_margin : ndarray, shape (rows, columns)
         Of the leg that is nearest to the end of its reach, m. Zero at a serial (type 1)
         singularity, negative out of reach, infinite where nothing limits it.
@@ -172,7 +173,8 @@ def constant_orientations(
         each side to show where the legs' reach ends.
     orientations : sequence of float, optional
         rad; by default home's, and 0.4 and 0.6 rad on from it, as in the paper. A point platform
-        has one workspace, whatever is given.
+        has one workspace, whatever is given. A platform that the legs bind is shown over its
+        tilts at home's height and those where the box ends, and nothing can be given.
     resolution : int
         Cells along each side.
 
@@ -190,16 +192,37 @@ def constant_orientations(
         raise SymkinError(f"the resolution is {resolution}; expected at least 2 cells a side")
     options = workspace_options(mechanism)
     home = _home_coordinates(mechanism)
+    across, along = slice_coordinates(mechanism)
     if not mechanism.space.turns:
         orientations = (math.nan,)
+    elif mechanism.bound:
+        if orientations is not None:
+            raise SymkinError(
+                f'the legs of "{mechanism.name}" bind the turn of its platform about Z; its '
+                "workspace is shown over the two tilts, at heights of its own"
+            )
+        ends = float(options.lower[along]), float(options.upper[along])
+        orientations = sorted({ends[0], float(home[along]), ends[1]})
     elif orientations is None:
-        orientations = [float(home[-1]) + turn for turn in _PAPER_ORIENTATIONS]
+        orientations = [float(home[along]) + turn for turn in _PAPER_ORIENTATIONS]
     shares = (np.arange(resolution) + 0.5) / resolution * (1 + 2 * _BEYOND_BOX) - _BEYOND_BOX
     x, y = (
         low + shares * (high - low)
-        for low, high in zip(options.lower[:2], options.upper[:2], strict=True)
+        for low, high in zip(options.lower[across], options.upper[across], strict=True)
     )
     return tuple(_constant_orientation(mechanism, home, angle, x, y) for angle in orientations)
+
+
+def slice_coordinates(mechanism: Mechanism) -> tuple[list[int], int]:
+    """Return the two coordinates that a slice spans, and that at whose value it is taken.
+
+    The first two and the orientation about Z; of a platform that the legs bind the two tilts and
+    the height.
+    """
+    if mechanism.bound:
+        height, *tilts = mechanism.free
+        return tilts, height
+    return [0, 1], mechanism.space.dof - 1
 
 
 def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
@@ -214,16 +237,16 @@ def singular_orientations(mechanism: Mechanism, steps: int = 3600) -> Array:
     """Orientations at home's position where the platform meets a parallel singularity, rad.
 
     Within half a turn of home, ascending, interpolated between `steps` samples. Empty for a
-    platform that never turns, and with more legs than degrees of freedom, whose determinant has no
-    sign.
+    platform that never turns or that the legs bind, and with more legs than degrees of freedom,
+    whose determinant has no sign.
     """
     home = _home_coordinates(mechanism)
-    if not mechanism.space.turns:
+    if not mechanism.space.turns or mechanism.bound:
         return np.empty(0)
     angles = home[-1] + np.linspace(-math.pi, math.pi, steps + 1)
     values = np.tile(home, (len(angles), 1))
     values[:, -1] = angles
-    poses = poses_from_bounds(mechanism.pose_space, values)
+    poses = mechanism.poses_at(values)
     parallel = _relative_determinant(mechanism, poses)
     serial = mechanism.singularity_measures(poses)[0]
     before, after = parallel[:-1], parallel[1:]
@@ -244,11 +267,12 @@ def _constant_orientation(
     mechanism: Mechanism, home: Array, orientation: float, x: Array, y: Array
 ) -> ConstantOrientation:
     values = np.tile(home, (len(y), len(x), 1))
-    values[..., 0], values[..., 1] = x, y[:, np.newaxis]
+    across, along = slice_coordinates(mechanism)
+    values[..., across[0]], values[..., across[1]] = x, y[:, np.newaxis]
     if mechanism.space.turns:
-        values[..., -1] = orientation
+        values[..., along] = orientation
     shape = values.shape[:2]
-    poses = poses_from_bounds(mechanism.pose_space, values).reshape(len(x) * len(y), -1)
+    poses = mechanism.poses_at(values).reshape(len(x) * len(y), -1)
     reach = _core.reach_margin(mechanism.core, poses).min(axis=1)
     serial, determinant, condition = mechanism.singularity_measures(poses)
     sign = np.sign(determinant) * np.sign(mechanism.singularity_measures(mechanism.home)[1])
@@ -271,7 +295,8 @@ def _constant_orientation(
 def _in_box(mechanism: Mechanism, values: Array) -> NDArray[np.bool_]:
     """Whether the box holds the positions of poses; an orientation is drawn as it is asked for."""
     options = workspace_options(mechanism)
-    position, lower, upper = values[..., :2], options.lower[:2], options.upper[:2]
+    across, _ = slice_coordinates(mechanism)
+    position, lower, upper = values[..., across], options.lower[across], options.upper[across]
     return np.asarray(((position >= lower) & (position <= upper)).all(axis=-1).ravel())
 
 
@@ -286,7 +311,7 @@ def _relative_determinant(mechanism: Mechanism, poses: Array) -> Array:
 def _determinant(mechanism: Mechanism, poses: Array) -> Array:
     """det(dh/dpose) up to its sign: finite at the end of a leg's reach, unlike det(dg/dpose)."""
     serial, parallel, _ = mechanism.singularity_measures(poses)
-    if len(mechanism.legs) > mechanism.core.dof:
+    if mechanism.core.redundant:
         return parallel
     return np.asarray(parallel * serial.prod(axis=1))
 

@@ -18,10 +18,12 @@
 #include "symkin/chains/ppr.hpp"
 #include "symkin/chains/prp.hpp"
 #include "symkin/chains/prr.hpp"
+#include "symkin/chains/prs.hpp"
 #include "symkin/chains/pulley.hpp"
 #include "symkin/chains/pus.hpp"
 #include "symkin/chains/rpp.hpp"
 #include "symkin/chains/rpr.hpp"
+#include "symkin/chains/rps.hpp"
 #include "symkin/chains/rrp.hpp"
 #include "symkin/chains/rrr.hpp"
 #include "symkin/chains/rus.hpp"
@@ -76,6 +78,8 @@ const Models& plain_models() {
     add_family<PulleyChains>(all);
     add_family<PusChains>(all);
     add_family<RusChains>(all);
+    add_family<RpsChains>(all);
+    add_family<PrsChains>(all);
     add_family<SphericalChains>(all);
     return all;
   }();
@@ -190,7 +194,7 @@ TEST_P(Batches, SayWhatPlainDoublesSay) {
     expect_close(rows.by_parameters, plain_rows.by_parameters);
     expect_close(rows.by_pose, plain_rows.by_pose);
     expect_close(rows.by_reading, plain_rows.by_reading);
-    Vector closures(count), plain_closures(count);
+    Vector closures(count * info().closures), plain_closures(count * info().closures);
     model().closure(parameters_[1], poses, of_leg, closures);
     plain().closure(parameters_[1], poses, of_leg, plain_closures);
     expect_close(closures, plain_closures);
@@ -245,14 +249,24 @@ TEST_P(Batches, SolveTheForwardKinematicsAsPlainDoublesDo) {
   Random random(8);
   Index converged = 0;
   Index others = 0;
+  const Index closures = info().closures;
   for (const Index extra : {0, 1}) {
-    for (int mechanism = 0; mechanism < 20; ++mechanism) {
-      draw_legs(random, dof() + extra);
+    if (extra > 0 && closures > 1) {
+      continue;  // would hold the platform fast
+    }
+    for (int mechanism = 0; mechanism < (closures > 1 ? 200 : 20); ++mechanism) {
+      draw_legs(random, dof() / closures + extra);
       RowMatrix poses = draw_poses(random, 41);
       if (info().pose_space == PoseSpace::spatial) {
         poses.rightCols(4).rowwise().normalize();
       }
       RowMatrix readings = plain().inverse_kinematics(legs_, poses);
+      if (closures > 1) {  // where the legs allow a pose
+        const RowMatrix anywhere = poses;
+        std::vector<ForwardStatus> status;
+        plain().forward_kinematics(legs_, readings, anywhere, {}, poses, status);
+        readings = plain().inverse_kinematics(legs_, poses);
+      }
       readings(3, 0) += 0.3;  // another pose, or none
       readings(4, 0) += 100;
       RowMatrix start = poses;
@@ -269,7 +283,7 @@ TEST_P(Batches, SolveTheForwardKinematicsAsPlainDoublesDo) {
       const auto regularity = [&](const RowMatrix& at, Index row) {
         const RowMatrix jacobian =
             plain().linearise_pose(legs_, at.row(row), readings.row(row)).by_pose;
-        const Eigen::Map<const RowMatrix> rows(jacobian.data(), dof() + extra, dof());
+        const Eigen::Map<const RowMatrix> rows(jacobian.data(), legs_.size() * closures, dof());
         return rows.allFinite()
                    ? Eigen::JacobiSVD<Eigen::MatrixXd>(rows).singularValues()[dof() - 1]
                    : 1.0;

@@ -128,11 +128,13 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
     model().reach_margin(state.parameters, state.pose, margins);
     return margins[0];
   }
-  double closure(const State& state) const {
-    Vector values(1);
+  Vector closures(const State& state) const {
+    Vector values(info().closures);
     model().closure(state.parameters, state.pose, Vector::Constant(1, state.reading), values);
-    return values[0];
+    return values;
   }
+  // The first, which shows the reading.
+  double closure(const State& state) const { return closures(state)[0]; }
   ClosureRows linearise(const State& state) const {
     ClosureRows rows;
     model().linearise(state.parameters, state.pose, Vector::Constant(1, state.reading), rows);

@@ -55,6 +55,15 @@ TEST(Registry, KnowsTheChainsOfDeltasHexaAndHexaglide) {
   EXPECT_EQ(platform_named("translating"), Platform::translating);
 }
 
+TEST(Registry, KnowsTheChainsOfThreeLegsThatBindTheirPlatform) {
+  for (const char* const name : {"R[P]S", "[P]RS"}) {
+    EXPECT_EQ(leg_model(name).info().closures, 2);
+    EXPECT_EQ(leg_model(name).info().pose_space, PoseSpace::spatial);
+    expect_part("expected \"rigid\"", refusal(name, Platform::translating));
+    expect_part("expected \"rigid\"", refusal(name, Platform::point));
+  }
+}
+
 TEST(Registry, KnowsTheSphericalChain) {
   EXPECT_EQ(names(Platform::spherical), Names{"[R]RR"});
   EXPECT_EQ(platform_named("spherical"), Platform::spherical);
@@ -139,7 +148,7 @@ TEST(Registry, RefusesAPointPlatformOnChainsThatMeasureThePlatformsDirectionWith
 
 TEST(Registry, NamesTheNearestChainForAnUnknownOne) {
   expect_part("\"[R]RR\"", refusal("[R]RRR"));
-  expect_part("unknown chain \"R[P]S\"", refusal("R[P]S"));
+  expect_part("unknown chain \"R[P]U\"", refusal("R[P]U"));
 }
 
 }  // namespace

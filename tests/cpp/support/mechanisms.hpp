@@ -53,6 +53,25 @@ inline WorkspaceOptions hexapod_workspace() {
   return options;
 }
 
+// Three legs that bind their platform: struts, or sliders on vertical guides.
+inline Mechanism three_rps() {
+  Vector parameters(11);
+  parameters << 0.5, 0, 0, 0, 0, 0, 0.5, 0, 0, 1, 0;
+  const SymmetryGroup group = SymmetryGroup::named("D3");
+  const LegModel& model = leg_model("R[P]S");
+  return {"3-RPS", model,
+          generate_legs(group, model, {parameters, 1}, generating_elements(group, 3))};
+}
+
+inline Mechanism three_prs() {
+  Vector parameters(15);
+  parameters << 0.6, 0.4, 0, 0, 0, kPi / 2, 0, 0, 0, 0, 0.25, 0, 0, 1, 0;
+  const SymmetryGroup group = SymmetryGroup::named("D3");
+  const LegModel& model = leg_model("[P]RS");
+  return {"3-PRS", model,
+          generate_legs(group, model, {parameters, 1}, generating_elements(group, 3))};
+}
+
 // A five-bar: two [R]RR legs that carry a point, mirrored about the Y axis.
 inline Mechanism five_bar() {
   Vector parameters(6);

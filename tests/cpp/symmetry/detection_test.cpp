@@ -203,9 +203,11 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
       return static_cast<Index>(info.find({End::base, kind}));
     };
     std::vector<Leg> legs = delta.legs();
-    legs[3].parameters[place(chain == "[P]US" ? ParameterKind::guide_elevation
-                                              : ParameterKind::axis_elevation)] += kPi;
-    legs[3].parameters[place(ParameterKind::swing)] *= -1;
+    const bool guide = chain == "[P]US";
+    const Index swing = place(guide ? ParameterKind::guide_swing : ParameterKind::axis_swing);
+    legs[3].parameters[place(guide ? ParameterKind::guide_elevation
+                                   : ParameterKind::axis_elevation)] += kPi;
+    legs[3].parameters[swing] *= -1;
     legs[3].parameters.tail<2>() *= -1;
     legs[3].working_mode *= -1;
     const Mechanism rewritten("rewritten", delta.model(), legs);
@@ -225,7 +227,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
     }
     EXPECT_GT(reached, 10);
     EXPECT_EQ(detect_symmetry(rewritten).with_modes.name(), "D_3") << chain;
-    legs[3].parameters[place(ParameterKind::swing)] += 1e-3;
+    legs[3].parameters[swing] += 1e-3;
     EXPECT_EQ(detect_symmetry({"off", delta.model(), legs}).structure.name(), "C_1") << chain;
   }
 }

@@ -11,6 +11,7 @@ import pytest
 import symkin
 from symkin import plot
 from symkin.cli import main
+from symkin.poses import poses_from_bounds
 from symkin.report.content import Group, Image, Page, Section, Table
 from symkin.report.html import page_html
 from symkin.report.movable import movable
@@ -287,7 +288,7 @@ def test_the_hexapod_moves_freely_and_says_how_well_it_knows_its_condition(
             np.interp(place, range(len(axis["values"])), axis["values"])
             for axis, place in zip(part["axes"], places, strict=True)
         ]
-        pose = symkin.mechanism.poses_from_bounds("spatial", values)
+        pose = poses_from_bounds("spatial", values)
         readings = hexapod.inverse_kinematics(pose)[0]
         exact = [
             hexapod.core.joint_centres(leg, pose, reading)[:, :2]

@@ -40,8 +40,9 @@ def test_points_are_written_otherwise_without_changing_any_closure(
     chain: str, platform: str
 ) -> None:
     random = np.random.default_rng(1)
-    names = symkin.chain_info(chain, platform).parameter_names
-    count = POSE_SPACES[symkin.chain_info(chain, platform).pose_space].dof
+    info = symkin.chain_info(chain, platform)
+    names = info.parameter_names
+    count = POSE_SPACES[info.pose_space].dof // info.closures
     near = random.uniform(0.5, 2, (count, len(names)))
     values = near * random.choice([1, 1.1], near.shape)
     for index, name in enumerate(names):
@@ -129,8 +130,11 @@ def _seen(mechanism: symkin.Mechanism, count: int, base: Array, tool: Array) -> 
     return symkin.Measurements.of(poses, sample.readings, pose_space=mechanism.pose_space)
 
 
-# Without those whose file says where the frames are, and one that moves too little to show it.
-FREELY_FRAMED = sorted({*symkin.shipped_mechanisms()} - {"hangprinter", "lsst_camera_hexapod"})
+# Without those whose file says where the frames are, one that moves too little to show it, and one
+# whose base height is held: the offset does the same to a hundredth of a percent alone.
+FREELY_FRAMED = sorted(
+    {*symkin.shipped_mechanisms()} - {"hangprinter", "lsst_camera_hexapod", "3RPS"}
+)
 
 
 @pytest.mark.parametrize("name", FREELY_FRAMED)

@@ -8,6 +8,11 @@ import pytest
 import symkin
 from symkin.io.template import mechanism_template
 
+
+def _counts(info: symkin.chains.ChainInfo, counts: tuple[int, ...]) -> tuple[int, ...]:
+    return (6 // info.closures,) if info.pose_space == "spatial" else counts
+
+
 CASES = [
     (chain, legs, platform)
     for platform, counts in (
@@ -17,7 +22,7 @@ CASES = [
         ("spherical", (3, 4)),
     )
     for chain in symkin.chains(platform)
-    for legs in ((6,) if symkin.chain_info(chain, platform).pose_space == "spatial" else counts)
+    for legs in _counts(symkin.chain_info(chain, platform), counts)
     # A guide has no other side, so opposite legs would be the same one.
     if not (platform == "point" and chain in ("[P]PR", "P[P]R") and legs in (4, 6))
 ]

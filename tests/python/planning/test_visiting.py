@@ -10,6 +10,7 @@ import symkin
 from symkin.observability import expected_accuracy
 from symkin.planning import pose_count_curve, predict_accuracy, travel_length
 from symkin.planning.visiting import visiting_order
+from symkin.poses import poses_from_bounds
 from symkin.settings import WorkspaceSettings
 
 
@@ -66,7 +67,7 @@ def test_a_workspace_of_any_size_is_visited(hexapod, size):
     size = np.full(6, size)
     middle = np.array([0.0, 0.0, 0.75, 0.1, 0.2, 0.3])
     poses = np.random.default_rng(1).uniform(middle - size, middle + size, (12, 6))
-    poses = symkin.mechanism.poses_from_bounds("spatial", poses)
+    poses = poses_from_bounds("spatial", poses)
     small = hexapod.replace(
         workspace=WorkspaceSettings(tuple(middle - size), tuple(middle + size), home=tuple(middle))
     )

@@ -22,9 +22,9 @@ Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
     while (k < b.rows.size() && b.rows[k] < a.rows[i]) {
       ++k;
     }
-    if (k < b.rows.size() && b.rows[k] == a.rows[i]) {
+    for (std::size_t j = k; j < b.rows.size() && b.rows[j] == a.rows[i]; ++j) {
       const auto in_a = static_cast<Index>(i);
-      const auto in_b = static_cast<Index>(k);
+      const auto in_b = static_cast<Index>(j);
       const double common =
           a.by_pose.row(in_a).cwiseProduct(b.by_pose.row(in_b)).dot(sigma.transpose());
       covariance.noalias() += (common * a.influence.col(in_a)) * b.influence.col(in_b).transpose();
@@ -72,7 +72,7 @@ RowMatrix residual_covariance(const std::vector<LegInfluence>& legs) {
     for (std::size_t k = 0; k < leg.rows.size(); ++k) {
       Vector& change = changes.try_emplace(leg.rows[k], Vector::Zero(size)).first->second;
       const auto column = static_cast<Index>(k);
-      change.segment(static_cast<Index>(i) * p, p) =
+      change.segment(static_cast<Index>(i) * p, p) +=
           leg.influence.col(column) * leg.deleted[column];
     }
   }

@@ -13,13 +13,14 @@ namespace symkin {
 RowMatrix inverse_information(const RowMatrix& rows);
 
 // How a per-leg least-squares estimate answers to errors of its closures: to first order
-// estimate - truth = -influence * h. `rows` are the leg's measured poses, ascending.
+// estimate - truth = -influence * h. `rows` are the leg's measured poses, ascending, one a closure
+// (n); the errors of closures of one pose are independent.
 struct LegInfluence {
   std::vector<Index> rows;
   RowMatrix influence;  // p x n
   RowMatrix by_pose;    // n x dof, dh/dpose
   Vector variances;     // n, of h by the declared noise
-  Vector deleted;       // n, closures as the leg's other poses predict them: h / (1 - leverage)
+  Vector deleted;       // n, closures as the leg's other poses predict them: (1 - leverage)^-1 h
 };
 
 // The influence of least squares with residuals h * factor (n x 1 each), a loss's weight being a

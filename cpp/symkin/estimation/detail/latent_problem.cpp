@@ -177,6 +177,8 @@ void LatentProblem::linearise_leg(Index leg, ClosureRows& rows) const {
       }
     }
   }
+  // The errors of a leg's rows are independent then: the reading is in one of them.
+  rows.part_from_reading(closures);
   for (Index i = 0; i < n; ++i) {
     if (!std::isfinite(observations_.readings.values(i, leg))) {
       rows.closure.segment(i * closures, closures).setZero();

@@ -151,11 +151,15 @@ class LegProblem {
     if (options_.loss.kind == RobustLoss::Kind::none) {
       return residuals_.squaredNorm();
     }
+    // Of a pose, all of whose closures are spoiled with it.
+    const Index closures = in_readings_ ? 1 : data_.model.info().closures;
+    const double bend = spread * std::sqrt(static_cast<double>(closures));
     double cost = 0;
-    for (Index k = 0; k < residuals_.size(); ++k) {
-      const RobustLoss::Value value = options_.loss.evaluate(residuals_[k] * residuals_[k], spread);
+    for (Index k = 0; k < residuals_.size(); k += closures) {
+      const RobustLoss::Value value =
+          options_.loss.evaluate(residuals_.segment(k, closures).squaredNorm(), bend);
       cost += value.cost;
-      weights[k] = value.weight;
+      weights.segment(k, closures).setConstant(value.weight);
     }
     return cost;
   }
@@ -176,13 +180,43 @@ SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options) {
   return minimise(problem, {steps, kFirstDamping});
 }
 
+// L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
+// D is returned.
+Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
+                   const MeasurementNoise& noise) {
+  const Vector sigma = noise.pose_variances(space);
+  const double reading = noise.reading * noise.reading;
+  Vector variances(rows.by_reading.size());
+  for (Index first = 0; first < variances.size(); first += closures) {
+    for (Index row = first; row < first + closures; ++row) {
+      // Those before it are independent already.
+      for (Index before = first; before < row; ++before) {
+        const double shared =
+            rows.by_pose.row(row).cwiseProduct(rows.by_pose.row(before)).dot(sigma.transpose()) +
+            reading * rows.by_reading[row] * rows.by_reading[before];
+        const double share = variances[before] > 0 ? shared / variances[before] : 0;
+        rows.closure[row] -= share * rows.closure[before];
+        rows.by_parameters.row(row) -= share * rows.by_parameters.row(before);
+        rows.by_pose.row(row) -= share * rows.by_pose.row(before);
+        rows.by_reading[row] -= share * rows.by_reading[before];
+      }
+      variances[row] = rows.by_pose.row(row).cwiseAbs2().dot(sigma.transpose()) +
+                       reading * rows.by_reading[row] * rows.by_reading[row];
+    }
+  }
+  return variances;
+}
+
 }  // namespace
 
 void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
             WhitenedLeg& leg) {
   data.model.linearise(parameters, data.poses, data.readings, leg.rows);
   keep_estimated(data, leg.rows);
-  leg.variances = closure_variances(leg.rows, data.model.info().pose_space, noise);
+  const ChainInfo& chain = data.model.info();
+  leg.variances = chain.closures == 1
+                      ? closure_variances(leg.rows, chain.pose_space, noise)
+                      : decorrelate(leg.rows, chain.closures, chain.pose_space, noise);
   leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
 }
 

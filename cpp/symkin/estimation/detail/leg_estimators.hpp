@@ -19,7 +19,8 @@ struct LegData {
 };
 
 // The leg's closures at some parameters, their derivatives by the estimated ones, and one over
-// their standard deviations by the declared noise.
+// their standard deviations by the declared noise. Of several closures at a pose each less what
+// those before it say of it, so that their errors are independent.
 struct WhitenedLeg {
   ClosureRows rows;
   Vector variances, factors;
@@ -31,7 +32,7 @@ void whiten(const LegData& data, const Vector& parameters, const MeasurementNois
 struct LegEstimate {
   Vector parameters;
   SolverOutcome outcome;
-  Vector loss_weights;   // of the robust loss, 1 a pose without one
+  Vector loss_weights;   // of the robust loss, one a closure; 1 without one
   WhitenedLeg whitened;  // at the parameters
 };
 

@@ -136,10 +136,10 @@ Relaxed damped(const Mechanism& mechanism, const Observations& observations, con
 Vector aspect_of(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
                  Index pose, const RowMatrix& at) {
   const Index legs = mechanism.leg_count();
-  const bool square = legs == mechanism.dof() && mechanism.model().info().closures == 1;
+  const Index closures = mechanism.model().info().closures;
   Vector signs = Vector::Zero(legs + 1);
-  RowMatrix by_pose(legs, mechanism.dof());
-  bool all = square;
+  RowMatrix by_pose(legs * closures, mechanism.dof());
+  bool all = by_pose.rows() == by_pose.cols();
   for (Index leg = 0; leg < legs; ++leg) {
     const double reading = observations.readings.values(pose, leg);
     if (!std::isfinite(reading)) {
@@ -153,7 +153,7 @@ Vector aspect_of(const Mechanism& mechanism, const Observations& observations, c
     mechanism.model().linearise_pose(straight, at,
                                      Vector::Constant(1, sensor.active_joint(reading)), rows);
     signs[leg] = rows.by_reading[0] < 0 ? -1 : 1;
-    by_pose.row(leg) = rows.by_pose.row(0);
+    by_pose.middleRows(leg * closures, closures) = rows.by_pose;
   }
   if (all) {
     signs[legs] = determinant(by_pose) < 0 ? -1 : 1;

@@ -73,14 +73,25 @@ void turn_guide_round(const ChainInfo& chain, Leg& leg, End which) {
   }
 }
 
-// A guide or an axis in space by the opposite direction: travel, or angle, and what is ahead are
-// counted the other way. The zero of an angle stays.
-void turn_direction_round(const ChainInfo& chain, Leg& leg, End which) {
+// A guide in space by the opposite direction: travel and what is ahead are counted the other way.
+void turn_space_guide_round(const ChainInfo& chain, Leg& leg, End which) {
   const LegEnd<double> end = end_of(chain, leg, which);
-  *end.elevation += kPi;
-  *end.swing = -*end.swing;
+  *end.guide_elevation += kPi;
+  *end.guide_swing = -*end.guide_swing;
   turn_sensor_round(chain, leg);
   leg.working_mode = -leg.working_mode;
+}
+
+// An axis in space by the opposite direction. Of a crank the angle and the elbow are counted the
+// other way, and the zero of the angle stays; of a joint that is not read nothing else changes.
+void turn_axis_round(const ChainInfo& chain, Leg& leg, End which) {
+  const LegEnd<double> end = end_of(chain, leg, which);
+  *end.axis_elevation += kPi;
+  *end.axis_swing = -*end.axis_swing;
+  if (chain.active_joint == ActiveJoint::angle_about_axis) {
+    turn_sensor_round(chain, leg);
+    leg.working_mode = -leg.working_mode;
+  }
 }
 
 struct Point {
@@ -102,9 +113,11 @@ Point point_of(const LegEnd<const double>& end) {
 // How far apart two representations of one end are, to choose the nearest: m and rad alike.
 double apart(const LegEnd<const double>& a, const LegEnd<const double>& b) {
   double sum = 0;
-  for (const auto& [x, y] : {std::pair(a.azimuth, b.azimuth), std::pair(a.direction, b.direction),
-                             std::pair(a.polar_angle, b.polar_angle),
-                             std::pair(a.elevation, b.elevation), std::pair(a.swing, b.swing)}) {
+  for (const auto& [x, y] :
+       {std::pair(a.azimuth, b.azimuth), std::pair(a.direction, b.direction),
+        std::pair(a.polar_angle, b.polar_angle), std::pair(a.guide_elevation, b.guide_elevation),
+        std::pair(a.guide_swing, b.guide_swing), std::pair(a.axis_elevation, b.axis_elevation),
+        std::pair(a.axis_swing, b.axis_swing)}) {
     sum += x != nullptr ? std::abs(wrap_angle(*x - *y)) : 0;
   }
   for (const auto& [x, y] : {std::pair(a.radius, b.radius), std::pair(a.distance, b.distance),
@@ -140,8 +153,12 @@ Leg written_like(const Leg& leg, const Leg& other, const ChainInfo& chain) {
       consider(turn_guide_round);
     }
     candidate = nearest;
-    if (wanted.elevation != nullptr) {
-      consider(turn_direction_round);
+    if (wanted.guide_elevation != nullptr) {
+      consider(turn_space_guide_round);
+    }
+    candidate = nearest;
+    if (wanted.axis_elevation != nullptr) {
+      consider(turn_axis_round);
     }
   }
   return nearest;

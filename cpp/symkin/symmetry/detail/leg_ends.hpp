@@ -17,10 +17,12 @@ struct LegEnd {
   T* azimuth;
   T* polar_angle;
   T* height;
-  T* direction;  // azimuth of a guide's normal
-  T* distance;   // of a guide from the origin
-  T* elevation;  // of a direction in space
-  T* swing;
+  T* direction;        // azimuth of a guide's normal
+  T* distance;         // of a guide from the origin
+  T* guide_elevation;  // of a guide in space
+  T* guide_swing;
+  T* axis_elevation;  // of an axis in space
+  T* axis_swing;
 
   bool has_point() const { return radius != nullptr && azimuth != nullptr; }
   // A guide that is known by its direction alone is read from the frame's origin.
@@ -41,15 +43,16 @@ LegEnd<T> leg_end(const ChainInfo& chain, End end, T* parameters) {
   const auto find = [&](ParameterKind kind) {
     return find_parameter(chain, {end, kind}, parameters);
   };
-  T* const of_guide = find(ParameterKind::guide_elevation);
   return {find(ParameterKind::radius),
           find(ParameterKind::azimuth),
           find(ParameterKind::polar_angle),
           find(ParameterKind::height),
           find(ParameterKind::direction_azimuth),
           find(ParameterKind::direction_distance),
-          of_guide != nullptr ? of_guide : find(ParameterKind::axis_elevation),
-          find(ParameterKind::swing)};
+          find(ParameterKind::guide_elevation),
+          find(ParameterKind::guide_swing),
+          find(ParameterKind::axis_elevation),
+          find(ParameterKind::axis_swing)};
 }
 
 }  // namespace symkin
