@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'left_unexplained', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -748,24 +748,25 @@ class ParameterKind:
     
       offset
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'radius': <ParameterKind.radius: 3>, 'azimuth': <ParameterKind.azimuth: 4>, 'polar_angle': <ParameterKind.polar_angle: 5>, 'height': <ParameterKind.height: 6>, 'direction_azimuth': <ParameterKind.direction_azimuth: 7>, 'direction_distance': <ParameterKind.direction_distance: 8>, 'guide_azimuth': <ParameterKind.guide_azimuth: 9>, 'guide_elevation': <ParameterKind.guide_elevation: 10>, 'guide_swing': <ParameterKind.guide_swing: 11>, 'axis_azimuth': <ParameterKind.axis_azimuth: 12>, 'axis_elevation': <ParameterKind.axis_elevation: 13>, 'axis_swing': <ParameterKind.axis_swing: 14>, 'gain': <ParameterKind.gain: 15>, 'offset': <ParameterKind.offset: 16>}
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'guide_azimuth': <ParameterKind.guide_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'guide_swing': <ParameterKind.guide_swing: 12>, 'axis_azimuth': <ParameterKind.axis_azimuth: 13>, 'axis_elevation': <ParameterKind.axis_elevation: 14>, 'axis_swing': <ParameterKind.axis_swing: 15>, 'gain': <ParameterKind.gain: 16>, 'offset': <ParameterKind.offset: 17>}
     arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
-    axis_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_azimuth: 12>
-    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 13>
-    axis_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_swing: 14>
-    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 4>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 7>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 8>
+    axis_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_azimuth: 13>
+    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 14>
+    axis_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_swing: 15>
+    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 5>
+    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 8>
+    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 9>
     eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 2>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 15>
-    guide_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_azimuth: 9>
-    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 10>
-    guide_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_swing: 11>
-    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 6>
+    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 16>
+    guide_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_azimuth: 10>
+    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 11>
+    guide_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_swing: 12>
+    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 7>
     length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 16>
-    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 5>
-    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 3>
+    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 17>
+    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 6>
+    pulley_radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.pulley_radius: 3>
+    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 4>
     @typing.overload
     def __eq__(self, other: ParameterKind) -> bool:
         ...
