@@ -193,8 +193,8 @@ def axis_of_drawing(mechanism: Mechanism) -> str:
 
 def _rotations(mechanism: Mechanism) -> int:
     """How many rotations its legs have within their tolerances."""
+    from symkin.symmetry.comparison import scaled_tolerance
     from symkin.symmetry.detection import detect_within
-    from symkin.symmetry.near import scaled_tolerance
 
     return detect_within(mechanism, scaled_tolerance(mechanism, 1.0)).structure.rotations
 

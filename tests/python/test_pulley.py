@@ -9,7 +9,7 @@ import pytest
 import symkin
 from symkin.errors import MechanismFileError
 from symkin.io.template import mechanism_template
-from symkin.plot.drawing import joints_of
+from symkin.skeleton import joints_of
 
 CHAIN = "U[P]S pulley"
 

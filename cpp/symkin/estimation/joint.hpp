@@ -79,7 +79,8 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
 // over their variances, where they leave least: at the estimate `setup`, from the latent poses (N x
 // coordinates, NaN where set aside) with near readings. Infinite where none leads to a pose of
 // their working modes and aspect. A fit leaves out poses that the noise explains where their
-// observations hardly show a direction, in which they cannot be linearised.
+// observations hardly show a direction, in which they cannot be linearised. Throws InvalidInput for
+// arrays that do not fit each other.
 double left_unexplained(const Mechanism& mechanism, const Setup& setup,
                         const Observations& observations, const RowMatrix& poses, Index pose);
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
-_LONGEST = 600
+_LONGEST = 500
 
 # Which module holds it depends on typer's version.
 UsageError: Any = typer.BadParameter.__mro__[1]

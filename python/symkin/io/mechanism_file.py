@@ -175,8 +175,8 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     names = shipped_mechanisms()
     if shipped.stem not in names:
         raise MechanismFileError(
-            "is neither a file nor a shipped mechanism"
-            f"{did_you_mean(path.name, names)} (shipped: {', '.join(names)})",
+            "is neither a file nor a shipped mechanism (see `symkin list`)"
+            f"{did_you_mean(path.name, names)}",
             path,
         )
     return shipped

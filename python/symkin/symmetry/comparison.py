@@ -229,7 +229,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         needed = _tolerances_needed(mechanism, reference)
         verdict = "nearly" if needed <= _near_limit(reference) else "broken"
         group = reference
-        tolerance = _scaled_tolerance(mechanism, max(_near_limit(reference), 1.001 * needed))
+        tolerance = scaled_tolerance(mechanism, max(_near_limit(reference), 1.001 * needed))
         kept = _kept(mechanism, group, tolerance)
     structure, sensors = _deviations(mechanism, group, tolerance)
     # The images of two legs share what lies between them; a single parameter may be off by more.
@@ -322,7 +322,7 @@ def _near_limit(group: SymmetryGroup) -> float:
     return 2 * _NEARLY if group.dihedral else _NEARLY
 
 
-def _scaled_tolerance(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
+def scaled_tolerance(mechanism: Mechanism, multiple: float) -> _core.SymmetryTolerance:
     """Return what lets the images of legs be off by so many manufacturing tolerances."""
     return _manufacturing(mechanism, multiple / _core.IMAGE_TOLERANCES)
 
@@ -359,7 +359,7 @@ def _growing(mechanism: Mechanism) -> Iterator[tuple[float, _core.SymmetryTolera
     angle = _LARGEST_SHARE / _core.IMAGE_TOLERANCES
     multiple = _NEARLY
     while True:
-        full = _scaled_tolerance(mechanism, multiple)
+        full = scaled_tolerance(mechanism, multiple)
         smaller = min(full.length, length), min(full.angle, angle)
         yield multiple, _core.SymmetryTolerance(*smaller, full.gain)
         if full.length > length and full.angle > angle:
@@ -399,7 +399,7 @@ def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
 
 def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
     """Sum of the roots of all deviations in tolerances: one is less than its parts."""
-    tolerance = _scaled_tolerance(mechanism, multiple)
+    tolerance = scaled_tolerance(mechanism, multiple)
     deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
     units = _manufacturing(mechanism, 1)
     structure = [not role.of_sensor for role in mechanism.parameter_roles]

@@ -82,6 +82,14 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
             {"poses": poses},
             lambda poses, function=function: function(core, poses),
         )
+    bound = symkin.load("3RPS")
+    coordinates = np.random.default_rng(5).normal((0, 0, 1.75, 0, 0, 0), 0.1, (20, 6))
+    yield Call(
+        "_core.on_constraint",
+        {"poses": symkin.poses.poses_from_bounds("spatial", coordinates)},
+        lambda poses: _core.on_constraint(bound.core, poses),
+    )
+    yield Call("Mechanism.poses_at", {"coordinates": coordinates}, bound.poses_at)
     for name in ("closure", "linearise"):
         function = getattr(_core, name)
         yield Call(
@@ -221,6 +229,14 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     )
     problem = _whatever_is_observed(mechanism, poses, readings)
     yield Call("_core.fit_jointly", problem, lambda **given: _fit_jointly(mechanism, given))
+    yield Call(
+        "_core.left_unexplained",
+        {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")},
+        lambda pose, start, **given: _core.left_unexplained(
+            core, *_observed(mechanism, given), start, pose
+        ),
+        {"pose": 0},
+    )
     yield Call(
         "_core.observed_rows",
         {key: problem[key] for key in problem if key != "tolerances"},
@@ -395,9 +411,13 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         {"readings": readings, "start": poses},
         mechanism.forward_kinematics,
     )
-    yield Call(
-        "Mechanism.closure", {"poses": poses, "readings": readings[:, 0]}, mechanism.closure, leg
-    )
+    for name in ("closure", "closure_error"):
+        yield Call(
+            f"Mechanism.{name}",
+            {"poses": poses, "readings": readings[:, 0]},
+            getattr(mechanism, name),
+            leg,
+        )
     bent = mechanism.replace(curvature=np.full((len(mechanism.legs), 3), 1e-3))
     yield Call("Mechanism.straightened", {"readings": readings}, bent.straightened)
     yield Call(

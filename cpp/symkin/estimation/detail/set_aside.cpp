@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -212,6 +213,12 @@ Index take_in(const Mechanism& mechanism, const Observations& observations,
 
 double left_unexplained(const Mechanism& mechanism, const Setup& setup,
                         const Observations& observations, const RowMatrix& poses, Index pose) {
+  observations.check(mechanism, setup);
+  check_poses(mechanism, poses);
+  if (poses.rows() != observations.count() || pose < 0 || pose >= poses.rows()) {
+    throw InvalidInput("pose " + std::to_string(pose) + " of " + std::to_string(poses.rows()) +
+                       " is asked for; observed are " + std::to_string(observations.count()));
+  }
   std::vector<bool> aside;
   for (Index i = 0; i < poses.rows(); ++i) {
     aside.push_back(!poses.row(i).allFinite());
