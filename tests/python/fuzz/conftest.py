@@ -50,7 +50,7 @@ def _fault_of(case: Case) -> str:
     # Beside a file on the standard output, notes are on the other.
     if code == 0 and case.arguments[0] == "export":
         message = ""
-    start = {0: "", 1: "Not converged: ", 2: "Error: "}.get(code, "")
+    start = {0: "", 1: ("Not converged: ", "out of reach: "), 2: "Error: "}.get(code, "")
     if not message.startswith(start) or message.count("\n") != bool(start):
         return f"exit code {code} with {message!r}"
     if not message.rstrip("\n").isprintable():
