@@ -18,6 +18,7 @@ from pathlib import Path
 
 ROOT = Path.cwd()
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+PRECOMPILED = re.compile(r"-include (\S+/cmake_pch\.hxx)")
 
 
 @cache
@@ -44,9 +45,21 @@ def fingerprint(command: str, source: Path) -> str:
     return digest.hexdigest()
 
 
-def passes(build: Path, source: Path) -> bool:
+def without_precompiled(command: str, folder: Path) -> str:
+    """Include a copy of a precompiled header: beside it lies what GCC made, which Clang refuses."""
+
+    def copied(match: re.Match[str]) -> str:
+        header = Path(match[1])
+        copy = folder / f"{header.parent.name}.hxx"
+        copy.write_text(header.read_text(encoding="utf-8"), encoding="utf-8")
+        return f"-include {copy}"
+
+    return PRECOMPILED.sub(copied, command)
+
+
+def passes(folder: Path, source: Path) -> bool:
     run = subprocess.run(
-        ["clang-tidy", "--quiet", "-p", str(build), str(source)],
+        ["clang-tidy", "--quiet", "-p", str(folder), str(source)],
         check=False,
         capture_output=True,
         text=True,
@@ -62,10 +75,13 @@ def passes(build: Path, source: Path) -> bool:
 def main() -> int:
     build = Path(sys.argv[1]).resolve()
     directories = [Path(name).resolve() for name in sys.argv[2:]]
-    commands = {
-        Path(entry["file"]).resolve(): entry["command"]
-        for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
-    }
+    folder = build / "tidy"
+    folder.mkdir(exist_ok=True)
+    entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    for entry in entries:
+        entry["command"] = without_precompiled(entry["command"], folder)
+    (folder / "compile_commands.json").write_text(json.dumps(entries), encoding="utf-8")
+    commands = {Path(entry["file"]).resolve(): entry["command"] for entry in entries}
     record = build / "tidy.json"
     passed = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
     wanted = {
@@ -78,7 +94,7 @@ def main() -> int:
     stale = [source for source, digest in wanted.items() if passed.get(str(source)) != digest]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(
-            zip(stale, pool.map(lambda source: passes(build, source), stale), strict=True)
+            zip(stale, pool.map(lambda source: passes(folder, source), stale), strict=True)
         )
     for source in stale:
         passed.pop(str(source), None)
