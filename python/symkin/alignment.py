@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,6 @@ from symkin.settings import Frames
 if TYPE_CHECKING:
     from symkin.io.tables import Table, TableSource
     from symkin.mechanism import Mechanism
-    from symkin.report.content import Page
     from symkin.settings import MeasurementColumns
 
 __all__ = [
@@ -111,6 +110,8 @@ class Alignment(Result):
     length: float = field(unit="m")
     pose_space: str = field(private=True)
 
+    PAGE: ClassVar[str] = "alignment.alignment_page"
+
     @property
     def doubts(self) -> tuple[str, ...]:
         """Reasons not to trust the frames; empty if there are none."""
@@ -145,12 +146,6 @@ class Alignment(Result):
                 "these poses do not tell the base frame from the target frame: they need to turn "
                 "about more than one axis, and to move"
             )
-
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.alignment import alignment_page
-
-        return alignment_page(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values."""

@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,11 +35,8 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, expected_accuracy
 from symkin.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
-from symkin.result import Result, field, plain, record
+from symkin.result import FolderResult, Result, field, plain, record
 from symkin.settings import IdentificationSettings, NoiseSettings
-
-if TYPE_CHECKING:
-    from symkin.report.content import Page
 
 __all__ = [
     "CrossValidation",
@@ -97,16 +94,12 @@ class CrossValidation(Result):
     observed_rms: Mapping[str, float] = field(default_factory=dict)
     closure_unit: str = field(private=True, default="m")
 
+    PAGE: ClassVar[str] = "evaluation.cross_validation_page"
+
     @property
     def name(self) -> str:
         """What it is, in words: ``5-fold cross-validation``."""
         return f"{self.folds}-{'block' if self.blocks else 'fold'} cross-validation"
-
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.evaluation import cross_validation_page
-
-        return cross_validation_page(self)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the closures at unseen poses, a row a pose."""
@@ -118,7 +111,7 @@ class CrossValidation(Result):
 
 
 @record
-class Identification(Fit, Result):
+class Identification(Fit, FolderResult):
     """What the measurements say of the parameters, and how far that can be trusted.
 
     Attributes
@@ -132,6 +125,8 @@ measurements, options
 
     cross_validation: CrossValidation | None = None
 
+    PAGE: ClassVar[str] = "identification.identification_page"
+    SUMMARY: ClassVar[str] = "identification.identification_summary"
     FILES: ClassVar[tuple[str, ...]] = ("calibrated.toml", "results.json", "report.html")
 
     @cached_property
@@ -201,18 +196,6 @@ measurements, options
         )
         return dataclasses.replace(self, cross_validation=found)
 
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.identification import identification_page
-
-        return identification_page(self)
-
-    def summary(self) -> Page:
-        """Return the top of its page."""
-        from symkin.report.identification import identification_summary
-
-        return identification_summary(self)
-
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, diagnosis = self.measurements, self.diagnosis
@@ -258,31 +241,10 @@ measurements, options
             "standard_deviation": self.deviations.ravel(),
         }
 
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the calibrated mechanism, the results and the report, see `FILES`.
-
-        Parameters
-        ----------
-        folder : str or path
-            Made if it does not exist.
-        overwrite : bool
-            Whether files that exist may be replaced.
-
-        Returns
-        -------
-        Path
-            The report.
-        """
-        from symkin.io.output_files import OutputFiles
-        from symkin.report.html import write_page
-
-        with OutputFiles(overwrite=overwrite) as outputs:
-            target = outputs.folder(Path(folder), *self.FILES)
-            self.save_calibrated(target / "calibrated.toml")
-            self.save(target / "results.json")
-            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
-            write_page(page, target / "report.html")
-        return Path(folder) / "report.html"
+    def write_files(self, folder: Path) -> None:
+        """Write the calibrated mechanism, the results and the report into a folder."""
+        self.save_calibrated(folder / "calibrated.toml")
+        super().write_files(folder)
 
     def save_calibrated(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the calibrated mechanism, whose header says how it was found."""

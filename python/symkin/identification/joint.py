@@ -61,12 +61,11 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
 from symkin.points import with_correlations
-from symkin.result import Result, Value, field, plain, record
+from symkin.result import FolderResult, Value, field, plain, record
 from symkin.settings import Frames, NoiseSettings
 
 if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
-    from symkin.report.content import Page
 
 __all__ = ["JointIdentification", "Unknown"]
 
@@ -134,7 +133,7 @@ class Unknown(Value):
 
 
 @record
-class JointIdentification(Result):
+class JointIdentification(FolderResult):
     """What observations of any kind say of the unknowns, and how far that can be trusted.
 
     Attributes
@@ -218,6 +217,8 @@ class JointIdentification(Result):
     options: JointOptions = field(private=True)
     cross_validation: CrossValidation | None = field(private=True, default=None)
 
+    PAGE: ClassVar[str] = "joint.joint_page"
+    SUMMARY: ClassVar[str] = "joint.joint_summary"
     FILES: ClassVar[tuple[str, ...]] = (
         "calibrated.toml",
         "results.json",
@@ -486,18 +487,6 @@ class JointIdentification(Result):
         held = JointOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": _HELD})
         return Problem.of(settled, measurements, held)
 
-    def page(self) -> Page:
-        """Return what there is to say of it."""
-        from symkin.report.joint import joint_page
-
-        return joint_page(self)
-
-    def summary(self) -> Page:
-        """Return the top of its page."""
-        from symkin.report.joint import joint_summary
-
-        return joint_summary(self)
-
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, numbers = self.measurements, self.measurements.row_numbers
@@ -597,34 +586,14 @@ class JointIdentification(Result):
             "error_if_alone_wrong": rows.blunder,
         }
 
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the calibrated mechanism, the results and the report, see `FILES`.
-
-        Parameters
-        ----------
-        folder : str or path
-            Made if it does not exist.
-        overwrite : bool
-            Whether files that exist may be replaced.
-
-        Returns
-        -------
-        Path
-            The report.
-        """
-        from symkin.io.output_files import OutputFiles
+    def write_files(self, folder: Path) -> None:
+        """Write the calibrated mechanism, the results, two tables and the report into a folder."""
         from symkin.io.tables import write_table
-        from symkin.report.html import write_page
 
-        with OutputFiles(overwrite=overwrite) as outputs:
-            target = outputs.folder(Path(folder), *self.FILES)
-            self.save_calibrated(target / "calibrated.toml")
-            self.save(target / "results.json")
-            write_table(target / "latent_poses.csv", self.latent_columns())
-            write_table(target / "residuals.csv", self.residual_columns())
-            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
-            write_page(page, target / "report.html")
-        return Path(folder) / "report.html"
+        self.save_calibrated(folder / "calibrated.toml")
+        write_table(folder / "latent_poses.csv", self.latent_columns())
+        write_table(folder / "residuals.csv", self.residual_columns())
+        super().write_files(folder)
 
     def save_calibrated(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the calibrated mechanism, whose header says how it was found."""
