@@ -2,9 +2,10 @@
 """A mechanism that the reader of a page can move.
 
 The page's script knows no kinematics but rigid motion: it moves from node to node of a grid over
-the workspace's box, and what it shows at a node, the inner joints of the legs, the condition number
-and what stands against the pose, is calculated here by the core. Where rigid motion is all there is
-to the legs, since they are straight, it moves freely, and interpolates the condition number.
+the workspace's box, and what it shows at a node is calculated here by the core: the inner joints of
+the legs, the condition number, what stands against the pose, and the coordinates that the legs
+bind. Where rigid motion is all there is to the legs, since they are straight, it moves freely, and
+interpolates between the nodes.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.mechanism import Mechanism
-from symkin.poses import poses_from_bounds, rotations_from_quaternions
+from symkin.poses import rotations_from_quaternions, vectors_from_rotations
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
@@ -42,8 +43,6 @@ _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
     """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
 
-    Nor for a platform that the legs bind: where it is the page could not tell from the sliders.
-
     Parameters
     ----------
     mechanism : Mechanism
@@ -54,12 +53,15 @@ def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
     tuple of Movable
         To be unpacked among the parts of a section.
     """
-    if mechanism.workspace is None or mechanism.bound:
+    if mechanism.workspace is None:
         return ()
+    names = list(mechanism.space.units)
+    bound = [names[each] for each in _bound(mechanism)]
+    follow = f", and {', '.join(bound)} as the legs bind them" if bound else ""
     caption = (
         f"{mechanism.name}, to be moved through the box of its workspace. The legs follow by the "
-        "inverse kinematics of the core. The condition number is that of the readings against the "
-        "pose; it grows beyond all bounds towards a parallel singularity."
+        f"inverse kinematics of the core{follow}. The condition number is that of the readings "
+        "against the pose; it grows beyond all bounds towards a parallel singularity."
     )
     alternative = f"Drawing of {mechanism.name} that follows the sliders beside it."
     return (Movable("movable", alternative, caption, lambda: movable_data(mechanism)),)
@@ -72,8 +74,9 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     -------
     dict
         With axes, the corners of base and platform and their joints, and the nodes as text: for
-        each a character for its state, two for the logarithm of its condition number and, for each
-        leg and inner joint, two for each of its coordinates.
+        each a character for its state, two for the logarithm of its condition number, for each leg
+        and inner joint two for each of its coordinates, and two for each coordinate of the pose
+        that the legs bind.
     """
     joints = joints_of(mechanism)
     home = mechanism.home
@@ -83,19 +86,23 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
     dimensions = base.shape[1]
-    axes = _axes(mechanism, 3 + 2 * dimensions * inner * len(mechanism.legs))
-    poses = _nodes(mechanism, axes)
-    codes, offset, step = _codes(mechanism, poses, (inner, dimensions))
+    bound = _bound(mechanism)
+    axes = _axes(mechanism, 3 + 2 * (dimensions * inner * len(mechanism.legs) + len(bound)))
+    poses = _poses(mechanism, _nodes(axes))
+    followed = _coordinates(mechanism, poses)[:, bound]
+    codes, offset, step = _codes(mechanism, poses, (inner, dimensions), followed)
     names = pose_coordinates(mechanism.space)
-    home_values = _home_values(mechanism)
+    home_values = _home_values(mechanism)[list(mechanism.free)]
     assert mechanism.workspace is not None
     return {
         "dimensions": dimensions,
         "moves": mechanism.space.moves,
         "axes": [
-            {"name": name, "unit": unit, "values": np.round(axis, 9).tolist()}
-            for (name, unit), axis in zip(names, axes, strict=True)
+            {"name": names[place][0], "unit": names[place][1], "values": np.round(axis, 9).tolist()}
+            for place, axis in zip(mechanism.free, axes, strict=True)
         ],
+        "free": mechanism.free,
+        "bound": [[place, *_span(each)] for place, each in zip(bound, followed.T, strict=True)],
         "home": [
             int(np.argmin(np.abs(axis - value)))
             for axis, value in zip(axes, home_values, strict=True)
@@ -117,31 +124,57 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def _home_values(mechanism: Mechanism) -> tuple[float, ...]:
+def _home_values(mechanism: Mechanism) -> Array:
     assert mechanism.workspace is not None
-    return mechanism.workspace.home or (0.0,) * mechanism.core.dof
+    return np.array(mechanism.workspace.home or (0.0,) * mechanism.core.dof)
+
+
+def _bound(mechanism: Mechanism) -> list[int]:
+    """Which coordinates of a pose follow from the others."""
+    return [each for each in range(mechanism.space.dof) if each not in mechanism.free]
 
 
 def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
     """As many steps as the page can hold, one of them at home, which may be beyond the box."""
     settings = mechanism.workspace
     assert settings is not None
-    dof = mechanism.core.dof
-    count = min(_MOST, int((_BUDGET / characters) ** (1 / dof) + 1e-9))
+    count = min(_MOST, int((_BUDGET / characters) ** (1 / len(mechanism.free)) + 1e-9))
     axes = []
-    for low, high, home in zip(
-        settings.lower, settings.upper, _home_values(mechanism), strict=True
-    ):
+    for place in mechanism.free:
+        low, high = settings.lower[place], settings.upper[place]
+        home = _home_values(mechanism)[place]
         axis = np.linspace(min(low, home), max(high, home), count)
         axis[np.argmin(np.abs(axis - home))] = home
         axes.append(axis)
     return axes
 
 
-def _nodes(mechanism: Mechanism, axes: list[Array]) -> Array:
-    """All poses of the grid, the last coordinate running fastest."""
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    return np.ascontiguousarray(poses_from_bounds(mechanism.pose_space, grid))
+def _nodes(axes: list[Array]) -> Array:
+    """All places of the grid, the last coordinate running fastest."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def _poses(mechanism: Mechanism, chosen: Array) -> Array:
+    """Poses by the coordinates that can be chosen, (N, free); NaN where the legs have none."""
+    values = np.tile(_home_values(mechanism), (len(chosen), 1))
+    values[:, mechanism.free] = chosen
+    return np.ascontiguousarray(mechanism.poses_at(values))
+
+
+def _coordinates(mechanism: Mechanism, poses: Array) -> Array:
+    """Poses as position and angle or rotation vector, (N, dof)."""
+    if not mechanism.space.has_quaternion:
+        return poses
+    vectors = vectors_from_rotations(rotations_from_quaternions(poses[:, -4:]))
+    return np.hstack([poses[:, :-4], vectors])
+
+
+def _span(values: Array) -> tuple[float, float]:
+    """The least of them and the unit in which they are counted from there."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return 0.0, 1.0
+    return float(known.min()), float(np.ptp(known)) / _LARGEST or 1.0
 
 
 def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) -> float:
@@ -158,17 +191,15 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
         np.interp(place, np.arange(len(axis)), axis)
         for place, axis in zip(places.T, axes, strict=True)
     ]
-    exact = mechanism.singularity_measures(
-        poses_from_bounds(mechanism.pose_space, np.stack(values, axis=-1))
-    )[2]
+    exact = mechanism.singularity_measures(_poses(mechanism, np.stack(values, axis=-1)))[2]
     with np.errstate(invalid="ignore"):
         return float(np.nanmax(np.abs(np.exp(between) / exact - 1)))
 
 
 def _codes(
-    mechanism: Mechanism, poses: Array, inner: tuple[int, int]
+    mechanism: Mechanism, poses: Array, inner: tuple[int, int], followed: Array
 ) -> tuple[NDArray[np.int64], Array, float]:
-    """Characters of every node, and the scale of the coordinates among them."""
+    """Characters of every node, and the scale of the inner joints' coordinates among them."""
     readings = mechanism.inverse_kinematics(poses)
     centres = _inner_centres(mechanism, poses, readings, inner)
     inside = inside_workspace(mechanism, poses)
@@ -177,7 +208,10 @@ def _codes(
         condition = mechanism.singularity_measures(poses)[2]
         logarithm = np.log10(condition) * _LARGEST / _DECADES
         coordinates = (centres - offset) / step
-    numbers = np.hstack([logarithm[:, None], coordinates.reshape(len(poses), -1)])
+    least, unit = np.array([_span(each) for each in followed.T]).reshape(-1, 2).T
+    numbers = np.hstack(
+        [logarithm[:, None], coordinates.reshape(len(poses), -1), (followed - least) / unit]
+    )
     known = np.isfinite(numbers)
     numbers[:, :1] = np.clip(numbers[:, :1], 0, _LARGEST)
     drawn = known & (numbers >= 0) & (numbers <= _LARGEST)
@@ -228,15 +262,15 @@ def _states(
 
 def _in_platform(mechanism: Mechanism, points: Array) -> Array:
     """Points at home, in the platform's frame."""
-    values = np.array(_home_values(mechanism))
+    home = mechanism.home
     dimensions = points.shape[1]
     rotation = np.eye(dimensions)
     if mechanism.pose_space == "planar":
-        cosine, sine = np.cos(values[2]), np.sin(values[2])
+        cosine, sine = np.cos(home[2]), np.sin(home[2])
         rotation = np.array([[cosine, -sine], [sine, cosine]])
     elif mechanism.space.has_quaternion:
-        rotation = rotations_from_quaternions(mechanism.home[np.newaxis, -4:])[0]
-    centre = values[:dimensions] if mechanism.space.moves else np.zeros(dimensions)
+        rotation = rotations_from_quaternions(home[np.newaxis, -4:])[0]
+    centre = home[:dimensions] if mechanism.space.moves else np.zeros(dimensions)
     local: Array = (points - centre) @ rotation
     return local
 

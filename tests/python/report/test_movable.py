@@ -15,7 +15,6 @@ from symkin.workspace.sample import inside_workspace
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 MECHANISMS = sorted(path.stem for path in (Path(__file__).parents[3] / "mechanisms").glob("*.toml"))
-BOUND = {"3RPS", "3PRS"}  # by their legs: not drawn so
 
 
 def made(chain):
@@ -38,30 +37,45 @@ PLANAR = [chain for chain in symkin.chains() if symkin.chain_info(chain).pose_sp
 
 
 def decoded(data, legs):
-    """Of every node: state, condition number, inner joints."""
+    """Of every node: state, condition number, inner joints, coordinates that the legs bind."""
     text = np.array([ALPHABET.index(each) for each in data["nodes"]])
     dimensions = data["dimensions"]
-    rows = text.reshape(-1, 3 + 2 * dimensions * data["inner"] * legs)
+    joints = dimensions * data["inner"] * legs
+    rows = text.reshape(-1, 3 + 2 * (joints + len(data["bound"])))
     pairs = rows[:, 1::2] * 64 + rows[:, 2::2]
     numbers = np.where(pairs == 4095, np.nan, pairs)
-    inner = numbers[:, 1:].reshape(len(rows), legs, data["inner"], dimensions)
+    inner = numbers[:, 1 : 1 + joints].reshape(len(rows), legs, data["inner"], dimensions)
+    least, step = np.array(data["bound"])[:, 1:].T if data["bound"] else (0.0, 1.0)
+    bound = least + step * numbers[:, 1 + joints :]
     states = np.array(data["states"])[rows[:, 0]]
-    return states, numbers[:, 0], np.array(data["offset"]) + data["step"] * inner
+    return states, numbers[:, 0], np.array(data["offset"]) + data["step"] * inner, bound
 
 
-@pytest.mark.parametrize("name", [*sorted({*MECHANISMS} - BOUND), *PLANAR])
+@pytest.mark.parametrize("name", [*MECHANISMS, *PLANAR])
 def test_what_is_drawn_is_what_the_core_says(name):
     mechanism = made(name) if name in PLANAR else symkin.load_mechanism(name)
     data = movable(mechanism)[0].data()
     assert len(json.dumps(data)) < 200_000
     axes = [np.array(axis["values"]) for axis in data["axes"]]
     home = [axis[place] for axis, place in zip(axes, data["home"], strict=True)]
-    np.testing.assert_allclose(home, mechanism.workspace.home or 0)
-    states, conditions, inner = decoded(data, len(mechanism.legs))
+    free = list(data["free"])
+    np.testing.assert_allclose(
+        home, np.array(mechanism.workspace.home)[free] if mechanism.workspace.home else 0
+    )
+    states, conditions, inner, bound = decoded(data, len(mechanism.legs))
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     assert len(grid) == len(states)
     tried = np.random.default_rng(0).choice(len(grid), 200)
-    poses = poses_from_bounds(mechanism.pose_space, grid[tried])
+    values = np.zeros((len(tried), mechanism.space.dof))
+    values[:, free] = grid[tried]
+    poses = mechanism.poses_at(values)
+    if data["bound"]:  # shown as rounded as they are written
+        places = [place for place, _, _ in data["bound"]]
+        values[:, places] = bound[tried]
+        shown = poses_from_bounds(mechanism.pose_space, values)
+        possible = np.isfinite(poses).all(axis=1)
+        np.testing.assert_array_equal(np.isfinite(shown).all(axis=1), possible)
+        np.testing.assert_allclose(shown[possible], poses[possible], atol=1e-5)
     np.testing.assert_array_equal(states[tried] == "inside", inside_workspace(mechanism, poses))
     exact = np.log10(mechanism.singularity_measures(poses)[2]) * 4094 / data["decades"]
     known = np.isfinite(exact) & (exact < 4094)
@@ -101,8 +115,3 @@ def on_platform(mechanism, point, pose):
 
 def test_a_mechanism_without_a_box_is_not_moved(paper):
     assert movable(paper.replace(workspace=None)) == ()
-
-
-@pytest.mark.parametrize("name", sorted(BOUND))
-def test_a_platform_that_its_legs_bind_is_not_to_be_moved(name):
-    assert movable(symkin.load_mechanism(name)) == ()

@@ -11,7 +11,7 @@ function movable(figure) {
   const alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   const code = new Map([...alphabet].map((character, value) => [character, value]));
   const room = 2 * data.dimensions; // characters of a joint
-  const width = 3 + room * inner * legs;
+  const width = 3 + room * inner * legs + 2 * data.bound.length;
   const place = [...data.home]; // on each axis, in nodes
   const view = { azimuth: -65, elevation: 22 };
 
@@ -55,8 +55,33 @@ function movable(figure) {
     ];
   }
 
+  // All coordinates: those of the sliders, and those that the legs bind.
+  function poseNow() {
+    const pose = [];
+    data.free.forEach((coordinate, k) => { pose[coordinate] = value(k); });
+    const nodes = about();
+    data.bound.forEach(([coordinate, least, step], k) => {
+      const start = width - 2 * (data.bound.length - k);
+      const numbers = nodes.map(([node, weight]) => [pair(node + start), weight]);
+      const known = numbers.filter(([number]) => number !== 4095);
+      const whole = known.reduce((sum, [, weight]) => sum + weight, 0);
+      pose[coordinate] = known.length
+        ? known.reduce((sum, [number, weight]) => sum + weight * (least + number * step), 0) / whole
+        : 0;
+    });
+    return pose;
+  }
+
+  // The least and the greatest value of a coordinate.
+  function span(coordinate) {
+    const k = data.free.indexOf(coordinate);
+    if (k >= 0) return [axes[k].values[0], axes[k].values.at(-1)];
+    const [, least, step] = data.bound.find(([each]) => each === coordinate);
+    return [least, least + 4094 * step];
+  }
+
   function moved(points) {
-    const pose = axes.map((_, k) => value(k));
+    const pose = poseNow();
     if (!data.moves) return points.map((point) => turned(point, pose));
     const rotation = spatial ? pose.slice(3) : [0, 0, pose[2] || 0];
     const position = spatial ? pose.slice(0, 3) : [pose[0], pose[1], 0];
@@ -67,7 +92,7 @@ function movable(figure) {
   const wandering = [];
   for (let row = 0; row < data.nodes.length; row += width) {
     if (data.nodes[row] !== alphabet[0]) continue;
-    for (let start = row + 3; start < row + width; start += room) {
+    for (let start = row + 3; start < row + 3 + room * inner * legs; start += room) {
       wandering.push(data.offset.map((low, k) => low + pair(start + 2 * k) * data.step));
     }
   }
@@ -75,7 +100,7 @@ function movable(figure) {
   // What the view turns about.
   const tops = [...data.base, ...wandering].map(([, , z]) => z);
   const heights = spatial && data.moves
-    ? [...tops, ...axes[2].values].reduce(
+    ? [...tops, ...span(2)].reduce(
       ([low, high], z) => [Math.min(low, z), Math.max(high, z)], [Infinity, -Infinity])
     : [0];
   const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
@@ -102,8 +127,8 @@ function movable(figure) {
 
   // What the drawing must hold: the base, and the platform wherever it goes.
   const reach = Math.max(...data.platform.map((point) => Math.hypot(...point)));
-  const corners = !data.moves ? [[0, 0, 0]] : axes.slice(0, spatial ? 3 : 2).reduce(
-    (found, { values }) => found.flatMap((c) => [[...c, values[0]], [...c, values.at(-1)]]), [[]]);
+  const corners = !data.moves ? [[0, 0, 0]] : Array.from({ length: data.dimensions }, (_, k) => span(k)).reduce(
+    (found, ends) => found.flatMap((c) => ends.map((end) => [...c, end])), [[]]);
   const box = (() => {
     const around = corners.flatMap((c) => [-reach, reach].flatMap((dx) =>
       [-reach, reach].map((dy) => [c[0] + dx, c[1] + dy, c[2] || 0])));
