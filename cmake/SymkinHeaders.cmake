@@ -24,7 +24,11 @@ if(SYMKIN_FETCH_HEADERS)
 else()
   set(otherwise REQUIRED)
 endif()
-find_package(Eigen3 3.4 ${otherwise} NO_MODULE)
+# By its own package's rule version 5 does not serve who asks for 3.4.
+find_package(Eigen3 5 QUIET NO_MODULE)
+if(NOT TARGET Eigen3::Eigen)
+  find_package(Eigen3 3.4 ${otherwise} NO_MODULE)
+endif()
 find_package(Boost 1.74 ${otherwise})
 find_package(Threads REQUIRED)
 # By its header, since its own package asks for libraries that it does not need.

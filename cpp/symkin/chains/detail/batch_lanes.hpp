@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <xsimd/xsimd.hpp>
 
 #include "symkin/model/lanes.hpp"
@@ -38,10 +37,8 @@ struct Lanes<xsimd::batch<double, Arch>> {
   // By the polynomials of fdlibm. xsimd's own reduce the angle in one of four ways, by the largest
   // in the batch, so that a result would depend on its neighbours.
   static void cosine_sine(const Batch& angle, Batch& cosine, Batch& sine) {
-    using Bits = xsimd::batch<std::int64_t, Arch>;
-    constexpr double kMagic = 0x1.8p52;  // a sum with it ends with the integer's bits
-    const Batch shifted = angle * 0.63661977236758134308 + kMagic;
-    const Batch turns = shifted - kMagic;
+    constexpr double kMagic = 0x1.8p52;  // a sum with it is whole
+    const Batch turns = (angle * 0.63661977236758134308 + kMagic) - kMagic;
     const Batch x =
         ((angle - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
@@ -59,12 +56,16 @@ struct Lanes<xsimd::batch<double, Arch>> {
                 z2 * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
                       z2 * (2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
                       z4 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
-    const Bits quadrant = xsimd::bitwise_cast<Bits>(shifted);
-    const Bits sign(INT64_MIN);
-    const auto as_sign = [&](const Bits& bits) { return xsimd::bitwise_cast<Batch>(bits & sign); };
-    const Mask odd = (as_sign(quadrant << 63) | Batch(1.0)) < Batch(0.0);
-    sine = xsimd::select(odd, c, s) ^ as_sign(quadrant << 62);
-    cosine = xsimd::select(odd, s, c) ^ as_sign((quadrant + Bits(1)) << 62);
+    // -2 to 2, from which quadrant and signs follow without a look at the bits: how xsimd casts
+    // them changes from version to version.
+    const Batch quadrant = turns - 4.0 * ((0.25 * turns + kMagic) - kMagic);
+    const Mask odd = xsimd::abs(quadrant) == Batch(1.0);
+    const Batch upright = xsimd::select(odd, c, s);
+    const Batch level = xsimd::select(odd, s, c);
+    const Mask below = (quadrant < Batch(0.0)) | (quadrant > Batch(1.0));
+    const Mask left = (quadrant > Batch(0.0)) | (quadrant < Batch(-1.0));
+    sine = xsimd::select(below, -upright, upright);
+    cosine = xsimd::select(left, -level, level);
     const Mask far = xsimd::abs(angle) > Batch(1e5);
     if (xsimd::any(far)) {
       alignas(Batch) double a[kCount], cosines[kCount], sines[kCount];
