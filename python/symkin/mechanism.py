@@ -190,7 +190,7 @@ class Mechanism(Kinematics):
             "points": points,
             "sensor_table": sensor_table,
             "straight": _core.Mechanism(
-                name, info.name, platform, values, [leg.working_mode for leg in legs]
+                name, [info.name] * len(legs), platform, values, [leg.working_mode for leg in legs]
             ),
             "_info": info,
             "_parameters": _read_only(values),

@@ -227,7 +227,7 @@ def slice_coordinates(mechanism: Mechanism) -> tuple[list[int], int]:
 
 def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
     """Return the mechanism with every leg in its other mode; None if the chain has only one."""
-    if not mechanism.core.chain.mode_is_orientation:
+    if not mechanism.core.chains[0].mode_is_orientation:
         return None
     legs = [dataclasses.replace(leg, working_mode=-leg.working_mode) for leg in mechanism.legs]
     return mechanism.replace(legs=legs)
