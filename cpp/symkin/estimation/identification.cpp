@@ -80,7 +80,7 @@ void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Inde
   const RowMatrix combinations = information.sight().unseen;
   if (combinations.cols() > 0) {
     RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), combinations.cols());
-    unseen(data.estimated, Eigen::all) = combinations;
+    unseen(data.estimated, kAll) = combinations;
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
                               " do not show all of its " + std::to_string(data.estimated.size()) +
                               " parameters",
@@ -170,7 +170,7 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   const RowMatrix influence = least_squares_influence(
       rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
   leg.influence = RowMatrix::Zero(estimate.parameters.size(), influence.cols());
-  leg.influence(data.estimated, Eigen::all) = influence;
+  leg.influence(data.estimated, kAll) = influence;
   leg.by_pose = rows.by_pose;
   leg.variances = whitened.variances;
   constexpr double kLeast = 1e-6;  // of 1 - leverage; a pose without which nothing is known has 0

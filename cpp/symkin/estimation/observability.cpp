@@ -33,7 +33,7 @@ RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_paramete
   if (static_cast<Index>(columns.size()) == by_parameters.cols()) {
     return by_parameters;
   }
-  return by_parameters(Eigen::all, columns);
+  return by_parameters(kAll, columns);
 }
 
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {

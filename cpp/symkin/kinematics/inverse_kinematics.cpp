@@ -165,7 +165,7 @@ RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows po
   const Index closures = mechanism.closures();
   if (closures > 1) {
     const auto first = Eigen::seqN(Index{0}, poses.rows(), closures);
-    rows.by_parameters = RowMatrix(rows.by_parameters(first, Eigen::all));
+    rows.by_parameters = RowMatrix(rows.by_parameters(first, kAll));
     rows.by_reading = Vector(rows.by_reading(first));
   }
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
@@ -215,8 +215,7 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
   const Index closures = mechanism.closures();
   PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
-  measures.serial =
-      all.by_reading(Eigen::all, Eigen::seqN(Index{0}, mechanism.leg_count(), closures));
+  measures.serial = all.by_reading(kAll, Eigen::seqN(Index{0}, mechanism.leg_count(), closures));
   const RowMatrix jacobian = by_readings(std::move(all), closures);
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());

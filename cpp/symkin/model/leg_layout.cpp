@@ -79,7 +79,7 @@ class ModelInLayout final : public LegModel {
                  ClosureRows& rows) const override {
     chain_.linearise(own(parameters), poses, readings, rows);
     RowMatrix by_parameters = RowMatrix::Zero(rows.by_parameters.rows(), parameter_count());
-    by_parameters(Eigen::all, columns_) = rows.by_parameters;
+    by_parameters(kAll, columns_) = rows.by_parameters;
     rows.by_parameters = std::move(by_parameters);
   }
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,

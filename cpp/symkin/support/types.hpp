@@ -16,4 +16,11 @@ using ConstRows = Eigen::Ref<const RowMatrix>;
 using Rows = Eigen::Ref<RowMatrix>;
 using ConstVector = Eigen::Ref<const Vector>;
 
+// All rows or columns. Version 5 has it among the placeholders, 3.4 warns of it there.
+#if EIGEN_VERSION_AT_LEAST(3, 4, 90)
+inline constexpr auto kAll = Eigen::placeholders::all;
+#else
+inline const auto kAll = Eigen::all;
+#endif
+
 }  // namespace symkin

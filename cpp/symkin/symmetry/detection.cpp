@@ -52,7 +52,7 @@ Eigen::Vector2d centre_of_guides(const std::vector<Guide>& guides) {
         alike.push_back(k);
       }
     }
-    const Eigen::MatrixXd of_chain = rows(alike, Eigen::all);
+    const Eigen::MatrixXd of_chain = rows(alike, kAll);
     centred.row(i) -= of_chain.colwise().mean();
   }
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;

@@ -17,7 +17,7 @@ constexpr int kRobustSteps = 5;  // times those without
 
 void keep_estimated(const LegData& data, ClosureRows& rows) {
   if (static_cast<Index>(data.estimated.size()) < rows.by_parameters.cols()) {
-    rows.by_parameters = RowMatrix(rows.by_parameters(Eigen::all, data.estimated));
+    rows.by_parameters = RowMatrix(rows.by_parameters(kAll, data.estimated));
   }
 }
 

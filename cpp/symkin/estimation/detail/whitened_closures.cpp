@@ -66,7 +66,7 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
       system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
       system.jacobian.block(pose.first + k, system.columns[position], closures,
                             static_cast<Index>(estimated.size())) =
-          leg.by_parameters.middleRows(row, closures)(Eigen::all, estimated);
+          leg.by_parameters.middleRows(row, closures)(kAll, estimated);
     }
     pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
     const auto factor = pose.factor.triangularView<Eigen::Lower>();
