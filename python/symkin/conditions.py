@@ -12,6 +12,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.chains import shortest, turn_of
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, record
 from symkin.symmetry import (
@@ -292,8 +293,8 @@ def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     found = measured.comparison.found
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
-    chain = f"{legs} legs {mechanism.chain}, {_BY_CONSTRUCTION}"
-    yield Condition(4, 2, "all legs have the same structure", True, chain)
+    chain = f"{legs_in_words(mechanism.legs)}, {_BY_CONSTRUCTION}"
+    yield Condition(4, 2, "all legs have the same structure", not mechanism.mixed, chain)
     closes, of = measured.closure <= _ROUNDING, mechanism.space.closure_unit
     closure, limit = f"largest closure {measured.closure:.1e} {of}", f"{_ROUNDING:.0e} {of}"
     yield Condition(4, 3, "each leg closes as g - q = 0", closes, closure, limit)
@@ -333,7 +334,7 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         ends = "points" if mechanism.space.moves else "axes"
         text = f"{end} {ends} in polar coordinates"
         yield Condition(5, number, text, True, _polar(names, end))
-    gain = names[mechanism.parameter_roles.index(("none", "gain"))]
+    gain = names[mechanism.parameter_roles(0).index(("none", "gain"))]
     gains = f"{gain} differs by {measured.gains:.1e} of its size"
     equal = measured.gains <= _ROUNDING
     yield Condition(5, 6, "equal nominal gains", equal, gains, f"{_ROUNDING:.0e}")

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo
 from symkin.errors import SymkinError
 from symkin.mechanism import Leg, Mechanism
 
@@ -112,14 +112,15 @@ def with_correlations(mechanism: Mechanism, covariance: Array | None) -> Mechani
         return mechanism
     found: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {}
     if covariance is not None:
-        info = chain_info(mechanism.chain, mechanism.platform)
-        of_leg = np.arange(len(mechanism.legs)) * len(mechanism.parameter_names)
+        count = len(mechanism.parameter_names)
         for end in points.ends:
-            names = point_parameters(info, end).values()
-            own = np.array([mechanism.parameter_names.index(name) for name in names])
-            blocks = (covariance[np.ix_(first + own, first + own)] for first in of_leg)
-            matrices = (split_covariance(block)[1].tolist() for block in blocks)
-            found[end] = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
+            matrices = []
+            for leg in range(len(mechanism.legs)):
+                names = point_parameters(mechanism.leg_info(leg), end).values()
+                own = [leg * count + mechanism.parameter_names.index(name) for name in names]
+                matrix = split_covariance(covariance[np.ix_(own, own)])[1].tolist()
+                matrices.append(tuple(map(tuple, matrix)))
+            found[end] = tuple(matrices)
     return mechanism.replace(points=dataclasses.replace(points, correlations=found))
 
 
@@ -166,13 +167,13 @@ def axis_of_drawing(mechanism: Mechanism) -> str:
 
     Symmetries are about Z. Within the tolerances; only for legs that are known by their points.
     """
-    info = chain_info(mechanism.chain, mechanism.platform)
+    info = mechanism.leg_info(0)
     kinds = {end: point_parameters(info, end) for end in ("base", "platform")}
     kinds = {end: names for end, names in kinds.items() if names}
     of_points = {name for names in kinds.values() for name in names.values()}
     own = {name for name, role in info.parameter_roles.items() if not role.of_sensor}
     drawn = mechanism.points
-    if drawn is None or not mechanism.space.in_space or own != of_points:
+    if drawn is None or not mechanism.space.in_space or own != of_points or mechanism.mixed:
         return ""
     legs = [dict(leg.parameters) for leg in mechanism.legs]
     points = {}

@@ -26,6 +26,7 @@ from symkin.report.evaluation import (
 )
 from symkin.report.wording import (
     NONE,
+    chain_subtitle,
     decimals_of,
     fixed,
     milli,
@@ -83,7 +84,7 @@ def identification_summary(found: Identification) -> Page:
     verdict, words = judgement(found)
     return Page(
         title=f"{nominal.name}: identification from measurements",
-        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        subtitle=chain_subtitle(nominal),
         headlines=headlines,
         verdict=verdict,
         judgement=words,
@@ -326,7 +327,9 @@ def _parameter_rows(found: Identification, actual: Mechanism | None, leg: int) -
     nominal, names = found.nominal, found.nominal.parameter_names
     errors = None if actual is None else _in_deviations(found, actual)
     rows = []
-    for i, (name, unit) in enumerate(zip(names, nominal.parameter_units, strict=True)):
+    for i, (name, unit) in enumerate(zip(names, nominal.parameter_units(leg), strict=True)):
+        if name not in nominal.legs[leg].parameters:
+            continue
         drawn, value = nominal.parameters[leg, i], found.mechanism.parameters[leg, i]
         deviation = float(found.deviations[leg, i])
         decimals = decimals_of(deviation)
