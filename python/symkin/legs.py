@@ -16,6 +16,7 @@ __all__ = [
     "common_reading_unit",
     "legs_in_words",
     "parameter_values",
+    "require_mixable",
     "union_of_names",
 ]
 
@@ -65,6 +66,28 @@ def union_of_names(infos: Sequence[ChainInfo]) -> tuple[str, ...]:
     names = dict.fromkeys(name for info in infos for name in info.parameter_names)
     sensor = [name for name, role in infos[0].parameter_roles.items() if role.of_sensor]
     return (*(name for name in names if name not in sensor), *sensor)
+
+
+def require_mixable(infos: Sequence[ChainInfo]) -> None:
+    """Refuse legs that cannot carry one platform together.
+
+    Raises
+    ------
+    MechanismError
+        For legs of different pose spaces, and for mixed ones that bind the platform.
+    """
+    first = infos[0]
+    for number, info in enumerate(infos, 1):
+        if info.pose_space != first.pose_space:
+            raise MechanismError(
+                f"leg {number} ({info.name}) carries a {info.pose_space} platform, leg 1 "
+                f"({first.name}) a {first.pose_space} one; expected one kind of platform"
+            )
+        if info.name != first.name and max(info.closures, first.closures) > 1:
+            raise MechanismError(
+                f"leg {number} is a {info.name}, leg 1 a {first.name}; legs that bind the platform "
+                "are not mixed with others"
+            )
 
 
 def common_reading_unit(infos: Sequence[ChainInfo]) -> str:

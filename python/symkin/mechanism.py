@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ChainInfo, ParameterRole, chain_info
+from symkin.chains import ABSENT, ChainInfo, ParameterRole, chain_info
 from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
 from symkin.legs import (
@@ -24,6 +24,7 @@ from symkin.legs import (
     common_reading_unit,
     legs_in_words,
     parameter_values,
+    require_mixable,
     union_of_names,
 )
 from symkin.poses import POSE_SPACES, PoseSpace
@@ -170,6 +171,7 @@ class Mechanism(Kinematics):
         if not legs:
             raise MechanismError("a mechanism needs legs; got none")
         infos = tuple(chain_info(leg.chain, platform) for leg in legs)
+        require_mixable(infos)
         reading_unit = reading_unit or common_reading_unit(infos)
         names = union_of_names(infos)
         legs = tuple(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.chains import ABSENT
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.io.quantities import evaluate_quantity
 from symkin.observability import parameter_tolerances
@@ -344,8 +345,11 @@ def _sorts(
     for name, unit in zip(scalars, units, strict=True):
         block, _, own = name.partition(".")
         leg = int(block[3:]) - 1 if block.startswith("leg") else None
-        role = None if leg is None else mechanism.leg_info(leg).parameter_roles.get(own)
-        sorts.append((own, unit, role))
+        roles = {} if leg is None else mechanism.leg_info(leg).parameter_roles
+        role = roles.get(own, ABSENT)
+        # A radius beside a height is another one than beside a polar angle.
+        beside = frozenset(each.kind for each in roles.values() if each.end == role.end != "none")
+        sorts.append((own, unit, role, beside))
     return tuple(sorts)
 
 

@@ -195,7 +195,7 @@ def _inner_centres(
     """Of the joints between the first and the last of each leg, leg by leg: (N, joints, 2 or 3)."""
     centres = np.full((len(poses), sum(inner), dimensions), np.nan)
     behind = np.cumsum(inner)
-    for leg in np.flatnonzero(inner):
+    for leg in np.flatnonzero(inner).tolist():
         for row in np.flatnonzero(np.isfinite(readings[:, leg])):
             drawn = drawn_centres(mechanism, leg, poses[row], readings[row, leg])
             centres[row, behind[leg] - inner[leg] : behind[leg]] = drawn[1:-1]
