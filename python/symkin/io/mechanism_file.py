@@ -216,7 +216,7 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
                 raise source.error(place, "this key is missing, as there is no chain at the top")
     if not found and default is None:
         raise source.error(("chain",), "this key is missing")
-    return tuple(found or [default])
+    return (*found,) or (str(default),)
 
 
 def _section_of_legs(source: TomlSource, file: _Values) -> str:
