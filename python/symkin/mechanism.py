@@ -191,9 +191,7 @@ class Mechanism(Kinematics):
             "tolerances": tolerances or Tolerances(),
             "protocol": protocol or ProtocolSettings(),
             "joint_limits": joint_limits or JointLimits(),
-            "deviations": (
-                None if deviations is None else _of_legs("deviations", deviations, values.shape)
-            ),
+            "deviations": None if deviations is None else _deviations(deviations, legs, names),
             "measurement_columns": measurement_columns,
             "source": source,
             "frames": frames,
@@ -206,7 +204,11 @@ class Mechanism(Kinematics):
             "points": points,
             "sensor_table": sensor_table,
             "straight": _core.Mechanism(
-                name, infos[0].name, platform, values, [leg.working_mode for leg in legs]
+                name,
+                [info.name for info in infos],
+                platform,
+                values,
+                [leg.working_mode for leg in legs],
             ),
             "_infos": infos,
             "_names": names,
@@ -558,6 +560,12 @@ def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     if array.shape != shape:
         raise MechanismError(f"{name} have shape {array.shape}; expected (legs, p) = {shape}")
     return array
+
+
+def _deviations(given: ArrayLike, legs: Sequence[Leg], names: Sequence[str]) -> Array:
+    """NaN where a leg has no such parameter."""
+    has = np.array([[name in leg.parameters for name in names] for leg in legs])
+    return _read_only(np.where(has, _of_legs("deviations", given, has.shape), np.nan))
 
 
 def _read_only(array: Array) -> Array:

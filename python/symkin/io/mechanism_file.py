@@ -287,8 +287,8 @@ def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
     else:
         place, order = ("symmetry", "legs"), int(group[1:])
         expected = [order] if group[0] == "C" else [order, 2 * order]
-    orbits = "reference_legs" in file  # each has as many legs as it has images
-    if count is not None and count not in expected and not orbits:
+    # Of several orbits each has as many legs as it has images.
+    if "reference_leg" in file and count is not None and count not in expected:
         counts = " or ".join(map(str, expected))
         what = f"group {group} carries one leg to {counts} legs"
         if elements is not None:

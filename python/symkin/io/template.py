@@ -20,6 +20,7 @@ from symkin.symmetry import generate_legs
 __all__ = ["mechanism_template"]
 
 _CHAIN = "joints from base to platform, the actuated one in brackets"
+_PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
 _SAME = 1e-9
 # Value and meaning; turned by 60 degrees against the base, no platform is singular at home.
 _PARAMETERS = {
@@ -326,7 +327,7 @@ def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -
 # an expression, such as "6 m / sqrt(3)".
 
 schema = 1
-{head}platform = "{platform}"  # "rigid" if it moves and turns, "point" or "translating" if it only moves
+{head}platform = "{platform}"  # {_PLATFORM}
 reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 
 {legs}
