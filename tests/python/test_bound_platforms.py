@@ -124,7 +124,9 @@ def test_a_leg_brings_two_rows_a_pose_that_the_whole_mechanism_brings_too(bound)
     together = mechanism_rows(bound, poses, "noise_aware")
     assert together.shape == (40, 6, 3 * bound.estimated_counts[0])
     # Whitened together, the first leg's rows come first and are its own.
-    np.testing.assert_allclose(together[:, :2, : bound.estimated_counts[0]].reshape(rows.shape), rows)
+    np.testing.assert_allclose(
+        together[:, :2, : bound.estimated_counts[0]].reshape(rows.shape), rows
+    )
 
 
 @pytest.mark.parametrize("estimator", ["implicit", "joint"])
