@@ -255,3 +255,241 @@ def test_a_column_mapping_is_found_in_a_file_without_a_chain_at_the_top(
     path.write_text(shipped_text(planar) + '[measurements]\nposition = ["x", "y"]\nangle = "a"\n'
                     'readings = ["1", "2", "3"]\n')  # fmt: skip
     assert symkin.io.mechanism_file.load_columns(path).readings == ("1", "2", "3")
+
+
+# --- Symmetry and plans ---
+
+
+def test_the_leg_on_the_mirror_gets_poses_of_its_own(planar: Mechanism) -> None:
+    robot = small(planar)
+    assert [(leg, element.label) for leg, element in leg_carriers(robot)] == [
+        (0, "r0"), (0, "s0"), (2, "r0"),
+    ]  # fmt: skip
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot), 12)
+    assert plan.basis is not None
+    told = [(choice.legs, choice.elements) for choice in plan.basis.choices]
+    assert told == [((0, 1), ("r0", "s0")), ((2,), ("r0",))]
+    sets = [plan.poses[plan.rows_of(leg)] for leg in range(3)]
+    np.testing.assert_allclose(map_poses(robot, "s0", sets[0]), sets[1], atol=1e-12)
+    # Eq. 10: what the mapped poses show of leg 2 is what those of leg 1 show of that.
+    first, second = (analyse_observability(robot, leg, sets[leg]) for leg in (0, 1))
+    np.testing.assert_allclose(first.r_diagonal, second.r_diagonal, rtol=1e-9)
+
+
+def test_no_orbit_of_poses_serves_legs_of_different_chains(planar: Mechanism) -> None:
+    robot = small(planar)
+    sample = symkin.sample_workspace(robot)
+    with pytest.raises(SymkinError, match="legs that are not images of leg 1"):
+        symkin.make_plan(robot, sample, 12, design="orbits")
+    plan = symkin.make_plan(robot, sample, 12, design="mechanism")
+    assert plan.basis is not None
+    chosen = plan.basis.choices[0].selection
+    assert len(plan.poses[~plan.spare]) == 12
+    assert np.isfinite(chosen.log_det)
+
+
+def test_the_check_says_that_the_legs_are_of_two_kinds(planar: Mechanism) -> None:
+    result = small(planar).check()
+    assert result.comparison.verdict == "exact"
+    assert result.orbits == ((0, 1), (2,))
+    assert "kinds (legs 1, 2; leg 3)" in result.verdict or "kinds" in result.verdict
+    assert not result.blind
+    conditions = {(each.section, each.number): each for each in result.conditions.conditions}  # type: ignore[union-attr]
+    assert not conditions[4, 2].holds
+    assert conditions[4, 2].found.startswith("3 legs, 2 [R]RR + 1 [P]RP")
+    text = result.text()
+    assert "proximal_length" in text
+    assert json.loads(json.dumps(result.to_dict()))["legs"][2]["parameters"].keys() == (
+        planar.legs[2].parameters.keys()
+    )
+
+
+# --- From measurements to a calibrated file ---
+
+
+@pytest.mark.parametrize("estimator", ["paper", "inverse", "implicit", "joint"])
+@pytest.mark.parametrize("name", ["planar", "spatial"])
+def test_every_estimator_finds_the_robot(
+    name: str, estimator: Any, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    nominal = small(request.getfixturevalue(name))
+    plan = symkin.make_plan(nominal, symkin.sample_workspace(nominal), seed=1)
+    made = symkin.simulate(nominal, plan, seed=3)
+    found = symkin.identify(nominal, made.measurements, estimator)
+    assert found.trustworthy
+    after = symkin.evaluate(found.mechanism, actual=made.actual, poses=plan.poses[::7])
+    before = symkin.evaluate(nominal, actual=made.actual, poses=plan.poses[::7])
+    assert after.position_rms < before.position_rms / 3
+    absent = ~nominal.has_parameter
+    assert (found.mechanism.parameters[absent] == 0).all()
+    assert (made.actual.parameters[absent] == 0).all()
+    assert found.mechanism.deviations is not None
+    assert np.isnan(found.mechanism.deviations[absent]).all()
+    folder = found.write(tmp_path / "found")
+    again = symkin.load_mechanism(folder / "calibrated.toml")
+    assert again.chains == nominal.chains
+    np.testing.assert_allclose(again.parameters, found.mechanism.parameters, rtol=1e-12)
+
+
+def test_a_table_of_parameters_has_no_row_for_one_that_a_leg_lacks(planar: Mechanism) -> None:
+    nominal = small(planar)
+    plan = symkin.make_plan(nominal, symkin.sample_workspace(nominal), seed=1)
+    made = symkin.simulate(nominal, plan, seed=3)
+    found = symkin.identify(nominal, made.measurements, "implicit")
+    columns = found.columns()
+    named = list(zip(columns["leg"], columns["parameter"], strict=True))
+    assert (1, "proximal_length") in named
+    assert (3, "proximal_length") not in named
+    assert len(named) == 8 + 8 + 6
+    units = dict(zip(named, columns["unit"], strict=True))
+    assert (units[1, "sensor_gain"], units[3, "sensor_gain"]) == ("", "m/rad")
+    many = symkin.identify_many(nominal, [made.measurements])
+    assert "proximal_length_1_m" in many.columns()
+    assert "proximal_length_3_m" not in many.columns()
+    assert many.verdicts == ("fits",)
+
+
+def test_positions_alone_identify_both_kinds_of_legs(planar: Mechanism) -> None:
+    nominal = small(planar)
+    plan = symkin.make_plan(
+        nominal, symkin.sample_workspace(nominal), 40, design="mechanism", observe="position",
+        prior="tolerances",
+    )  # fmt: skip
+    made = symkin.simulate(nominal, plan, seed=5, observe="position")
+    found = symkin.identify(nominal, made.measurements, prior="tolerances")
+    assert found.trustworthy
+    names = set(found.names)
+    assert "leg1.distal_length" in names
+    assert "leg3.distal_length" not in names
+    before = symkin.evaluate(nominal, actual=made.actual, poses=plan.poses)
+    after = symkin.evaluate(found.mechanism, actual=made.actual, poses=plan.poses)
+    assert after.position_rms < before.position_rms / 3
+
+
+def layout(mechanism: Mechanism, **options: Any) -> Any:
+    readings = mechanism.inverse_kinematics(mechanism.home[None])
+    return layout_of(
+        mechanism, core_setup(mechanism), symkin.identification.problem.JointOptions(**options),
+        readings,
+    )  # fmt: skip
+
+
+def test_what_is_shared_means_the_same(planar: Mechanism, spatial: Mechanism) -> None:
+    names = layout(planar, shared=("*",)).names
+    assert "proximal_length" in names
+    assert {"leg1+leg2.base_radius", "leg3.base_radius"} <= set(names)
+    assert {"leg1+leg2.sensor_gain", "leg3.sensor_gain"} <= set(names)
+    # A radius beside a polar angle is another one than beside a height.
+    names = layout(spatial, shared=("platform_radius",)).names
+    assert {"leg1+leg2+leg3.platform_radius", "leg4+leg5+leg6.platform_radius"} <= set(names)
+
+
+def test_what_no_leg_has_is_no_unknown(planar: Mechanism) -> None:
+    with pytest.raises(SymkinError, match=r'"leg3.proximal_length" matches no unknown'):
+        layout(planar, fixed=("leg3.proximal_length",))
+
+
+def test_columns_in_the_wrong_order_are_recognised(planar: Mechanism) -> None:
+    nominal = small(planar)
+    plan = symkin.make_plan(nominal, symkin.sample_workspace(nominal), seed=1)
+    made = symkin.simulate(nominal, plan, seed=3).measurements
+    import dataclasses
+
+    swapped = dataclasses.replace(made, readings=made.readings[:, [0, 2, 1]])
+    found = symkin.identify(nominal, swapped, "implicit")
+    assert not found.trustworthy
+    assert re.search("readings of legs 2, 3 are in the columns", " ".join(found.doubts))
+
+
+# --- Files for others, and pages ---
+
+
+def test_exports_say_what_a_leg_does_not_have(planar: Mechanism) -> None:
+    document = json.loads(symkin.export(planar, "json").text)
+    assert [leg["chain"] for leg in document["legs"]] == list(planar.chains)
+    assert "proximal_length" not in document["legs"][2]["parameters"]
+    assert document["legs"][2]["parameters"]["sensor_gain"]["unit"] == "m/rad"
+    header = symkin.export(planar, "c-header").text
+    assert "#include <math.h>" in header
+    assert "2RRR_PRP_proximal_length[3] = {0.25, 0.25, NAN};" in header
+    assert '_chain[3] = {"[R]RR", "[R]RR", "[P]RP"};' in header
+    assert re.search(r"sensor_gain\[3\] = .*/\* 1, 1, m/rad \*/", header)
+    with pytest.raises(SymkinError, match=r'not written for chain "\[P\]RP"'):
+        symkin.export(planar, "urdf")
+
+
+def test_a_model_has_each_leg_by_its_own_chain(spatial: Mechanism, tmp_path: Path) -> None:
+    for kind in ("mjcf", "urdf"):
+        path = tmp_path / f"robot.{kind}"
+        path.write_text(symkin.export(spatial, kind).text)
+        again = symkin.import_mechanism(path).mechanism
+        assert again.chains == spatial.chains
+        poses = symkin.sample_workspace(spatial, 50).poses
+        np.testing.assert_allclose(
+            again.inverse_kinematics(poses), spatial.inverse_kinematics(poses), atol=1e-9
+        )
+    assert symkin.export(spatial, "sdf").text
+
+
+def test_pages_leave_cells_empty_where_a_leg_has_no_parameter(
+    planar: Mechanism, tmp_path: Path
+) -> None:
+    nominal = small(planar)
+    result = symkin.run_protocol(nominal)
+    page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "2 [R]RR + 1 [P]RP" in page
+    checked = nominal.check().report(tmp_path / "check.html").read_text(encoding="utf-8")
+    row = re.search(r"<tr>\s*<t[hd][^>]*>proximal_length, m.*?</tr>", checked, re.DOTALL)
+    assert row
+    assert len(re.findall(r">0\.25<", row[0])) == 2
+    assert "\N{EN DASH}" in row[0]
+
+
+def test_legs_may_have_different_numbers_of_inner_joints(spatial: Mechanism) -> None:
+    from symkin.report.movable import movable_data
+
+    data = movable_data(spatial)
+    assert data["inner"] == [0, 0, 0, 1, 1, 1]
+    assert [len(each) for each in data["joints"]] == [3] * 6
+    nodes = math.prod(len(axis["values"]) for axis in data["axes"])
+    assert len(data["nodes"]) == nodes * (3 + 2 * 3 * 3)
+
+
+# --- Templates ---
+
+
+@pytest.mark.parametrize(
+    "chains",
+    [
+        "2 [R]RR + 1 [P]RP",
+        "2 [R]RR + [P]RR",
+        "1 R[P]R + 2 [R]RR + [P]RR",
+        "3 U[P]S + 3 [P]US",
+        "4 [R]US + 2 U[P]S",
+    ],
+)
+def test_a_mixed_template_is_a_mechanism_with_a_workspace(tmp_path: Path, chains: str) -> None:
+    mechanism = read(tmp_path, mechanism_template(chains))
+    assert mechanism.mixed
+    assert mechanism.protocol.pose_count == 3 * max(mechanism.estimated_counts)
+    assert not mechanism.check().blind
+
+
+def test_the_numbers_of_a_template_are_said_once() -> None:
+    assert mechanism_template("3 [R]RR") == mechanism_template("[R]RR", 3)
+    with pytest.raises(MechanismError, match="has 3 legs, not 4"):
+        mechanism_template("3 [R]RR", 4)
+    with pytest.raises(MechanismError, match="expected no other number"):
+        mechanism_template("2 [R]RR + [P]RR", 3)
+    with pytest.raises(MechanismError, match="2 legs for a planar platform; expected 3 to 64"):
+        mechanism_template("[R]RR + [P]RR")
+    with pytest.raises(MechanismError, match="twice"):
+        mechanism_template("2 [R]RR + [R]RR")
+
+
+def test_a_mixed_leg_of_the_schema_names_its_chain(planar: Mechanism) -> None:
+    mixed = [each for each in mechanism_schema()["anyOf"] if "enum" in each["properties"]["chain"]]
+    legs = mixed[0]["properties"]["legs"]["items"]["anyOf"]
+    chains = {leg["properties"]["chain"]["const"] for leg in legs}
+    assert {"[R]RR", "[P]RP"} <= chains
+    assert NoiseSettings() and WorkspaceSettings((0.0,), (1.0,))

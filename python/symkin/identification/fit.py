@@ -282,7 +282,7 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
         raise NotIdentifiableError(
             f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
         )
-    used.require(mechanism.least_poses)
+    used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 
 
 def _require_deviations(calibrated: Mechanism) -> None:
