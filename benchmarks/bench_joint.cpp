@@ -71,7 +71,6 @@ class Readings final : public ceres::EvaluationCallback {
         poses_(task.observations.poses.values) {}
 
   void PrepareForEvaluation(bool derivatives, bool moved) override {
-    const LegModel& model = task_.nominal.model();
     const PoseSpace space = task_.nominal.pose_space();
     for (Index i = 0; moved && i < poses_.rows(); ++i) {
       poses_.row(i) = task_.observations.poses.values.row(i);
@@ -80,6 +79,7 @@ class Readings final : public ceres::EvaluationCallback {
     Vector values(poses_.rows());
     Vector differences(poses_.rows());
     for (Index leg = 0; leg < misfits.cols(); ++leg) {
+      const LegModel& model = task_.nominal.model(leg);
       const Vector of_leg = parameters.row(leg);
       const auto read = task_.observations.readings.values.col(leg);
       model.inverse_kinematics(of_leg, task_.nominal.leg(leg).working_mode, poses_, values);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <variant>
+
 #include "bindings.hpp"
 #include "symkin/kinematics/constraint.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
@@ -63,6 +65,18 @@ void bind_kinematics_of_poses(py::module_& module) {
       ReleaseGil());
 }
 
+// One a leg, or a number for all legs.
+void def_limits(py::class_<symkin::WorkspaceOptions>& options, const char* name,
+                symkin::Vector symkin::WorkspaceOptions::*member) {
+  using symkin::Vector;
+  options.def_property(
+      name, [member](const symkin::WorkspaceOptions& self) { return Vector(self.*member); },
+      [member](symkin::WorkspaceOptions& self, const std::variant<double, Vector>& value) {
+        const double* const all = std::get_if<double>(&value);
+        self.*member = all != nullptr ? Vector::Constant(1, *all) : std::get<Vector>(value);
+      });
+}
+
 void bind_workspace(py::module_& module) {
   using symkin::WorkspaceOptions;
   using symkin::WorkspaceRejections;
@@ -72,9 +86,9 @@ void bind_workspace(py::module_& module) {
   options.def(py::init<>())
       .def_readwrite("reach_margin", &WorkspaceOptions::reach_margin)
       .def_readwrite("conditioning_limit", &WorkspaceOptions::conditioning_limit)
-      .def_readwrite("characteristic_length", &WorkspaceOptions::characteristic_length)
-      .def_readwrite("reading_lower", &WorkspaceOptions::reading_lower)
-      .def_readwrite("reading_upper", &WorkspaceOptions::reading_upper);
+      .def_readwrite("characteristic_length", &WorkspaceOptions::characteristic_length);
+  def_limits(options, "reading_lower", &WorkspaceOptions::reading_lower);
+  def_limits(options, "reading_upper", &WorkspaceOptions::reading_upper);
   def_array(options, "lower", &WorkspaceOptions::lower);
   def_array(options, "upper", &WorkspaceOptions::upper);
   def_array(options, "home", &WorkspaceOptions::home);

@@ -37,7 +37,8 @@ void bind_chains(py::module_& module) {
       .value("axis_elevation", ParameterKind::axis_elevation)
       .value("axis_swing", ParameterKind::axis_swing)
       .value("gain", ParameterKind::gain)
-      .value("offset", ParameterKind::offset);
+      .value("offset", ParameterKind::offset)
+      .value("absent", ParameterKind::absent);
 
   py::enum_<ActiveJoint>(module, "ActiveJoint")
       .value("angle_in_base", ActiveJoint::angle_in_base)
@@ -84,7 +85,7 @@ void bind_chains(py::module_& module) {
       py::arg("platform"));
 }
 
-symkin::Mechanism make_mechanism(std::string name, const std::string& chain,
+symkin::Mechanism make_mechanism(const std::string& name, const std::vector<std::string>& chains,
                                  const std::string& platform, symkin::ConstRows parameters,
                                  const std::vector<int>& working_modes) {
   const auto count = static_cast<symkin::Index>(working_modes.size());
@@ -96,17 +97,27 @@ symkin::Mechanism make_mechanism(std::string name, const std::string& chain,
   for (std::size_t i = 0; i < working_modes.size(); ++i) {
     legs.push_back({parameters.row(static_cast<symkin::Index>(i)).transpose(), working_modes[i]});
   }
-  return {std::move(name), symkin::leg_model(chain, symkin::platform_named(platform)),
-          std::move(legs)};
+  std::vector<const symkin::ChainModel*> models;
+  for (const std::string& chain : chains) {
+    models.push_back(&symkin::leg_model(chain, symkin::platform_named(platform)));
+  }
+  return {name, models, legs};
 }
 
 void bind_mechanism(py::module_& module) {
   using symkin::Mechanism;
   py::class_<Mechanism>(module, "Mechanism")
-      .def(py::init(&make_mechanism), py::arg("name"), py::arg("chain"), py::arg("platform"),
+      .def(py::init(&make_mechanism), py::arg("name"), py::arg("chains"), py::arg("platform"),
            py::arg("parameters"), py::arg("working_modes"))
       .def_property_readonly("name", &Mechanism::name)
-      .def_property_readonly("chain", [](const Mechanism& self) { return self.model().info(); })
+      .def_property_readonly("chains",
+                             [](const Mechanism& self) {
+                               std::vector<symkin::ChainInfo> chains;
+                               for (symkin::Index leg = 0; leg < self.leg_count(); ++leg) {
+                                 chains.push_back(self.model(leg).info());
+                               }
+                               return chains;
+                             })
       .def_property_readonly("pose_space",
                              [](const Mechanism& self) { return to_string(self.pose_space()); })
       .def_property_readonly("dof", &Mechanism::dof)
@@ -121,7 +132,7 @@ void bind_mechanism(py::module_& module) {
           "joint_centres",
           [](const Mechanism& self, symkin::Index leg, symkin::ConstVector pose, double reading) {
             symkin::check_poses(self, pose.transpose());
-            return self.model().joint_centres(self.leg(leg).parameters, pose, reading);
+            return self.model(leg).joint_centres(self.leg(leg).parameters, pose, reading);
           },
           py::arg("leg"), py::arg("pose"), py::arg("reading"));
 }

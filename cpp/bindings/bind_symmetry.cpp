@@ -54,9 +54,10 @@ void bind_group(py::module_& module) {
 
 std::pair<symkin::Vector, int> transform_leg(const SymmetryGroup& group, SymmetryElement element,
                                              const symkin::Mechanism& mechanism,
-                                             symkin::ConstVector parameters, int working_mode) {
-  symkin::Leg image =
-      symkin::transform_leg(group, element, mechanism.model().info(), {parameters, working_mode});
+                                             symkin::ConstVector parameters, int working_mode,
+                                             symkin::Index leg) {
+  symkin::Leg image = symkin::transform_leg(group, element, mechanism.model(leg).info(),
+                                            {parameters, working_mode});
   return {std::move(image.parameters), image.working_mode};
 }
 
@@ -157,13 +158,14 @@ void bind_symmetry(py::module_& module) {
       },
       py::arg("group"), py::arg("element"), py::arg("mechanism"), py::arg("poses"));
   module.def("transform_leg", &transform_leg, py::arg("group"), py::arg("element"),
-             py::arg("mechanism"), py::arg("parameters"), py::arg("working_mode"));
+             py::arg("mechanism"), py::arg("parameters"), py::arg("working_mode"),
+             py::arg("leg") = 0);
   module.def(
       "reading_sign",
-      [](SymmetryElement element, const symkin::Mechanism& mechanism) {
-        return symkin::reading_sign(element, mechanism.model().info().active_joint);
+      [](SymmetryElement element, const symkin::Mechanism& mechanism, symkin::Index leg) {
+        return symkin::reading_sign(element, mechanism.model(leg).info().active_joint);
       },
-      py::arg("element"), py::arg("mechanism"));
+      py::arg("element"), py::arg("mechanism"), py::arg("leg") = 0);
   module.def("generating_elements", &symkin::generating_elements, py::arg("group"),
              py::arg("count"));
   module.def("generate_legs", &generate_legs, py::arg("group"), py::arg("chain"),

@@ -11,7 +11,7 @@
 int main() {
   constexpr double kPi = 3.141592653589793;
   // The 3-RRR of Durango et al. (2010); the names are model.info().parameters.
-  const symkin::LegModel& model = symkin::leg_model("[R]RR");
+  const symkin::ChainModel& model = symkin::leg_model("[R]RR");
   symkin::Vector leg(model.parameter_count());
   leg << 1.5, 1.5, 6 / std::sqrt(3.0), 7 * kPi / 6, 1.5 / std::sqrt(3.0), 7 * kPi / 6, 1, kPi / 6;
 

@@ -15,7 +15,7 @@
 
 int main() {
   constexpr double kPi = 3.141592653589793;
-  const symkin::LegModel& model = symkin::leg_model("[R]RR", symkin::Platform::point);
+  const symkin::ChainModel& model = symkin::leg_model("[R]RR", symkin::Platform::point);
   symkin::Vector leg(model.parameter_count());
   leg << 0.3, 0.4, 0.15, 0.0, 1.0, 0.2;  // l, L, base radius and angle, gain, offset
 

@@ -19,7 +19,7 @@ constexpr symkin::Index kCycles = 1000;
 constexpr std::chrono::milliseconds kPeriod{1};
 
 symkin::Mechanism calibrated_robot() {
-  const symkin::LegModel& model = symkin::leg_model("[R]RR");
+  const symkin::ChainModel& model = symkin::leg_model("[R]RR");
   symkin::Vector leg(model.parameter_count());
   leg << 1.5, 1.5, 6 / std::sqrt(3.0), 7 * kPi / 6, 1.5 / std::sqrt(3.0), 7 * kPi / 6, 1, kPi / 6;
   const auto group = symkin::SymmetryGroup::named("C3");

@@ -632,14 +632,14 @@ class MeasurementSet:
     def readings(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class Mechanism:
-    def __init__(self, name: str, chain: str, platform: str, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], working_modes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+    def __init__(self, name: str, chains: collections.abc.Sequence[str], platform: str, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], working_modes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
         ...
     def joint_centres(self, leg: typing.SupportsInt | typing.SupportsIndex, pose: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], reading: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     def with_parameters(self, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> Mechanism:
         ...
     @property
-    def chain(self) -> ChainInfo:
+    def chains(self) -> list[ChainInfo]:
         ...
     @property
     def dof(self) -> int:
@@ -747,8 +747,11 @@ class ParameterKind:
       gain
     
       offset
+    
+      absent
     """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'guide_azimuth': <ParameterKind.guide_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'guide_swing': <ParameterKind.guide_swing: 12>, 'axis_azimuth': <ParameterKind.axis_azimuth: 13>, 'axis_elevation': <ParameterKind.axis_elevation: 14>, 'axis_swing': <ParameterKind.axis_swing: 15>, 'gain': <ParameterKind.gain: 16>, 'offset': <ParameterKind.offset: 17>}
+    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'guide_azimuth': <ParameterKind.guide_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'guide_swing': <ParameterKind.guide_swing: 12>, 'axis_azimuth': <ParameterKind.axis_azimuth: 13>, 'axis_elevation': <ParameterKind.axis_elevation: 14>, 'axis_swing': <ParameterKind.axis_swing: 15>, 'gain': <ParameterKind.gain: 16>, 'offset': <ParameterKind.offset: 17>, 'absent': <ParameterKind.absent: 19>}
+    absent: typing.ClassVar[ParameterKind]  # value = <ParameterKind.absent: 19>
     arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
     axis_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_azimuth: 13>
     axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 14>
@@ -1343,16 +1346,16 @@ class WorkspaceOptions:
     def reach_margin(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
     @property
-    def reading_lower(self) -> float:
+    def reading_lower(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
     @reading_lower.setter
-    def reading_lower(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def reading_lower(self, arg1: typing.SupportsFloat | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
-    def reading_upper(self) -> float:
+    def reading_upper(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
     @reading_upper.setter
-    def reading_upper(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def reading_upper(self, arg1: typing.SupportsFloat | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
         ...
     @property
     def upper(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
@@ -1477,7 +1480,7 @@ def pose_jacobian(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDA
     ...
 def reach_margin(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
-def reading_sign(element: SymmetryElement, mechanism: Mechanism) -> float:
+def reading_sign(element: SymmetryElement, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
     ...
 def sample_workspace(mechanism: Mechanism, options: WorkspaceOptions, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> WorkspaceSample:
     ...
@@ -1495,7 +1498,7 @@ def starting_poses(mechanism: Mechanism, setup: Setup, observations: Observation
     ...
 def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
-def transform_leg(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], working_mode: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
+def transform_leg(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], working_mode: typing.SupportsInt | typing.SupportsIndex, leg: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
     ...
 def transform_poses(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...

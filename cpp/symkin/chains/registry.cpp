@@ -11,7 +11,7 @@ namespace symkin {
 
 namespace chains {
 
-using Models = std::vector<const LegModel*>;
+using Models = std::vector<const ChainModel*>;
 
 // One function a family, each compiled in a unit of its own: the models are the slowest templates.
 #define SYMKIN_FAMILY(family) Models family##_models();
@@ -44,7 +44,7 @@ Platform platform_of(PoseSpace space) {
                                            : Platform::rigid;
 }
 
-bool carries(const LegModel& model, Platform platform) {
+bool carries(const ChainModel& model, Platform platform) {
   return platform_of(model.info().pose_space) == platform;
 }
 
@@ -114,8 +114,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-const LegModel& leg_model(std::string_view chain, Platform platform) {
-  for (const LegModel* model : all_models()) {
+const ChainModel& leg_model(std::string_view chain, Platform platform) {
+  for (const ChainModel* model : all_models()) {
     if (model->info().name == chain && carries(*model, platform)) {
       return *model;
     }
@@ -142,7 +142,7 @@ Platform platform_named(std::string_view name) {
 
 std::vector<std::string> chain_names(Platform platform) {
   std::vector<std::string> names;
-  for (const LegModel* model : all_models()) {
+  for (const ChainModel* model : all_models()) {
     if (carries(*model, platform)) {
       names.emplace_back(model->info().name);
     }

@@ -5,13 +5,13 @@
 #include <string_view>
 #include <vector>
 
-#include "symkin/model/leg_model.hpp"
+#include "symkin/model/chain_model.hpp"
 
 namespace symkin {
 
 // The model of a chain, written from base to platform with the actuated joint in brackets, as in
 // "[R]RR". Throws InvalidInput that names the nearest chain, or why the chain cannot be used.
-const LegModel& leg_model(std::string_view chain, Platform platform = Platform::rigid);
+const ChainModel& leg_model(std::string_view chain, Platform platform = Platform::rigid);
 
 // Names of the chains for a platform.
 std::vector<std::string> chain_names(Platform platform = Platform::rigid);

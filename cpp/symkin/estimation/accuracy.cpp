@@ -18,7 +18,7 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const Index legs = mechanism.leg_count();
   const Index p = mechanism.parameter_count();
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   const Index dof = mechanism.dof();
   const Index position = position_size(mechanism.pose_space());
   std::vector<ClosureRows> rows;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -28,7 +29,7 @@ class Diagnostician {
                 const WhitenedClosures& system, const std::vector<bool>& left_out, double alarm,
                 Diagnosis& diagnosis)
       : mechanism_(mechanism),
-        closures_(mechanism.model().info().closures),
+        closures_(mechanism.closures()),
         measurements_(measurements),
         system_(system),
         diagnosis_(diagnosis),
@@ -45,12 +46,12 @@ class Diagnostician {
   }
 
   void test_sensors(bool turning) {
-    test_each_and_all(Suspect::sensor_curvature, [this](Index leg) {
+    test_each_and_all(Suspect::sensor_curvature, system_.legs, [this](Index leg) {
       const Vector readings = measurements_.readings.col(leg);
       return Columns{through_sensor(leg, (readings.array() - middle(readings)).square())};
     });
     if (turning) {
-      test_each_and_all(Suspect::sensor_eccentricity, [this](Index leg) {
+      test_each_and_all(Suspect::sensor_eccentricity, turning_legs(), [this](Index leg) {
         const Vector readings = measurements_.readings.col(leg);
         return Columns{through_sensor(leg, readings.array().cos()),
                        through_sensor(leg, readings.array().sin())};
@@ -136,7 +137,6 @@ class Diagnostician {
   // (Hausman's) would reject too many sound robots.
   void test_estimators() {
     constexpr double kDirections = 0.01;  // of the largest, in variance
-    const Index p = mechanism_.estimated_count();
     const Eigen::MatrixXd jacobian = projection_.kept(system_.jacobian);
     const RowMatrix covariance = inverse_information(jacobian);
     if (!covariance.allFinite()) {
@@ -154,6 +154,7 @@ class Diagnostician {
         }
       }
       const std::vector<Index>& estimated = mechanism_.estimated_parameters(leg);
+      const auto p = static_cast<Index>(estimated.size());
       RowMatrix by_parameters(static_cast<Index>(used.size()), p);
       Vector factors(static_cast<Index>(used.size()));
       for (std::size_t i = 0; i < used.size(); ++i) {
@@ -164,7 +165,8 @@ class Diagnostician {
       const RowMatrix influence = least_squares_influence(by_parameters, factors);
       for (std::size_t i = 0; i < used.size(); ++i) {
         const WhitenedPose& pose = system_.poses[used[i].first];
-        contrast.block(position * p, pose.first, p, pose.count()) +=
+        contrast.block(system_.columns[static_cast<std::size_t>(position)], pose.first, p,
+                       pose.count()) +=
             influence.col(static_cast<Index>(i)) * pose.factor.row(used[i].second);
       }
     }
@@ -263,14 +265,25 @@ class Diagnostician {
     return {system_, outliers};
   }
 
+  // Of legs of one chain all, of several chains those whose joints turn.
+  std::vector<Index> turning_legs() const {
+    std::vector<Index> turning;
+    std::copy_if(
+        system_.legs.begin(), system_.legs.end(), std::back_inserter(turning), [this](Index leg) {
+          return !mechanism_.mixed() || is_angle(mechanism_.model(leg).info().active_joint);
+        });
+    return turning;
+  }
+
   template <typename TermsOfLeg>
-  void test_each_and_all(Suspect suspect, const TermsOfLeg& terms_of) {
+  void test_each_and_all(Suspect suspect, const std::vector<Index>& legs,
+                         const TermsOfLeg& terms_of) {
     std::vector<std::pair<Index, Columns>> all;
-    for (const Index leg : system_.legs) {
+    for (const Index leg : legs) {
       all.emplace_back(leg, terms_of(leg));
       diagnosis_.tests.push_back(term_test(suspect, leg, {all.back()}));
     }
-    if (system_.legs.size() > 1) {
+    if (legs.size() > 1) {
       diagnosis_.tests.push_back(term_test(suspect, -1, all));
     }
   }
@@ -371,8 +384,7 @@ struct JudgedSystem {
 JudgedSystem judged_system(const Mechanism& mechanism, const MeasurementSet& measurements,
                            const MeasurementNoise& noise, const std::vector<Index>& legs) {
   const auto whitened = [&](const MeasurementSet& at) {
-    return whiten_closures(mechanism.model(), mechanism.parameters(),
-                           mechanism.estimated_parameters(), at, legs, PoseUse::all, noise);
+    return whiten_closures(mechanism, at, legs, PoseUse::all, noise);
   };
   LikelyMeasurements likely =
       most_likely(whitened(measurements), mechanism.pose_space(), measurements, noise);
@@ -419,7 +431,7 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
       tests.test_order();
       tests.test_legs();
       // Of several closures `implicit` has weights that are not those of single rows.
-      if (system.legs.size() > 1 && estimate.model().info().closures == 1) {
+      if (system.legs.size() > 1 && estimate.closures() == 1) {
         tests.test_estimators();
       }
     }

@@ -53,7 +53,7 @@ struct Diagnosis {
 // (more legs than degrees of freedom, without a noise of the readings). `rejected` are poses (rows)
 // that the tests leave out, and `alarm` is the probability below which, for all poses together, a
 // pose is an outlier that the other tests leave out as well. `turning_sensor`: the readings are
-// angles.
+// angles, those of legs of different chains where their joints turn.
 Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements,
                    const MeasurementNoise& noise, const std::vector<Index>& rejected,
                    bool turning_sensor, double alarm);

@@ -34,16 +34,15 @@ LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measuremen
                     PoseUse use) {
   std::vector<Index> rows = rows_of_leg(measurements, leg, use);
   const auto count = static_cast<Index>(rows.size());
-  if (count * mechanism.model().info().closures < mechanism.estimated_count()) {
-    throw InvalidInput("leg " + std::to_string(leg + 1) + " was measured at " +
-                       std::to_string(count) + " poses; its " +
-                       std::to_string(mechanism.estimated_count()) +
-                       " parameters need at least as many" +
-                       (mechanism.model().info().closures == 1 ? "" : " closures"));
+  if (count * mechanism.closures() < mechanism.estimated_count(leg)) {
+    throw InvalidInput(
+        "leg " + std::to_string(leg + 1) + " was measured at " + std::to_string(count) +
+        " poses; its " + std::to_string(mechanism.estimated_count(leg)) +
+        " parameters need at least as many" + (mechanism.closures() == 1 ? "" : " closures"));
   }
-  LegData data{mechanism.model(), mechanism.leg(leg).working_mode,
-               std::move(rows),   RowMatrix(count, measurements.poses.cols()),
-               Vector(count),     mechanism.estimated_parameters(leg)};
+  LegData data{mechanism.model(leg), mechanism.leg(leg).working_mode,
+               std::move(rows),      RowMatrix(count, measurements.poses.cols()),
+               Vector(count),        mechanism.estimated_parameters(leg)};
   for (Index i = 0; i < count; ++i) {
     const Index row = data.rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
@@ -317,7 +316,7 @@ Identification identify(const Mechanism& mechanism, const MeasurementSet& measur
                         const IdentificationOptions& options) {
   options.check();
   check_measurements(mechanism, measurements);
-  check_estimator(mechanism.model().info(), options.estimator);
+  check_estimator(mechanism.model(0).info(), options.estimator);
   std::vector<LegData> data;
   std::vector<LegEstimate> estimates;
   Identification result;

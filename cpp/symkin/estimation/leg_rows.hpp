@@ -39,13 +39,13 @@ class LegRows final : public design::RowSource {
   Index rows_per_pose() const override {
     return static_cast<Index>(orbit_.elements.size()) * closures();
   }
-  Index parameters() const override { return mechanism_.estimated_count(); }
+  Index parameters() const override { return mechanism_.estimated_count(leg_); }
 
   // Rows of NaN where the leg cannot reach.
   void fill(Index first, Index count, double* rows) const override;
 
  private:
-  Index closures() const { return mechanism_.model().info().closures; }
+  Index closures() const { return mechanism_.closures(); }
 
   Mechanism mechanism_;
   Index leg_;

@@ -88,7 +88,7 @@ void Tolerances::check() const {
 }
 
 Vector Tolerances::deviations(const Mechanism& mechanism, Index leg) const {
-  const ChainInfo& chain = mechanism.model().info();
+  const ChainInfo& chain = mechanism.model(leg).info();
   const Vector& parameters = mechanism.leg(leg).parameters;
   Vector deviations = Vector::Zero(parameters.size());
   for (const Index i : mechanism.estimated_parameters(leg)) {

@@ -39,14 +39,14 @@ RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_paramete
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
   const Leg& which = mechanism.leg(leg);
   Vector readings(poses.rows());
-  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  mechanism.model(leg).inverse_kinematics(which.parameters, which.working_mode, poses, readings);
   ClosureRows rows = linearise(mechanism, leg, poses, readings);
   rows.by_parameters = estimated(mechanism, leg, std::move(rows.by_parameters));
   return rows;
 }
 
 RowMatrix paper_rows(const Mechanism& mechanism, Index leg, ConstRows poses) {
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   if (closures == 1) {
     return estimated(mechanism, leg, parameter_jacobian(mechanism, leg, poses));
   }
@@ -62,24 +62,25 @@ RowMatrix paper_rows(const Mechanism& mechanism, Index leg, ConstRows poses) {
 // Each leg's rows in its own columns.
 RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
   const Index legs = mechanism.leg_count();
-  const Index closures = mechanism.model().info().closures;
-  const Index p = mechanism.estimated_count();
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs * closures, legs * p);
+  const Index closures = mechanism.closures();
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * legs * closures, mechanism.first_estimated(legs));
   for (Index leg = 0; leg < legs; ++leg) {
     const RowMatrix own = paper_rows(mechanism, leg, poses);
+    const Index column = mechanism.first_estimated(leg);
     for (Index i = 0; i < poses.rows(); ++i) {
-      rows.block((i * legs + leg) * closures, leg * p, closures, p) =
+      rows.block((i * legs + leg) * closures, column, closures, own.cols()) =
           own.middleRows(i * closures, closures);
     }
   }
   return rows;
 }
 
-// The closures of some legs at pose i, whitened together; `block` is of zeros, (legs k) x (legs p).
-void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const ChainInfo& chain,
+// The closures of some legs at pose i, whitened together; `block` is of zeros, (legs k) x the
+// legs' parameters.
+void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const Mechanism& mechanism,
                  const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
-  const Index closures = chain.closures;
-  const Index p = legs.front().by_parameters.cols();
+  const Index closures = mechanism.closures();
+  Index column = 0;
   Eigen::MatrixXd by_pose(block.rows(), legs.front().by_pose.cols());
   Vector by_reading(block.rows());
   for (std::size_t leg = 0; leg < legs.size(); ++leg) {
@@ -87,10 +88,11 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const ChainInfo&
     const Index first = static_cast<Index>(leg) * closures;
     by_pose.middleRows(first, closures) = rows.by_pose.middleRows(i * closures, closures);
     by_reading.segment(first, closures) = rows.by_reading.segment(i * closures, closures);
-    block.block(first, static_cast<Index>(leg) * p, closures, p) =
-        rows.by_parameters.middleRows(i * closures, closures);
+    const Index p = rows.by_parameters.cols();
+    block.block(first, column, closures, p) = rows.by_parameters.middleRows(i * closures, closures);
+    column += p;
   }
-  joint_closure_factor(by_pose, by_reading, closures, chain.pose_space, noise, i)
+  joint_closure_factor(by_pose, by_reading, closures, mechanism.pose_space(), noise, i)
       .triangularView<Eigen::Lower>()
       .solveInPlace(block);
 }
@@ -105,12 +107,12 @@ RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows po
   noise.check();
   check_poses(mechanism, poses);
   ClosureRows rows = linearise_nominal(mechanism, leg, poses);
-  const ChainInfo& chain = mechanism.model().info();
-  if (chain.closures > 1) {
+  const Index closures = mechanism.closures();
+  if (closures > 1) {
     RowMatrix whitened = RowMatrix::Zero(rows.by_parameters.rows(), rows.by_parameters.cols());
     const std::vector<ClosureRows> alone{std::move(rows)};
     for (Index i = 0; i < poses.rows(); ++i) {
-      whiten_pose(alone, i, chain, noise, whitened.middleRows(i * chain.closures, chain.closures));
+      whiten_pose(alone, i, mechanism, noise, whitened.middleRows(i * closures, closures));
     }
     return whitened;
   }
@@ -131,12 +133,11 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
   for (Index leg = 0; leg < legs; ++leg) {
     linearised.push_back(linearise_nominal(mechanism, leg, poses));
   }
-  const ChainInfo& chain = mechanism.model().info();
-  const Index of_pose = legs * chain.closures;
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * of_pose, legs * mechanism.estimated_count());
+  const Index of_pose = legs * mechanism.closures();
+  RowMatrix rows = RowMatrix::Zero(poses.rows() * of_pose, mechanism.first_estimated(legs));
   for (Index i = 0; i < poses.rows(); ++i) {
     check_interrupt();
-    whiten_pose(linearised, i, chain, noise, rows.middleRows(i * of_pose, of_pose));
+    whiten_pose(linearised, i, mechanism, noise, rows.middleRows(i * of_pose, of_pose));
   }
   return rows;
 }

@@ -20,11 +20,12 @@ enum class RowKind {
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise = {});
 
-// Rows of all legs at once, (N legs k) x (legs p), pose by pose: the traditional way to identify a
-// mechanism. Of kind paper each leg has its own columns and rows (dg/dparam); noise-aware, the
-// closures of a pose are whitened by their full covariance, since they share its noise, as the
-// estimator `joint` does. NaN where a leg cannot reach. Throws InvalidInput where that covariance
-// is singular: more legs than degrees of freedom need a noise of the readings.
+// Rows of all legs at once, (N legs k) x the legs' estimated parameters, pose by pose: the
+// traditional way to identify a mechanism. Of kind paper each leg has its own columns and rows
+// (dg/dparam); noise-aware, the closures of a pose are whitened by their full covariance, since
+// they share its noise, as the estimator `joint` does. NaN where a leg cannot reach. Throws
+// InvalidInput where that covariance is singular: more legs than degrees of freedom need a noise of
+// the readings.
 RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind kind,
                          const MeasurementNoise& noise = {});
 

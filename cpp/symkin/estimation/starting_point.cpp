@@ -48,7 +48,6 @@ RowMatrix continued(const Joints& joints, ConstVector home) {
   RowMatrix found = RowMatrix::Constant(joints.values.rows(), coordinates, kUnknown);
   const RowMatrix home_row = home.transpose();
   const RowMatrix at_home = inverse_kinematics(mechanism, home_row);
-  const bool angular = is_angle(mechanism.model().info().active_joint);
   std::vector<Index> rows;
   for (Index i = 0; i < joints.values.rows(); ++i) {
     if (joints.values.row(i).allFinite()) {
@@ -62,8 +61,10 @@ RowMatrix continued(const Joints& joints, ConstVector home) {
   RowMatrix ways(count, mechanism.leg_count());  // from home, the short way round
   for (Index k = 0; k < count; ++k) {
     ways.row(k) = joints.values.row(rows[static_cast<std::size_t>(k)]) - at_home;
-    for (Index leg = 0; angular && leg < ways.cols(); ++leg) {
-      ways(k, leg) = wrap_angle(ways(k, leg));
+    for (Index leg = 0; leg < ways.cols(); ++leg) {
+      if (is_angle(mechanism.model(leg).info().active_joint)) {
+        ways(k, leg) = wrap_angle(ways(k, leg));
+      }
     }
   }
   RowMatrix poses = home_row.replicate(count, 1);

@@ -47,12 +47,12 @@ Vector step_at(const PoseDerivatives& all, Index pose, const Eigen::MatrixXd& by
 RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
   const Index dof = mechanism.dof();
-  const std::vector<Index> bound = others(free_coordinates(mechanism.model().info()), dof);
+  const std::vector<Index> bound = others(free_coordinates(mechanism.model(0).info()), dof);
   if (bound.empty()) {
     return poses;
   }
   const PoseSpace space = mechanism.pose_space();
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   const Vector origin = identity_pose(space);
   RowMatrix result = poses;
   RowMatrix coordinates(poses.rows(), dof);
@@ -62,8 +62,7 @@ RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
   std::vector<bool> done(static_cast<std::size_t>(poses.rows()), false);
   Eigen::MatrixXd by_coordinates = Eigen::MatrixXd::Identity(dof, dof);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    PoseDerivatives all = mechanism.model().linearise_pose(mechanism.leg_values(), result,
-                                                           inverse_kinematics(mechanism, result));
+    PoseDerivatives all = linearise_pose(mechanism, result, inverse_kinematics(mechanism, result));
     all.part_from_reading(closures);
     bool all_done = true;
     for (Index i = 0; i < poses.rows(); ++i) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "symkin/kinematics/detail/mixed_newton.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -39,8 +40,12 @@ void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, C
     throw InvalidInput("start has " + std::to_string(start.rows()) + " poses; expected 1 or " +
                        std::to_string(readings.rows()) + ", one a row of readings");
   }
-  mechanism.model().forward_kinematics(mechanism.leg_values(), readings, start, options,
-                                       result.poses, result.status);
+  if (const ChainModel* const chain = mechanism.chain()) {
+    chain->forward_kinematics(mechanism.leg_values(), readings, start, options, result.poses,
+                              result.status);
+  } else {
+    mixed_forward_kinematics(mechanism, readings, start, options, result.poses, result.status);
+  }
 }
 
 }  // namespace symkin

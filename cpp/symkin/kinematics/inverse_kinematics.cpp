@@ -18,8 +18,12 @@ namespace {
 Vector leg_readings(const Mechanism& mechanism, Index leg, ConstRows poses) {
   Vector readings(poses.rows());
   const Leg& which = mechanism.leg(leg);
-  mechanism.model().inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  mechanism.model(leg).inverse_kinematics(which.parameters, which.working_mode, poses, readings);
   return readings;
+}
+
+double sensor_gain(const Mechanism& mechanism, Index leg) {
+  return mechanism.model(leg).sensor_gain(mechanism.leg(leg).parameters, 0);
 }
 
 // Eigenvalues of J'J, ascending. The closed form of Eigen for 2 and 3 columns is accurate enough
@@ -71,7 +75,7 @@ double determinant(const double* jacobian, Index count) {
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
   check_poses(mechanism, poses);
   check_readings(mechanism, poses.rows(), readings);
-  return mechanism.model().linearise_pose(mechanism.leg_values(), poses, readings);
+  return linearise_pose(mechanism, poses, readings);
 }
 
 // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi), of each leg's first closure; the
@@ -93,19 +97,35 @@ RowMatrix by_readings(PoseDerivatives all, Index closures) {
 
 RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  return mechanism.model().inverse_kinematics(mechanism.leg_values(), poses);
+  if (const ChainModel* const chain = mechanism.chain()) {
+    return chain->inverse_kinematics(mechanism.leg_values(), poses);
+  }
+  RowMatrix readings(poses.rows(), mechanism.leg_count());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    readings.col(leg) = leg_readings(mechanism, leg, poses);
+  }
+  return readings;
 }
 
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  return mechanism.model().reach_margin(mechanism.leg_values(), poses);
+  if (const ChainModel* const chain = mechanism.chain()) {
+    return chain->reach_margin(mechanism.leg_values(), poses);
+  }
+  RowMatrix margins(poses.rows(), mechanism.leg_count());
+  Vector of_leg(poses.rows());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    mechanism.model(leg).reach_margin(mechanism.leg(leg).parameters, poses, of_leg);
+    margins.col(leg) = of_leg;
+  }
+  return margins;
 }
 
 Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings) {
   check_poses(mechanism, poses);
   check_leg_readings(poses.rows(), readings);
-  Vector values(poses.rows() * mechanism.model().info().closures);
-  mechanism.model().closure(mechanism.leg(leg).parameters, poses, readings, values);
+  Vector values(poses.rows() * mechanism.closures());
+  mechanism.model(leg).closure(mechanism.leg(leg).parameters, poses, readings, values);
   return values;
 }
 
@@ -114,14 +134,35 @@ ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses,
   check_poses(mechanism, poses);
   check_leg_readings(poses.rows(), readings);
   ClosureRows rows;
-  mechanism.model().linearise(mechanism.leg(leg).parameters, poses, readings, rows);
+  mechanism.model(leg).linearise(mechanism.leg(leg).parameters, poses, readings, rows);
   return rows;
+}
+
+PoseDerivatives linearise_pose(const Mechanism& mechanism, ConstRows poses,
+                               const RowMatrix& readings) {
+  if (const ChainModel* const chain = mechanism.chain()) {
+    return chain->linearise_pose(mechanism.leg_values(), poses, readings);
+  }
+  const Index dof = mechanism.dof();
+  PoseDerivatives all;
+  all.closure.resize(poses.rows(), mechanism.leg_count());
+  all.by_pose.resize(poses.rows(), mechanism.leg_count() * dof);
+  all.by_reading.resize(poses.rows(), mechanism.leg_count());
+  ClosureRows rows;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    mechanism.model(leg).linearise_pose(mechanism.leg(leg).parameters, poses, readings.col(leg),
+                                        rows);
+    all.closure.col(leg) = rows.closure;
+    all.by_pose.middleCols(leg * dof, dof) = rows.by_pose;
+    all.by_reading.col(leg) = rows.by_reading;
+  }
+  return all;
 }
 
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
   check_poses(mechanism, poses);
   ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   if (closures > 1) {
     const auto first = Eigen::seqN(Index{0}, poses.rows(), closures);
     rows.by_parameters = RowMatrix(rows.by_parameters(first, Eigen::all));
@@ -134,7 +175,7 @@ RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows po
 
 RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
   RowMatrix closed = closed_pose_jacobian(mechanism, poses, inverse_kinematics(mechanism, poses));
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   if (closures == 1) {
     return closed;
   }
@@ -147,14 +188,20 @@ RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
 }
 
 RowMatrix closed_pose_jacobian(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  return by_readings(linearise_all(mechanism, poses, readings), mechanism.model().info().closures);
+  return by_readings(linearise_all(mechanism, poses, readings), mechanism.closures());
 }
 
-Vector row_scales(const Mechanism& mechanism) {
-  const Index closures = mechanism.model().info().closures;
+Vector row_scales(const Mechanism& mechanism, double characteristic_length) {
+  const Index closures = mechanism.closures();
+  const auto turns = [&](Index leg) { return is_angle(mechanism.model(leg).info().active_joint); };
+  bool alike = true;
+  for (Index leg = 1; leg < mechanism.leg_count(); ++leg) {
+    alike = alike && turns(leg) == turns(0);
+  }
   Vector scales = Vector::Ones(mechanism.leg_count() * closures);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    scales[leg * closures] = mechanism.model().sensor_gain(mechanism.leg(leg).parameters, 0);
+    scales[leg * closures] =
+        sensor_gain(mechanism, leg) * (turns(leg) && !alike ? characteristic_length : 1);
   }
   return scales;
 }
@@ -165,7 +212,7 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
     throw InvalidInput("characteristic_length = " + std::to_string(characteristic_length) +
                        " m; expected a positive length");
   }
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
   measures.serial =
@@ -173,9 +220,10 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
   const RowMatrix jacobian = by_readings(std::move(all), closures);
   measures.parallel.resize(poses.rows());
   measures.condition.resize(poses.rows());
-  const Vector scales = row_scales(mechanism);
-  measures.serial.array().rowwise() /=
-      scales(Eigen::seqN(Index{0}, mechanism.leg_count(), closures)).transpose().array();
+  const Vector scales = row_scales(mechanism, characteristic_length);
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    measures.serial.col(leg) /= sensor_gain(mechanism, leg);
+  }
   for (Index i = 0; i < poses.rows(); ++i) {
     const double* row = jacobian.row(i).data();
     measures.parallel[i] = pose_determinant(row, scales.size(), mechanism.dof());

@@ -18,6 +18,10 @@ Vector closure(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVect
 // The closure of one leg with all its derivatives.
 ClosureRows linearise(const Mechanism& mechanism, Index leg, ConstRows poses, ConstVector readings);
 
+// Closures of all legs with their derivatives but those by parameters; readings N x legs.
+PoseDerivatives linearise_pose(const Mechanism& mechanism, ConstRows poses,
+                               const RowMatrix& readings);
+
 // dg/dparam of one leg at its inverse kinematics, N x p: the rows of the paper's identification
 // matrix C (Eqs. 8, 11). NaN where the leg cannot reach.
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses);
@@ -39,12 +43,14 @@ struct SingularityMeasures {
   Vector condition;  // N: condition number of dq/dpose (and those rows), orientation in units of
                      //    1 / characteristic_length; infinite when singular. Of the active joints,
                      //    not of the readings: what a sensor counts does not bend a mechanism.
+                     //    Where some turn and others travel, of an angle the arc at that length.
 };
 SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows poses,
                                          double characteristic_length);
 
-// What makes the rows of closed_pose_jacobian into active joints and metres: a leg's gain, and one.
-Vector row_scales(const Mechanism& mechanism);
+// What makes the rows of closed_pose_jacobian into active joints, of one unit, and metres: a leg's
+// gain (times the length, see SingularityMeasures), and one.
+Vector row_scales(const Mechanism& mechanism, double characteristic_length);
 
 // Condition number by one closed_pose_jacobian (rows x dof, row by row) and its scales, as above.
 double pose_condition(const double* jacobian, ConstVector scales, PoseSpace space,

@@ -66,7 +66,11 @@ struct Block {
 class Filter {
  public:
   Filter(const Mechanism& mechanism, const WorkspaceOptions& options)
-      : mechanism_(mechanism), options_(options), scales_(row_scales(mechanism)) {
+      : mechanism_(mechanism),
+        options_(options),
+        scales_(row_scales(mechanism, options.characteristic_length)),
+        lower_(limits_of_legs(options.reading_lower, mechanism.leg_count())),
+        upper_(limits_of_legs(options.reading_upper, mechanism.leg_count())) {
     const RowMatrix home = on_constraint(mechanism, options.home.transpose());
     const RowMatrix jacobian =
         closed_pose_jacobian(mechanism, home, inverse_kinematics(mechanism, home));
@@ -101,7 +105,7 @@ class Filter {
     for (Index i = 0; i < block.size(); ++i) {
       const auto readings = block.readings.row(i).array();
       mask[static_cast<std::size_t>(i)] =
-          (readings >= options_.reading_lower).all() && (readings <= options_.reading_upper).all();
+          (readings >= lower_.array()).all() && (readings <= upper_.array()).all();
     }
     block.keep(mask);
     rejections.limits += before - block.size();
@@ -130,7 +134,8 @@ class Filter {
   const Mechanism& mechanism_;
   const WorkspaceOptions& options_;
   Vector scales_;
-  double home_determinant_ = 0;  // 0: any aspect
+  Eigen::RowVectorXd lower_, upper_;  // of the readings
+  double home_determinant_ = 0;       // 0: any aspect
 };
 
 RowMatrix draw_block(const WorkspaceOptions& options, const Mechanism& mechanism,
@@ -177,6 +182,10 @@ void check_home(const Mechanism& mechanism, const WorkspaceOptions& options, con
 
 }  // namespace
 
+Vector limits_of_legs(const Vector& limits, Index legs) {
+  return limits.size() == 1 ? Vector::Constant(legs, limits[0]) : limits;
+}
+
 void WorkspaceOptions::check(const Mechanism& mechanism) const {
   const auto dof = mechanism.dof();
   if (home.size() != coordinate_count(mechanism.pose_space())) {
@@ -193,6 +202,13 @@ void WorkspaceOptions::check(const Mechanism& mechanism) const {
       throw InvalidInput("workspace bound " + std::to_string(i + 1) + " runs from " +
                          std::to_string(lower[i]) + " to " + std::to_string(upper[i]) +
                          "; expected a finite interval");
+    }
+  }
+  for (const Vector& limits : {reading_lower, reading_upper}) {
+    if (limits.size() != 1 && limits.size() != mechanism.leg_count()) {
+      throw InvalidInput("there are " + std::to_string(limits.size()) +
+                         " limits of the readings; expected one, or one a leg, " +
+                         std::to_string(mechanism.leg_count()));
     }
   }
   if (!(reach_margin >= 0) || !(conditioning_limit >= 1) || !(characteristic_length > 0)) {

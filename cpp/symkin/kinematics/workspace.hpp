@@ -18,13 +18,16 @@ struct WorkspaceOptions {
   double conditioning_limit = 20;    // largest condition number of dg/dpose
   double characteristic_length = 1;  // m, makes orientation and position comparable in it
   Vector home;                       // the pose whose aspect is meant, see on_constraint
-  // Limits of every leg's sensor reading (sensor units).
-  double reading_lower = -std::numeric_limits<double>::infinity();
-  double reading_upper = std::numeric_limits<double>::infinity();
+  // Limits of the legs' sensor readings (sensor units), one a leg or one for all.
+  Vector reading_lower = Vector::Constant(1, -std::numeric_limits<double>::infinity());
+  Vector reading_upper = Vector::Constant(1, std::numeric_limits<double>::infinity());
 
   // Throws InvalidInput.
   void check(const Mechanism& mechanism) const;
 };
+
+// Such limits, one a leg.
+Vector limits_of_legs(const Vector& limits, Index legs);
 
 // Why a drawn pose was not taken.
 struct WorkspaceRejections {

@@ -39,6 +39,15 @@ class LaneRows {
     Lanes<T>::scatter(value, column, offsets(stride).data());
   }
 
+  template <std::size_t kCount>
+  std::array<T, kCount> coordinates(const PoseSpan& poses) const {
+    std::array<T, kCount> all;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      all[i] = read(poses.first + i, poses.stride);
+    }
+    return all;
+  }
+
  private:
   using Offsets = std::array<Index, Lanes<T>::kCount>;
 
@@ -81,11 +90,7 @@ class BatchedLeg {
   }
 
   static Coordinates coordinates(const PoseSpan& poses, const Rows& rows) {
-    Coordinates all;
-    for (std::size_t i = 0; i < kCoordinates; ++i) {
-      all[i] = rows.read(poses.first + i, poses.stride);
-    }
-    return all;
+    return rows.template coordinates<kCoordinates>(poses);
   }
 
   SYMKIN_FLATTEN static void inverse(LegSpan legs, PoseSpan poses, double* readings) {

@@ -13,7 +13,7 @@ namespace symkin {
 // move the point that a slider's travel counts from along its guide is to change the sensor's
 // offset: of the point's radius, azimuth and height that one is held along which the guide runs
 // most, the height first. So it is, but for a share that no measurement shows, with the height of
-// driven legs that swing in planes between circles of equal radii. As many for every leg.
+// driven legs that swing in planes between circles of equal radii.
 std::vector<std::vector<Index>> estimated_parameters(const ChainInfo& chain, ConstRows parameters);
 
 }  // namespace symkin

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symkin/model/batched_leg.hpp"
+#include "symkin/model/chain_legs.hpp"
 #include "symkin/model/newton.hpp"
 
 namespace symkin {
@@ -10,8 +11,9 @@ namespace symkin {
 template <typename Leg, typename Sensor, typename T>
 constexpr LegKernels leg_kernels() {
   using Batched = detail::BatchedLeg<Leg, Sensor, T>;
-  return {Batched::inverse, Batched::reach,     Batched::closure,
-          Batched::by_pose, Batched::linearise, detail::Newton<Leg, Sensor, T>::forward};
+  return {Batched::inverse,   Batched::reach,
+          Batched::closure,   Batched::by_pose,
+          Batched::linearise, detail::Newton<detail::ChainLegs<Leg, Sensor, T>>::forward};
 }
 
 }  // namespace symkin

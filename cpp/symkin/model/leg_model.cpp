@@ -4,20 +4,8 @@
 #include <algorithm>
 #include <initializer_list>
 
-#include "symkin/model/pose_space.hpp"
-#include "symkin/support/interrupt.hpp"
-
 namespace symkin {
 namespace {
-
-LegSpan span(const LegModel::Legs& legs) { return {legs.data(), static_cast<Index>(legs.size())}; }
-
-PoseSpan span(ConstRows poses) { return {poses.data(), poses.outerStride(), poses.rows()}; }
-
-// The mode matters to the inverse kinematics alone.
-LegValues one_leg(ConstVector parameters, int working_mode = 1) {
-  return {parameters.data(), working_mode};
-}
 
 // Rows of any width that belong to closures.
 struct Beside {
@@ -54,83 +42,6 @@ void PoseDerivatives::part_from_reading(Index closures) {
   const Index dof = by_pose.cols() / std::max<Index>(by_reading.cols(), 1);
   symkin::part_from_reading(closures, Eigen::Map<Vector>(by_reading.data(), by_reading.size()),
                             {{closure.data(), 1}, {by_pose.data(), dof}});
-}
-
-RowMatrix LegModel::inverse_kinematics(const Legs& legs, ConstRows poses) const {
-  RowMatrix readings(poses.rows(), span(legs).count);
-  kernels_.inverse(span(legs), span(poses), readings.data());
-  return readings;
-}
-
-void LegModel::inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
-                                  Eigen::Ref<Vector> readings) const {
-  const LegValues leg = one_leg(parameters, working_mode);
-  kernels_.inverse({&leg, 1}, span(poses), readings.data());
-}
-
-RowMatrix LegModel::reach_margin(const Legs& legs, ConstRows poses) const {
-  RowMatrix margins(poses.rows(), span(legs).count);
-  kernels_.reach(span(legs), span(poses), margins.data());
-  return margins;
-}
-
-void LegModel::reach_margin(ConstVector parameters, ConstRows poses,
-                            Eigen::Ref<Vector> margins) const {
-  const LegValues leg = one_leg(parameters);
-  kernels_.reach({&leg, 1}, span(poses), margins.data());
-}
-
-void LegModel::closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-                       Eigen::Ref<Vector> values) const {
-  const LegValues leg = one_leg(parameters);
-  kernels_.closure({&leg, 1}, span(poses), readings.data(), values.data());
-}
-
-void LegModel::linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
-                         ClosureRows& rows) const {
-  rows.resize(poses.rows() * info_.closures, parameter_count(),
-              degrees_of_freedom(info_.pose_space));
-  kernels_.linearise(parameters.data(), span(poses), readings.data(), rows.closure.data(),
-                     rows.by_parameters.data(), rows.by_pose.data(), rows.by_reading.data());
-}
-
-void LegModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
-                              ClosureRows& rows) const {
-  const Index count = poses.rows() * info_.closures;
-  rows.closure.resize(count);
-  rows.by_pose.resize(count, degrees_of_freedom(info_.pose_space));
-  rows.by_reading.resize(count);
-  const LegValues leg = one_leg(parameters);
-  kernels_.by_pose({&leg, 1}, span(poses), readings.data(), rows.closure.data(),
-                   rows.by_pose.data(), rows.by_reading.data());
-}
-
-PoseDerivatives LegModel::linearise_pose(const Legs& legs, ConstRows poses,
-                                         const RowMatrix& readings) const {
-  const Index columns = span(legs).count * info_.closures;
-  PoseDerivatives all;
-  all.closure.resize(poses.rows(), columns);
-  all.by_pose.resize(poses.rows(), columns * degrees_of_freedom(info_.pose_space));
-  all.by_reading.resize(poses.rows(), columns);
-  kernels_.by_pose(span(legs), span(poses), readings.data(), all.closure.data(), all.by_pose.data(),
-                   all.by_reading.data());
-  return all;
-}
-
-void LegModel::forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
-                                  const ForwardKinematicsOptions& options, RowMatrix& poses,
-                                  std::vector<ForwardStatus>& status) const {
-  constexpr Index kBlock = 4096;  // between two looks for an interrupt
-  poses.resize(readings.rows(), coordinate_count(info_.pose_space));
-  status.resize(static_cast<std::size_t>(readings.rows()));
-  const Index stride = start.rows() == 1 ? 0 : start.outerStride();
-  for (Index first = 0; first < readings.rows(); first += kBlock) {
-    check_interrupt();
-    const Index count = std::min(kBlock, readings.rows() - first);
-    kernels_.forward(span(legs), {start.data() + first * stride, stride, count},
-                     readings.row(first).data(), options, poses.row(first).data(),
-                     &status[static_cast<std::size_t>(first)]);
-  }
 }
 
 }  // namespace symkin

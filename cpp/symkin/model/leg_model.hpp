@@ -2,10 +2,8 @@
 #pragma once
 
 #include <utility>
-#include <vector>
 
 #include "symkin/model/chain_info.hpp"
-#include "symkin/model/leg_kernels.hpp"
 #include "symkin/support/types.hpp"
 
 namespace symkin {
@@ -38,47 +36,33 @@ struct PoseDerivatives {
   void part_from_reading(Index closures);  // as ClosureRows does
 };
 
-// Where run time meets compile time: one object per chain, batched operations only, so that no
-// loop over poses crosses a call. `poses` holds one pose a row (see PoseSpace). Results for a pose
-// depend on nothing but that pose: not on its neighbours, nor on the processor.
+// What is asked of one leg, at all poses at once, so that no loop over poses crosses a call.
+// `poses` holds one pose a row (see PoseSpace). Results for a pose depend on nothing but that pose:
+// not on its neighbours, nor on the processor.
 class LegModel {
  public:
-  using Legs = std::vector<LegValues>;
-
   virtual ~LegModel() = default;
 
   const ChainInfo& info() const { return info_; }
   Index parameter_count() const { return static_cast<Index>(info_.parameters.size()); }
 
-  // Sensor readings psi at the poses, N x legs; NaN where the leg cannot reach. An angular joint is
-  // read within half a turn of the sensor's zero.
-  RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const;
-  void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
-                          Eigen::Ref<Vector> readings) const;
+  // Sensor readings psi at the poses; NaN where the leg cannot reach. An angular joint is read
+  // within half a turn of the sensor's zero.
+  virtual void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
+                                  Eigen::Ref<Vector> readings) const = 0;
 
-  // How far the pose is inside the leg's reach, metres, N x legs; negative outside, infinite if
-  // unlimited.
-  RowMatrix reach_margin(const Legs& legs, ConstRows poses) const;
-  void reach_margin(ConstVector parameters, ConstRows poses, Eigen::Ref<Vector> margins) const;
+  // How far the pose is inside the leg's reach, metres; negative outside, infinite if unlimited.
+  virtual void reach_margin(ConstVector parameters, ConstRows poses,
+                            Eigen::Ref<Vector> margins) const = 0;
 
   // Values and rows as in ClosureRows.
-  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-               Eigen::Ref<Vector> values) const;
-  void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
-                 ClosureRows& rows) const;
-
+  virtual void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+                       Eigen::Ref<Vector> values) const = 0;
+  virtual void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                         ClosureRows& rows) const = 0;
   // The same without by_parameters, which is left as it is.
-  void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
-                      ClosureRows& rows) const;
-  // Readings N x legs.
-  PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
-                                 const RowMatrix& readings) const;
-
-  // See forward_kinematics(): the poses and how they ended, for a row of readings each; `start` is
-  // as many poses, or one.
-  void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
-                          const ForwardKinematicsOptions& options, RowMatrix& poses,
-                          std::vector<ForwardStatus>& status) const;
+  virtual void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                              ClosureRows& rows) const = 0;
 
   // Readings less others: of an angular joint by the shortest turn.
   virtual void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
@@ -93,11 +77,10 @@ class LegModel {
                                   double reading) const = 0;
 
  protected:
-  LegModel(ChainInfo info, const LegKernels& kernels) : info_(std::move(info)), kernels_(kernels) {}
+  explicit LegModel(ChainInfo info) : info_(std::move(info)) {}
 
  private:
   ChainInfo info_;
-  LegKernels kernels_;
 };
 
 }  // namespace symkin

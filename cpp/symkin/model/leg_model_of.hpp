@@ -3,21 +3,21 @@
 
 #include <cstddef>
 
+#include "symkin/model/chain_model.hpp"
 #include "symkin/model/leg_kernels_of.hpp"
-#include "symkin/model/leg_model.hpp"
 #include "symkin/model/sensed_leg.hpp"
 
 namespace symkin {
 
 // The model of a leg struct with its sensor.
 template <typename Leg, typename Sensor = LinearSensor>
-class LegModelOf final : public LegModel {
+class LegModelOf final : public ChainModel {
   using Sensed = SensedLeg<Leg, Sensor>;
 
  public:
   // Other kernels than those on one pose at a time are for what is compiled for several processors.
   explicit LegModelOf(const LegKernels& kernels = leg_kernels<Leg, Sensor, double>())
-      : LegModel(Sensed::info(), kernels) {}
+      : ChainModel(Sensed::info(), kernels) {}
 
   void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
                            Eigen::Ref<Vector> differences) const override {

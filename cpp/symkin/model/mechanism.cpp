@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/model/mechanism.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -11,7 +12,8 @@
 namespace symkin {
 namespace {
 
-void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
+// Throws where the leg is not possible; of what it does not have the value becomes zero.
+void check_leg(const ChainInfo& info, Leg& leg, std::size_t number) {
   const std::string where = "leg " + std::to_string(number) + " of chain " + std::string(info.name);
   const auto count = static_cast<Index>(info.parameters.size());
   if (leg.parameters.size() != count) {
@@ -20,6 +22,10 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
   }
   for (Index i = 0; i < count; ++i) {
     const auto& [name, role] = info.parameters[static_cast<std::size_t>(i)];
+    if (role.kind == ParameterKind::absent) {
+      leg.parameters[i] = 0;
+      continue;
+    }
     const double value = leg.parameters[i];
     const std::string what = where + ": " + std::string(name) + " = " + std::to_string(value);
     if (!std::isfinite(value)) {
@@ -44,6 +50,21 @@ void check_leg(const ChainInfo& info, const Leg& leg, std::size_t number) {
   }
 }
 
+bool all_alike(const std::vector<const ChainModel*>& chains) {
+  return std::all_of(chains.begin(), chains.end(),
+                     [&](const ChainModel* chain) { return chain == chains.front(); });
+}
+
+// The chain of all legs, null where they have several.
+const ChainModel* common_chain(const std::string& name,
+                               const std::vector<const ChainModel*>& chains, std::size_t legs) {
+  if (chains.empty() || chains.size() != legs) {
+    throw InvalidInput("mechanism \"" + name + "\" has " + std::to_string(legs) + " legs and " +
+                       std::to_string(chains.size()) + " chains; expected a chain a leg");
+  }
+  return all_alike(chains) ? chains.front() : nullptr;
+}
+
 }  // namespace
 
 std::vector<Index> free_coordinates(const ChainInfo& chain) {
@@ -55,26 +76,48 @@ std::vector<Index> free_coordinates(const ChainInfo& chain) {
   return all;
 }
 
-Mechanism::Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs)
-    : name_(std::move(name)),
-      model_(&model),
-      legs_(std::make_shared<const std::vector<Leg>>(std::move(legs))) {
+Mechanism::Mechanism(std::string name, const ChainModel& chain, std::vector<Leg> legs)
+    : Mechanism(std::move(name), &chain, LegModels(), std::move(legs)) {}
+
+Mechanism::Mechanism(const std::string& name, const std::vector<const ChainModel*>& chains,
+                     const std::vector<Leg>& legs)
+    : Mechanism(name, common_chain(name, chains, legs.size()),
+                all_alike(chains) ? LegModels() : in_one_layout(chains), legs) {}
+
+Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models,
+                     std::vector<Leg> legs)
+    : name_(std::move(name)), chain_(chain), models_(std::move(models)) {
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    check_leg((mixed() ? *models_[i] : *chain_).info(), legs[i], i + 1);
+  }
+  legs_ = std::make_shared<const std::vector<Leg>>(std::move(legs));
   for (const Leg& leg : *legs_) {
-    check_leg(model.info(), leg, leg_values_.size() + 1);
     leg_values_.push_back({leg.parameters.data(), leg.working_mode});
   }
-  if (leg_count() * model.info().closures < dof()) {
+  if (leg_count() * closures() < dof()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs; a " + std::string(to_string(pose_space())) + " platform has " +
                        std::to_string(dof()) + " degrees of freedom and needs as many");
   }
-  if (pose_space() == PoseSpace::spatial && model.info().closures > 1 && redundant()) {
+  if (pose_space() == PoseSpace::spatial && closures() > 1 && redundant()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
-                       " legs of chain " + std::string(model.info().name) + "; expected " +
-                       std::to_string(dof() / model.info().closures) +
+                       " legs of chain " + std::string(info().name) + "; expected " +
+                       std::to_string(dof() / closures()) +
                        ", since each binds the platform to a plane");
   }
-  estimated_ = symkin::estimated_parameters(model.info(), parameters());
+  if (mixed()) {
+    for (Index i = 0; i < leg_count(); ++i) {
+      estimated_.push_back(
+          symkin::estimated_parameters(model(i).info(), leg(i).parameters.transpose()).front());
+    }
+  } else {
+    estimated_ = symkin::estimated_parameters(info(), parameters());
+  }
+}
+
+const LegModel& Mechanism::model(Index leg) const {
+  static_cast<void>(this->leg(leg));  // throws if there is none
+  return mixed() ? *models_[static_cast<std::size_t>(leg)] : *chain_;
 }
 
 const Leg& Mechanism::leg(Index index) const {
@@ -90,6 +133,18 @@ const std::vector<Index>& Mechanism::estimated_parameters(Index leg) const {
   return estimated_[static_cast<std::size_t>(leg)];
 }
 
+Index Mechanism::estimated_count(Index leg) const {
+  return static_cast<Index>(estimated_parameters(leg).size());
+}
+
+Index Mechanism::first_estimated(Index leg) const {
+  Index first = 0;
+  for (Index before = 0; before < leg; ++before) {
+    first += estimated_count(before);
+  }
+  return first;
+}
+
 Mechanism Mechanism::with_parameters(ConstRows parameters) const {
   if (parameters.rows() != leg_count() || parameters.cols() != parameter_count()) {
     throw InvalidInput("parameters are " + std::to_string(parameters.rows()) + " x " +
@@ -101,7 +156,15 @@ Mechanism Mechanism::with_parameters(ConstRows parameters) const {
   for (Index i = 0; i < leg_count(); ++i) {
     legs[static_cast<std::size_t>(i)].parameters = parameters.row(i).transpose();
   }
-  return {name_, *model_, std::move(legs)};
+  return with_legs(std::move(legs));
+}
+
+Mechanism Mechanism::with_legs(std::vector<Leg> legs) const {
+  if (mixed() && legs.size() != models_.size()) {
+    throw InvalidInput("mechanism \"" + name_ + "\" has legs of " + std::to_string(models_.size()) +
+                       " chains; got " + std::to_string(legs.size()) + " legs");
+  }
+  return {name_, chain_, models_, std::move(legs)};
 }
 
 RowMatrix Mechanism::parameters() const {

@@ -3,15 +3,15 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "symkin/model/leg_model.hpp"
+#include "symkin/model/chain_model.hpp"
+#include "symkin/model/leg_layout.hpp"
 #include "symkin/model/pose_space.hpp"
 
 namespace symkin {
 
-// The values of one leg; their names are model().info().parameters.
+// The values of one leg; their names are model(leg).info().parameters.
 struct Leg {
   Vector parameters;
   int working_mode = -1;  // +1 or -1: which root of the closure
@@ -22,44 +22,65 @@ struct Leg {
 // the height and the two tilts.
 std::vector<Index> free_coordinates(const ChainInfo& chain);
 
-// A parallel mechanism: legs of one chain on a base, carrying one platform.
+// A parallel mechanism: legs on a base, carrying one platform. They are of one chain, or each of
+// its own, in one layout of parameters (see in_one_layout); of a parameter that a leg does not have
+// the value is zero, whatever is given.
 class Mechanism {
  public:
   // Throws InvalidInput that names the leg and the parameter: at least as many closures as degrees
   // of freedom, in space three legs of two closures, finite parameters, positive lengths (a radius
   // or a guide offset may be zero or negative), arcs between 0 and pi, gains other than zero, modes
   // +1 or -1.
-  Mechanism(std::string name, const LegModel& model, std::vector<Leg> legs);
+  Mechanism(std::string name, const ChainModel& chain, std::vector<Leg> legs);
+  // A chain a leg; where all are the same object, as above.
+  Mechanism(const std::string& name, const std::vector<const ChainModel*>& chains,
+            const std::vector<Leg>& legs);
 
   const std::string& name() const { return name_; }
-  const LegModel& model() const { return *model_; }
+  // Of one leg, in the layout of all. Legs of one chain share it.
+  const LegModel& model(Index leg) const;
+  // The chain of all legs, for loops over them at once; null where they are of different chains.
+  const ChainModel* chain() const { return chain_; }
+  bool mixed() const { return chain_ == nullptr; }
+  bool of_one_chain(Index leg, Index other) const { return &model(leg) == &model(other); }
   const std::vector<Leg>& legs() const { return *legs_; }
   const Leg& leg(Index index) const;
-  // For the model's loops over all legs; no longer valid than the mechanism and its copies.
+  // For the chain's loops over all legs; no longer valid than the mechanism and its copies.
   const std::vector<LegValues>& leg_values() const { return leg_values_; }
 
-  PoseSpace pose_space() const { return model_->info().pose_space; }
+  PoseSpace pose_space() const { return info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }
   // Degrees of freedom that the legs leave the platform: fewer than dof() where a leg has more
   // closures than one.
-  Index mobility() const { return dof() - leg_count() * (model_->info().closures - 1); }
+  Index mobility() const { return dof() - leg_count() * (closures() - 1); }
   // Whether the readings are more than the degrees of freedom, so that they contradict each other.
   bool redundant() const { return leg_count() > mobility(); }
   Index leg_count() const { return static_cast<Index>(legs_->size()); }
-  Index parameter_count() const { return model_->parameter_count(); }
+  Index closures() const { return info().closures; }  // of a leg, of each as many
+  Index parameter_count() const { return static_cast<Index>(info().parameters.size()); }
 
-  // See estimated_parameters(); how many they are is the same for all legs.
+  // See estimated_parameters().
   const std::vector<Index>& estimated_parameters(Index leg) const;
   const std::vector<std::vector<Index>>& estimated_parameters() const { return estimated_; }
-  Index estimated_count() const { return static_cast<Index>(estimated_.front().size()); }
+  Index estimated_count(Index leg) const;
+  // Where a leg's begin among the estimated parameters of all legs, leg by leg; of leg_count() how
+  // many these are.
+  Index first_estimated(Index leg) const;
 
-  // The same mechanism with other parameter values, legs x p.
+  // The same mechanism with other parameter values, legs x p, or with other legs of these chains.
   Mechanism with_parameters(ConstRows parameters) const;
+  Mechanism with_legs(std::vector<Leg> legs) const;
   RowMatrix parameters() const;
 
  private:
+  Mechanism(std::string name, const ChainModel* chain, LegModels models, std::vector<Leg> legs);
+
+  // What is the same for all legs.
+  const ChainInfo& info() const { return (mixed() ? *models_.front() : *chain_).info(); }
+
   std::string name_;
-  const LegModel* model_;
+  const ChainModel* chain_;
+  LegModels models_;                              // where there is no such chain
   std::shared_ptr<const std::vector<Leg>> legs_;  // never changed, so that copies share them
   std::vector<LegValues> leg_values_;
   std::vector<std::vector<Index>> estimated_;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <utility>
 
 #include "symkin/model/batched_leg.hpp"
 
@@ -74,26 +73,27 @@ T solve(std::array<std::array<T, N>, N>& a, std::array<T, N>& b) {
 // Newton's method on the closures of all legs, which stay finite beyond reach, with halved steps;
 // with more legs than degrees of freedom least squares (Gauss-Newton). Every lane is a pose on its
 // own way: nothing in it depends on the other lanes.
-template <typename Leg, typename Sensor, typename T>
+// `Legs` is what it is asked of (see ChainLegs): made from a Legs::Source, of scalars Legs::Scalar,
+//   set_out(rows, readings, start, sides)
+//                                     reads the joints and, if asked, on which side of its
+//                                     singularities (type 1) each leg is at the start
+//   variable(coordinates)             the pose as closures() takes it
+//   closures(leg, pose, at_start)     kClosures duals on the pose's tangent, with the joints as
+//                                     they are read, or as they would stand at the start: an array
+//                                     of them
+//   same_sides(coordinates)           whether all legs are still on these sides there
+//   in_working_modes(coordinates)     whether all legs stand in their working modes there
+template <typename Legs>
 class Newton {
-  using Sensed = SensedLeg<Leg, Sensor>;
-  using Batched = BatchedLeg<Leg, Sensor, T>;
-  using Coordinates = typename Batched::Coordinates;
+  using T = typename Legs::Scalar;
+  using Pose = typename Legs::Pose;
   using Rows = LaneRows<T>;
   using L = Lanes<T>;
   using Mask = typename L::Mask;
-  using Pose = typename Leg::template Pose<T>;
   static constexpr std::size_t kDof = Pose::kDof;
-  static constexpr std::size_t kClosures = Sensed::kClosures;
+  static constexpr std::size_t kClosures = Legs::kClosures;
+  using Coordinates = std::array<T, Pose::kCoordinates>;
   using Tangent = std::array<T, kDof>;
-  using Joint = decltype(Sensed::joint(std::declval<T>()));
-
-  // A leg, its active joint as read, and as it would stand at the start pose.
-  struct LegState {
-    typename Batched::Values values;
-    Joint joint, joint_at_start;
-    Mask side;  // of its singularities (type 1) at the start: dh/dq > 0
-  };
 
   // What the closures say at a pose.
   struct System {
@@ -105,7 +105,8 @@ class Newton {
   };
 
  public:
-  SYMKIN_FLATTEN static void forward(LegSpan legs, PoseSpan start, const double* readings,
+  SYMKIN_FLATTEN static void forward(typename Legs::Source legs, PoseSpan start,
+                                     const double* readings,
                                      const ForwardKinematicsOptions& options, double* poses,
                                      ForwardStatus* status) {
     Newton newton(legs, options);
@@ -115,12 +116,8 @@ class Newton {
   }
 
  private:
-  Newton(LegSpan legs, const ForwardKinematicsOptions& options)
-      : legs_(legs,
-              [](const LegValues& leg) {
-                return LegState{Batched::values(leg), {}, {}, {}};
-              }),
-        options_(options) {}
+  Newton(typename Legs::Source legs, const ForwardKinematicsOptions& options)
+      : legs_(legs), options_(options) {}
 
   bool redundant() const { return legs_.size() * kClosures != kDof; }
 
@@ -128,8 +125,8 @@ class Newton {
              ForwardStatus* status) {
     const T infinity(std::numeric_limits<double>::infinity());
     const T smallest(std::sqrt(options_.step_tolerance) * 1e-2);
-    Coordinates accepted = Batched::coordinates(start, rows);
-    set_out(rows, readings, accepted);
+    Coordinates accepted = rows.template coordinates<Pose::kCoordinates>(start);
+    legs_.set_out(rows, readings, accepted, redundant());
     Mask start_orientation{};
     Coordinates trial = accepted;
     Coordinates solution;
@@ -157,7 +154,8 @@ class Newton {
           active && (at.cost <= cost - 1e-4 * scale * predicted || scale * tried < smallest);
       const Mask settled = accept && at.largest < T(options_.step_tolerance);
       if (L::any(settled)) {
-        const Mask same = redundant() ? same_sides(trial) : at.orientation == start_orientation;
+        const Mask same =
+            redundant() ? legs_.same_sides(trial) : at.orientation == start_orientation;
         in_aspect = in_aspect || (settled && same);
         solved = solved || settled;
         Coordinates end = trial;
@@ -181,7 +179,7 @@ class Newton {
       Pose::move(scaled.data(), trial.data());
     }
     if (!redundant()) {
-      in_aspect = in_aspect && in_working_modes(solution);
+      in_aspect = in_aspect && legs_.in_working_modes(solution);
     }
     for (int lane = 0; lane < L::kCount; ++lane) {
       status[rows.row(lane)] = L::lane(in_aspect, lane) ? ForwardStatus::converged
@@ -200,86 +198,10 @@ class Newton {
     }
   }
 
-  // Reads the joints. On which side of the singularities the start pose lies, the mechanism's own
-  // joints there say; where a leg cannot reach it, those to be solved, which are close to them.
-  void set_out(const Rows& rows, const double* readings, const Coordinates& start) {
-    const Pose pose = Pose::constant(start.data());
-    const auto count = static_cast<Index>(legs_.size());
-    for (LegState& leg : legs_) {
-      leg.joint = Sensed::joint(leg.values.sensor.active_joint(rows.read(readings++, count)));
-      leg.joint_at_start =
-          or_else(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint);
-      if (redundant()) {
-        leg.side = slope(leg, pose, leg.joint_at_start) > T(0.0);
-      }
-    }
-  }
-
-  // The joint, where it is not a number the other.
-  static Joint or_else(const Joint& joint, const Joint& other) {
-    if constexpr (Sensed::kAngular) {
-      const Mask good = joint.sine == joint.sine;
-      return {L::select(good, joint.cosine, other.cosine), L::select(good, joint.sine, other.sine)};
-    } else {
-      return L::select(joint == joint, joint, other);  // NOLINT(misc-redundant-expression)
-    }
-  }
-
-  // dh/dq, of the first closure
-  static T slope(const LegState& leg, const Pose& pose, const Joint& joint) {
-    using D = Dual<T, 1>;
-    const auto closure = [&](const auto& q) {
-      return Sensed::template closures<T>(leg.values.geometry, pose, q).front().v[0];
-    };
-    if constexpr (Sensed::kAngular) {
-      return closure(Azimuth<D>(D::of(joint.cosine, [&](std::size_t) { return -joint.sine; }),
-                                D::of(joint.sine, [&](std::size_t) { return joint.cosine; })));
-    } else {
-      return closure(D(joint, 0));
-    }
-  }
-
-  Mask same_sides(const Coordinates& coordinates) const {
-    const Pose pose = Pose::constant(coordinates.data());
-    Mask same = coordinates[0] == coordinates[0];  // NOLINT(misc-redundant-expression)
-    for (const LegState& leg : legs_) {
-      same = same && (slope(leg, pose, leg.joint) > T(0.0)) == leg.side;
-    }
-    return same;
-  }
-
-  // A solution counts only if every leg stands in its working mode there: its joint is the root
-  // that the mode picks, up to the square root of the rounding at the end of its reach.
-  Mask in_working_modes(const Coordinates& coordinates) const {
-    const T tolerance(1e-6);
-    const Pose pose = Pose::constant(coordinates.data());
-    Mask all = coordinates[0] == coordinates[0];  // NOLINT(misc-redundant-expression)
-    for (const LegState& leg : legs_) {
-      // A root that is not a number, just beyond the reach, fails the comparison too.
-      all = all &&
-            distance(Leg::root(leg.values.geometry, pose, leg.values.mode), leg.joint) < tolerance;
-    }
-    return all;
-  }
-
-  // Of joints that are close to each other.
-  static T distance(const Joint& joint, const Joint& other) {
-    using std::abs;
-    if constexpr (Sensed::kAngular) {
-      return abs(joint.cosine - other.cosine) + abs(joint.sine - other.sine);
-    } else {
-      return abs(joint - other);
-    }
-  }
-
   System linearise(const Coordinates& coordinates, bool at_start) const {
     using std::abs;
-    const auto pose = Leg::template Pose<Dual<T, kDof>>::variable(coordinates.data(), 0);
-    const auto closures = [&](std::size_t i) {
-      const LegState& leg = legs_[i];
-      return Sensed::template closures<T>(leg.values.geometry, pose,
-                                          at_start ? leg.joint_at_start : leg.joint);
-    };
+    const auto pose = legs_.variable(coordinates);
+    const auto closures = [&](std::size_t i) { return legs_.closures(i, pose, at_start); };
     System system;
     system.cost = T(0.0);
     std::array<Tangent, kDof> matrix;
@@ -331,7 +253,7 @@ class Newton {
     return system;
   }
 
-  PerLeg<LegState> legs_;
+  Legs legs_;
   const ForwardKinematicsOptions& options_;
 };
 

@@ -50,6 +50,7 @@ enum class ParameterKind {
   gain,                // active joint variable per sensor reading
   offset,              // active joint variable at zero reading; see ActiveJoint
   curvature,           // of a sensor, beside its gain and offset
+  absent,              // none of this leg's: legs of another chain have one of that name
 };
 
 struct ParameterRole {
@@ -63,7 +64,8 @@ struct ParameterRole {
 
 // Part of the description, not of what is known with an error.
 constexpr bool is_constant(ParameterKind kind) {
-  return kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth;
+  return kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth ||
+         kind == ParameterKind::absent;
 }
 
 // A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.

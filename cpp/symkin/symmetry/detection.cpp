@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "symkin/symmetry/action.hpp"
 #include "symkin/symmetry/detail/leg_comparison.hpp"
@@ -15,7 +16,7 @@ namespace symkin {
 namespace {
 
 LegEnd<const double> end_of(const Mechanism& mechanism, Index leg, End end) {
-  return leg_end(mechanism.model().info(), end, mechanism.leg(leg).parameters.data());
+  return leg_end(mechanism.model(leg).info(), end, mechanism.leg(leg).parameters.data());
 }
 
 Eigen::Vector2d along(double azimuth) { return {std::cos(azimuth), std::sin(azimuth)}; }
@@ -26,48 +27,65 @@ Eigen::Vector2d place_of(const LegEnd<const double>& end) {
   return *end.radius * sine * along(*end.azimuth);
 }
 
-// The common centre of guides: each has the same distance rho from it, so
+// A guide in the plane, and the chain of its leg.
+struct Guide {
+  const LegModel* chain;
+  double distance, azimuth;
+};
+
+// The common centre of guides: those of each chain have one distance rho from it, so
 // distance from the origin = rho + u(azimuth) . centre. Shortest solution where it is not unique
 // (two guides: anywhere on their bisector).
-Eigen::Vector2d centre_of_guides(const Vector& distances, const Vector& azimuths) {
-  Eigen::MatrixXd matrix(distances.size(), 3);
-  matrix.col(0).setOnes();
-  matrix.col(1) = azimuths.array().cos();
-  matrix.col(2) = azimuths.array().sin();
-  const Vector mean = matrix.colwise().mean();
-  // rho is free: only what differs between the guides says where the centre is.
-  const Eigen::MatrixXd centred = (matrix.rowwise() - mean.transpose()).rightCols(2);
+Eigen::Vector2d centre_of_guides(const std::vector<Guide>& guides) {
+  const auto count = static_cast<Index>(guides.size());
+  Eigen::MatrixXd rows(count, 3);
+  for (Index i = 0; i < count; ++i) {
+    const Guide& guide = guides[static_cast<std::size_t>(i)];
+    rows.row(i) << std::cos(guide.azimuth), std::sin(guide.azimuth), guide.distance;
+  }
+  // rho is free: only what differs between the guides of a chain says where the centre is.
+  Eigen::MatrixXd centred = rows;
+  for (Index i = 0; i < count; ++i) {
+    std::vector<Index> alike;
+    for (Index k = 0; k < count; ++k) {
+      if (guides[static_cast<std::size_t>(k)].chain == guides[static_cast<std::size_t>(i)].chain) {
+        alike.push_back(k);
+      }
+    }
+    const Eigen::MatrixXd of_chain = rows(alike, Eigen::all);
+    centred.row(i) -= of_chain.colwise().mean();
+  }
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
   solver.setThreshold(1e-6);
-  solver.compute(centred);
-  return solver.solve((distances.array() - distances.mean()).matrix());
+  solver.compute(centred.leftCols(2));
+  return solver.solve(centred.col(2));
 }
 
 // Where base or platform have their centre, if the legs are symmetric at all: the centroid of
-// points is fixed by every symmetry of the set.
+// points is fixed by every symmetry of the set, whatever else there is.
 Eigen::Vector2d centre(const Mechanism& mechanism, End which) {
-  const ChainInfo& chain = mechanism.model().info();
-  const Index legs = mechanism.leg_count();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  Vector distances(legs);
-  Vector azimuths(legs);
-  for (Index leg = 0; leg < legs; ++leg) {
+  Index points = 0;
+  std::vector<Guide> guides;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const LegModel& model = mechanism.model(leg);
     const LegEnd<const double> end = end_of(mechanism, leg, which);
     if (end.has_point()) {
       sum += place_of(end);
+      ++points;
     } else if (end.direction != nullptr) {
-      azimuths[leg] = *end.direction;
       // A guide without a distance of its own has it in the sensor's offset.
-      distances[leg] = end.distance != nullptr
-                           ? *end.distance
-                           : *find_parameter(chain, {End::none, ParameterKind::offset},
-                                             mechanism.leg(leg).parameters.data());
+      const double* const distance =
+          end.distance != nullptr ? end.distance
+                                  : find_parameter(model.info(), {End::none, ParameterKind::offset},
+                                                   mechanism.leg(leg).parameters.data());
+      guides.push_back({&model, *distance, *end.direction});
     }
   }
-  const LegEnd<const double> end = end_of(mechanism, 0, which);
-  return end.direction != nullptr && !end.has_point()
-             ? centre_of_guides(distances, azimuths)
-             : Eigen::Vector2d(sum / static_cast<double>(legs));
+  if (points > 0) {
+    return sum / static_cast<double>(points);
+  }
+  return guides.empty() ? Eigen::Vector2d(0, 0) : centre_of_guides(guides);
 }
 
 // A leg's end as seen from the centre, in the plane: a point's place, a guide's direction, where an
@@ -84,15 +102,22 @@ Eigen::Vector2d end_from(const Mechanism& mechanism, Index leg, End which,
   return end.direction != nullptr ? along(*end.direction) : Eigen::Vector2d::Zero();
 }
 
-// The leg whose end is farthest from the centre: of one at the centre the azimuth means nothing.
+// The leg whose end is farthest from the centre: of one at the centre the azimuth means nothing. A
+// point comes before a guide, whose direction may be given the one way or the other.
 Index farthest_leg(const Mechanism& mechanism, End end, const Eigen::Vector2d& from) {
+  constexpr double kCentral = 1e-9;  // m
   Index farthest = 0;
   double distance = 0;
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const double candidate = end_from(mechanism, leg, end, from).norm();
-    if (candidate > distance * (1 + 1e-6)) {
-      farthest = leg;
-      distance = candidate;
+  for (const bool points : {true, false}) {
+    if (distance > kCentral) {
+      break;
+    }
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      const double candidate = end_from(mechanism, leg, end, from).norm();
+      if (end_of(mechanism, leg, end).has_point() == points && candidate > distance * (1 + 1e-6)) {
+        farthest = leg;
+        distance = candidate;
+      }
     }
   }
   return farthest;
@@ -170,7 +195,8 @@ std::optional<SymmetryFrame> find_reflection(const Mechanism& mechanism,
                                   farthest_leg(mechanism, End::platform, centred.platform_centre)};
   for (Index partner = 0; partner < mechanism.leg_count(); ++partner) {
     for (Index other = 0; other < mechanism.leg_count(); ++other) {
-      if (legs[0] == legs[1] && other != partner) {
+      if ((legs[0] == legs[1] && other != partner) || !mechanism.of_one_chain(legs[0], partner) ||
+          !mechanism.of_one_chain(legs[1], other)) {
         continue;
       }
       const SymmetryFrame frame =
@@ -234,10 +260,10 @@ SymmetryGroup largest_group(const Mechanism& mechanism, const SymmetryTolerance&
 // The same legs, with the normals of all guides pointing away from the origins.
 Mechanism with_guides_outward(const Mechanism& mechanism) {
   std::vector<Leg> legs;
-  for (const Leg& leg : mechanism.legs()) {
-    legs.push_back(with_guides_outward(leg, mechanism.model().info()));
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    legs.push_back(with_guides_outward(mechanism.leg(leg), mechanism.model(leg).info()));
   }
-  return {mechanism.name(), mechanism.model(), std::move(legs)};
+  return mechanism.with_legs(std::move(legs));
 }
 
 }  // namespace
@@ -259,12 +285,12 @@ DetectedSymmetry detect_symmetry(const Mechanism& mechanism, const SymmetryToler
 
 RowMatrix symmetry_deviations(const Mechanism& mechanism, const SymmetryGroup& group,
                               const SymmetryTolerance& tolerance) {
-  const ChainInfo& chain = mechanism.model().info();
   const std::vector<Carrier> carriers = leg_carriers(mechanism, group, tolerance);
   // Every leg in the place of its reference, as a difference from the reference leg.
   RowMatrix differences(mechanism.leg_count(), mechanism.parameter_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const Carrier& carrier = carriers[static_cast<std::size_t>(leg)];
+    const ChainInfo& chain = mechanism.model(leg).info();
     const Leg back =
         transform_leg(group, group.inverse(carrier.element), chain, mechanism.leg(leg));
     differences.row(leg) =
@@ -272,6 +298,7 @@ RowMatrix symmetry_deviations(const Mechanism& mechanism, const SymmetryGroup& g
   }
   RowMatrix deviations = differences;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const ChainInfo& chain = mechanism.model(leg).info();
     for (Index i = 0; i < deviations.cols(); ++i) {
       std::vector<double> orbit;
       for (Index other = 0; other < mechanism.leg_count(); ++other) {

@@ -16,13 +16,17 @@ namespace {
 // Elements that carry a leg equally well differ by rounding only; the first of them is taken.
 constexpr double kTie = 1e-3;  // tolerances
 
-LegDeviation nearest_leg(const Mechanism& mechanism, const Leg& image,
+// The leg that the image of a leg is nearest to, of those of its chain.
+LegDeviation nearest_leg(const Mechanism& mechanism, Index leg, const Leg& image,
                          const ComparisonUnits& units) {
   LegDeviation nearest;
   nearest.in_tolerances = std::numeric_limits<double>::infinity();
   for (Index other = 0; other < mechanism.leg_count(); ++other) {
+    if (!mechanism.of_one_chain(leg, other)) {
+      continue;
+    }
     LegDeviation candidate =
-        compare_structure(image, mechanism.leg(other), mechanism.model().info(), units);
+        compare_structure(image, mechanism.leg(other), mechanism.model(leg).info(), units);
     const bool same = candidate.same_mode && !nearest.same_mode;
     if (candidate.in_tolerances < nearest.in_tolerances - (same ? -kTie : 0)) {
       nearest = std::move(candidate);
@@ -59,10 +63,10 @@ ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& grou
   result.keeps_structure = true;
   result.keeps_modes = true;
   const ComparisonUnits units = comparison_units(mechanism, tolerance);
-  const ChainInfo& chain = mechanism.model().info();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Leg image = transform_leg(group, element, chain, mechanism.leg(leg));
-    LegDeviation deviation = nearest_leg(mechanism, image, units);
+    const Leg image =
+        transform_leg(group, element, mechanism.model(leg).info(), mechanism.leg(leg));
+    LegDeviation deviation = nearest_leg(mechanism, leg, image, units);
     deviation.leg = leg;
     const auto target = static_cast<std::size_t>(deviation.nearest);
     result.keeps_structure &= deviation.in_tolerances <= kImageTolerances && !hit[target];
@@ -97,13 +101,14 @@ void verify_symmetry(const Mechanism& mechanism, const SymmetryGroup& group,
 std::vector<Carrier> leg_carriers(const Mechanism& mechanism, const SymmetryGroup& group,
                                   const SymmetryTolerance& tolerance) {
   tolerance.check();
-  const ChainInfo& chain = mechanism.model().info();
   const ComparisonUnits units = comparison_units(mechanism, tolerance);
   std::vector<Carrier> carriers;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const ChainInfo& chain = mechanism.model(leg).info();
     Carrier found{leg, {}};
     for (Index reference = 0; reference < leg && found.reference == leg; ++reference) {
-      if (carriers[static_cast<std::size_t>(reference)].reference != reference) {
+      if (carriers[static_cast<std::size_t>(reference)].reference != reference ||
+          !mechanism.of_one_chain(leg, reference)) {
         continue;
       }
       double nearest = std::numeric_limits<double>::infinity();

@@ -14,14 +14,14 @@ namespace {
 // The mechanism with the working modes that the element gives it: each leg's goes to the leg that
 // its image is.
 Mechanism with_image_modes(const Mechanism& mechanism, const ElementImage& image) {
-  const bool flips = image.element.reflection && mechanism.model().info().mode_is_orientation;
   std::vector<Leg> legs = mechanism.legs();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const Index onto = image.permutation[static_cast<std::size_t>(leg)];
+    const bool flips = image.element.reflection && mechanism.model(leg).info().mode_is_orientation;
     legs[static_cast<std::size_t>(onto)].working_mode =
         mechanism.leg(leg).working_mode * (flips ? -1 : 1);
   }
-  return {mechanism.name(), mechanism.model(), std::move(legs)};
+  return mechanism.with_legs(std::move(legs));
 }
 
 // The options of the image: home moves along, and so do the limits of readings that change sign
@@ -33,25 +33,34 @@ WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGrou
       transform_poses(group, image.element, mechanism.pose_space(), options.home.transpose())
           .row(0)
           .transpose();
-  if (!image.keeps_modes &&
-      reading_sign(image.element, mechanism.model().info().active_joint) < 0) {
-    result.reading_lower = -options.reading_upper;
-    result.reading_upper = -options.reading_lower;
+  if (image.keeps_modes) {
+    return result;
+  }
+  const Vector lower = limits_of_legs(options.reading_lower, mechanism.leg_count());
+  const Vector upper = limits_of_legs(options.reading_upper, mechanism.leg_count());
+  result.reading_lower = lower;
+  result.reading_upper = upper;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const Index onto = image.permutation[static_cast<std::size_t>(leg)];
+    const bool flips = reading_sign(image.element, mechanism.model(leg).info().active_joint) < 0;
+    result.reading_lower[onto] = flips ? -upper[leg] : lower[leg];
+    result.reading_upper[onto] = flips ? -lower[leg] : upper[leg];
   }
   return result;
 }
 
-// Each image reading, at the leg that the image is, less the leg's own with that sign; angles by
+// Each image reading, at the leg that the image is, less the leg's own with its sign; angles by
 // the shortest turn.
 RowMatrix deviations(const Mechanism& mechanism, const ElementImage& image,
-                     ConstRows image_readings, ConstRows readings, double sign) {
+                     ConstRows image_readings, ConstRows readings) {
   RowMatrix result(readings.rows(), readings.cols());
   Vector column(readings.rows());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    mechanism.model().reading_differences(
-        mechanism.leg(leg).parameters,
-        image_readings.col(image.permutation[static_cast<std::size_t>(leg)]),
-        sign * readings.col(leg), column);
+    const LegModel& model = mechanism.model(leg);
+    const double sign = reading_sign(image.element, model.info().active_joint);
+    model.reading_differences(mechanism.leg(leg).parameters,
+                              image_readings.col(image.permutation[static_cast<std::size_t>(leg)]),
+                              sign * readings.col(leg), column);
     result.col(leg) = column;
   }
   return result;
@@ -85,8 +94,7 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
       inside_workspace(image_mechanism, image_options, image_poses);
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const RowMatrix image_readings = inverse_kinematics(image_mechanism, image_poses);
-  const RowMatrix apart = deviations(mechanism, image, image_readings, readings,
-                                     reading_sign(element, mechanism.model().info().active_joint));
+  const RowMatrix apart = deviations(mechanism, image, image_readings, readings);
   for (Index i = 0; i < count; ++i) {
     const auto row = static_cast<std::size_t>(i);
     result.inside += inside[row] ? 1 : 0;

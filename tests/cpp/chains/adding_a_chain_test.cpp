@@ -17,7 +17,7 @@ TEST(AddingAChain, TheExampleOfThePageIsTheChainThatItSays) {
   ASSERT_EQ(models.size(), 2U);
   const Platform platforms[] = {Platform::rigid, Platform::point};
   for (std::size_t i = 0; i < 2; ++i) {
-    const LegModel& known = leg_model("R[P]R", platforms[i]);
+    const ChainModel& known = leg_model("R[P]R", platforms[i]);
     ASSERT_EQ(models[i]->parameter_count(), known.parameter_count());
     const Vector parameters = Vector::LinSpaced(known.parameter_count(), 0.4, 1.1);
     const RowMatrix poses = RowMatrix::Constant(1, i == 0 ? 3 : 2, 0.7);

@@ -33,9 +33,9 @@
 namespace symkin::testing {
 namespace {
 
-class PlainModel final : public LegModel {
+class PlainModel final : public ChainModel {
  public:
-  PlainModel(ChainInfo info, const LegKernels& kernels) : LegModel(std::move(info), kernels) {}
+  PlainModel(ChainInfo info, const LegKernels& kernels) : ChainModel(std::move(info), kernels) {}
 
   void reading_differences(ConstVector, ConstVector, ConstVector,
                            Eigen::Ref<Vector>) const override {}
@@ -96,7 +96,7 @@ class Batches : public EveryChain {
  protected:
   static constexpr Index kLegs = 3;
 
-  const LegModel& plain() const {
+  const ChainModel& plain() const {
     return plain_models().at({GetParam().name, GetParam().platform});
   }
   Index dof() const { return degrees_of_freedom(info().pose_space); }
@@ -164,7 +164,7 @@ class Batches : public EveryChain {
   }
 
   std::vector<Vector> parameters_;
-  LegModel::Legs legs_;
+  ChainModel::Legs legs_;
 };
 
 TEST_P(Batches, SayWhatPlainDoublesSay) {
@@ -271,7 +271,7 @@ TEST_P(Batches, SolveTheForwardKinematicsAsPlainDoublesDo) {
       readings(4, 0) += 100;
       RowMatrix start = poses;
       start.leftCols(2).array() += 0.01;
-      const auto solve = [&](const LegModel& model, RowMatrix& found) {
+      const auto solve = [&](const ChainModel& model, RowMatrix& found) {
         std::vector<ForwardStatus> status;
         model.forward_kinematics(legs_, readings, start, {}, found, status);
         return status;

@@ -112,7 +112,7 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
  protected:
   static constexpr int kStates = 200;
 
-  const LegModel& model() const { return leg_model(GetParam().name, GetParam().platform); }
+  const ChainModel& model() const { return leg_model(GetParam().name, GetParam().platform); }
   const ChainInfo& info() const { return info_of(GetParam()); }
   std::vector<int> modes() const {
     return has_two_roots(GetParam()) ? std::vector<int>{-1, 1} : std::vector<int>{1};

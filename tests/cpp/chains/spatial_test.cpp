@@ -265,8 +265,8 @@ INSTANTIATE_TEST_SUITE_P(Chains, Spatial, ::testing::ValuesIn(every_spatial_chai
 
 // Both chains at the same poses: their readings with that radius, and with none.
 std::array<double, 2> with_and_without(Platform platform, double radius, Random& random) {
-  const LegModel& cable = leg_model("U[P]S", platform);
-  const LegModel& pulley = leg_model("U[P]S pulley", platform);
+  const ChainModel& cable = leg_model("U[P]S", platform);
+  const ChainModel& pulley = leg_model("U[P]S pulley", platform);
   Vector parameters(cable.parameter_count());
   for (double& value : parameters) {
     value = 0.5 + random.uniform();
@@ -297,7 +297,7 @@ TEST(Pulley, OfNoRadiusIsAPlainCable) {
 // of Pythagoras' length; straight down from its far side, half round; straight up along the axis,
 // not round at all.
 TEST(Pulley, HasTheCableOfSimpleTriangles) {
-  const LegModel& model = leg_model("U[P]S pulley", Platform::translating);
+  const ChainModel& model = leg_model("U[P]S pulley", Platform::translating);
   Vector parameters(6);
   parameters << 0.2, 1, kPi / 2, 0, 1, 0;  // A = (1, 0, 0)
   const auto length = [&](double x, double z) {
@@ -315,7 +315,7 @@ TEST(Pulley, HasTheCableOfSimpleTriangles) {
 }
 
 TEST(Pulley, IsSmoothAboveItsAxis) {
-  const LegModel& model = leg_model("U[P]S pulley", Platform::translating);
+  const ChainModel& model = leg_model("U[P]S pulley", Platform::translating);
   Vector parameters(6);
   parameters << 0.2, 1, kPi / 2, 0, 1, 0;
   RowMatrix pose(1, 3);

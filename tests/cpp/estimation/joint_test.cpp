@@ -129,7 +129,7 @@ TEST(LatentPoses, AreRefusedWhereExactObservationsContradictEachOther) {
   std::vector<Leg> legs = three.legs();
   legs.push_back(legs.front());
   legs.back().parameters[3] += 0.3;
-  const Mechanism four("four legs", three.model(), legs);
+  const Mechanism four("four legs", *three.chain(), legs);
   const RowMatrix poses = sample_workspace(three, testing::paper_workspace(), 12, 3).poses;
   Observations observations;
   observations.readings = everywhere(inverse_kinematics(four, poses), 0, 4);

@@ -36,7 +36,7 @@ std::vector<Case> cases() {
   // Three extensible legs on wide points, which any pose near home suits.
   Vector parameters(6);
   parameters << 2, kPi / 6, 0.5, -kPi / 3, 1, 0;
-  const LegModel& extensible = leg_model("R[P]R");
+  const ChainModel& extensible = leg_model("R[P]R");
   const SymmetryGroup group = SymmetryGroup::named("C3");
   return {
       {"3-RRR", testing::paper_3rrr(), testing::paper_workspace()},
@@ -150,7 +150,7 @@ Vector by_ceres(const LegData& data, Vector parameters, const IdentificationOpti
 
 LegData leg_data(const Mechanism& mechanism, const MeasurementSet& measured, Index leg) {
   return {
-      mechanism.model(), mechanism.leg(leg).working_mode, rows_of_leg(measured, leg, PoseUse::all),
+      mechanism.model(leg), mechanism.leg(leg).working_mode, rows_of_leg(measured, leg, PoseUse::all),
       measured.poses,    measured.readings.col(leg),      mechanism.estimated_parameters(leg)};
 }
 

@@ -130,7 +130,7 @@ TEST(MechanismRows, NeedANoiseOfTheReadingsForMoreLegsThanDegreesOfFreedom) {
   const Mechanism three = testing::paper_3rrr();
   std::vector<Leg> legs = three.legs();
   legs.push_back(legs.front());  // two legs side by side, as far as the noise is concerned
-  const Mechanism four("four legs", three.model(), legs);
+  const Mechanism four("four legs", *three.chain(), legs);
   const RowMatrix home = RowMatrix::Zero(1, 3);
   EXPECT_THROW(mechanism_rows(four, home, RowKind::noise_aware, {1e-4, 1e-4, 0}), InvalidInput);
   EXPECT_TRUE(mechanism_rows(four, home, RowKind::noise_aware, {1e-4, 1e-4, 1e-4}).allFinite());

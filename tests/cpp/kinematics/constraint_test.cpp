@@ -60,7 +60,7 @@ TEST_P(Bound, LeavesThreeDegreesOfFreedom) {
   const Mechanism three = nominal();
   std::vector<Leg> four = three.legs();
   four.push_back(four.front());
-  EXPECT_THROW(Mechanism("four", three.model(), four), InvalidInput);
+  EXPECT_THROW(Mechanism("four", *three.chain(), four), InvalidInput);
 }
 
 TEST_P(Bound, PosesOnTheConstraintCloseAndKeepHeightAndTilts) {

@@ -55,7 +55,7 @@ TEST(ForwardKinematics, TakesMoreLegsThanDegreesOfFreedomByLeastSquares) {
   legs.push_back(legs[0]);
   legs.back().parameters[3] += 0.3;
   legs.back().parameters[5] += 0.3;
-  const Mechanism four("4-RRR", three.model(), legs);
+  const Mechanism four("4-RRR", *three.chain(), legs);
   const RowMatrix pose = (RowMatrix(1, 3) << 0.05, 0.1, 0.1).finished();
   const RowMatrix start = RowMatrix::Zero(1, 3);
   const auto result = forward_kinematics(four, inverse_kinematics(four, pose), start);
@@ -71,7 +71,7 @@ TEST(ForwardKinematics, TakesAsManyLegsAsThereAre) {
     legs.back().parameters[3] += 0.02 * i;
     legs.back().parameters[5] += 0.02 * i;
   }
-  const Mechanism twelve("12-RRR", three.model(), legs);
+  const Mechanism twelve("12-RRR", *three.chain(), legs);
   const RowMatrix pose = (RowMatrix(1, 3) << 0.05, 0.1, 0.1).finished();
   const RowMatrix start = RowMatrix::Zero(1, 3);
   const auto result = forward_kinematics(twelve, inverse_kinematics(twelve, pose), start);

@@ -46,9 +46,9 @@ TEST(Workspace, ReadingLimitsAreKept) {
   const Mechanism mechanism = testing::paper_3rrr();
   WorkspaceOptions options = testing::paper_workspace();
   const WorkspaceSample all = sample_workspace(mechanism, options, 500, 1);
-  options.reading_lower = 0.9 * all.readings.minCoeff() + 0.1 * all.readings.maxCoeff();
+  options.reading_lower[0] = 0.9 * all.readings.minCoeff() + 0.1 * all.readings.maxCoeff();
   const WorkspaceSample limited = sample_workspace(mechanism, options, 500, 1);
-  EXPECT_GE(limited.readings.minCoeff(), options.reading_lower);
+  EXPECT_GE(limited.readings.minCoeff(), options.reading_lower[0]);
   EXPECT_GT(limited.rejections.limits, 0);
 }
 

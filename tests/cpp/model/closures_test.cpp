@@ -60,7 +60,7 @@ struct SliderOnPlatform
   }
 };
 
-const LegModel& model() {
+const ChainModel& model() {
   static const LegModelOf<SliderOnPlatform> instance;
   return instance;
 }
@@ -137,9 +137,9 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   readings << kReadings, kReadings.reverse();
   readings(1, 0) = std::numeric_limits<double>::quiet_NaN();  // a pose of one leg alone
   const MeasurementSet measurements{open_poses(), readings, {-1, -1, -1}};
-  const EstimatedParameters all(2, {0, 1, 2, 3, 4, 5});
+  const Mechanism mechanism("2-RP", model(), {{kParameters, 1}, {parameters.row(1).transpose(), 1}});
   const WhitenedClosures system =
-      whiten_closures(model(), parameters, all, measurements, {0, 1}, PoseUse::all, noise);
+      whiten_closures(mechanism, measurements, {0, 1}, PoseUse::all, noise);
   ASSERT_EQ(system.residual.size(), 4 + 2 + 4);
   ASSERT_EQ(system.jacobian.cols(), 12);
   const WhitenedPose& last = system.poses.back();

@@ -18,7 +18,7 @@ std::string refusal(const std::function<void(std::vector<Leg>&)>& change) {
   std::vector<Leg> legs = mechanism.legs();
   change(legs);
   try {
-    const Mechanism changed("changed", mechanism.model(), legs);
+    const Mechanism changed("changed", *mechanism.chain(), legs);
   } catch (const InvalidInput& error) {
     return error.what();
   }

@@ -16,7 +16,7 @@ inline Mechanism paper_3rrr(int working_mode = -1) {
   const double corner = 7 * kPi / 6;
   parameters << 1.5, 1.5, 6 / std::sqrt(3.0), corner, 1.5 / std::sqrt(3.0), corner, 1, kPi / 6;
   const SymmetryGroup group = SymmetryGroup::named("C3");
-  const LegModel& model = leg_model("[R]RR");
+  const ChainModel& model = leg_model("[R]RR");
   return {"3-RRR", model,
           generate_legs(group, model, {parameters, working_mode}, generating_elements(group, 3))};
 }
@@ -35,7 +35,7 @@ inline Mechanism hexapod() {
   Vector parameters(8);
   parameters << 0.41, kPi / 2, 200 * kPi / 180, 0.22, kPi / 2, 154 * kPi / 180, 0.0115, 0.6;
   const SymmetryGroup group = SymmetryGroup::named("D3", 210 * kPi / 180);
-  const LegModel& model = leg_model("U[P]S");
+  const ChainModel& model = leg_model("U[P]S");
   return {"hexapod", model,
           generate_legs(group, model, {parameters, -1}, generating_elements(group, 6))};
 }
@@ -58,7 +58,7 @@ inline Mechanism three_rps() {
   Vector parameters(11);
   parameters << 0.5, 0, 0, 0, 0, 0, 0.5, 0, 0, 1, 0;
   const SymmetryGroup group = SymmetryGroup::named("D3");
-  const LegModel& model = leg_model("R[P]S");
+  const ChainModel& model = leg_model("R[P]S");
   return {"3-RPS", model,
           generate_legs(group, model, {parameters, 1}, generating_elements(group, 3))};
 }
@@ -67,7 +67,7 @@ inline Mechanism three_prs() {
   Vector parameters(15);
   parameters << 0.6, 0.4, 0, 0, 0, kPi / 2, 0, 0, 0, 0, 0.25, 0, 0, 1, 0;
   const SymmetryGroup group = SymmetryGroup::named("D3");
-  const LegModel& model = leg_model("[P]RS");
+  const ChainModel& model = leg_model("[P]RS");
   return {"3-PRS", model,
           generate_legs(group, model, {parameters, 1}, generating_elements(group, 3))};
 }
@@ -77,7 +77,7 @@ inline Mechanism five_bar() {
   Vector parameters(6);
   parameters << 0.3, 0.4, 0.15, 0.0, 1, 0.2;
   const SymmetryGroup group = SymmetryGroup::named("D1", kPi / 2);
-  const LegModel& model = leg_model("[R]RR", Platform::point);
+  const ChainModel& model = leg_model("[R]RR", Platform::point);
   return {"five-bar", model,
           generate_legs(group, model, {parameters, -1}, generating_elements(group, 2))};
 }

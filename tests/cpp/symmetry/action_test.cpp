@@ -25,9 +25,9 @@ Mechanism image_of(const Mechanism& mechanism, const SymmetryGroup& group,
                    SymmetryElement element) {
   std::vector<Leg> legs;
   for (const Leg& leg : mechanism.legs()) {
-    legs.push_back(transform_leg(group, element, mechanism.model().info(), leg));
+    legs.push_back(transform_leg(group, element, mechanism.model(0).info(), leg));
   }
-  return {"image", mechanism.model(), legs};
+  return {"image", *mechanism.chain(), legs};
 }
 
 class Action : public ::testing::TestWithParam<SymmetryGroup> {};
@@ -51,7 +51,7 @@ TEST_P(Action, ImagesOfLegsReadTheImagesOfReadingsAtTheImagesOfPoses) {
       const RowMatrix image_readings =
           inverse_kinematics(image_of(mechanism, group, element),
                              transform_poses(group, element, mechanism.pose_space(), poses));
-      const double sign = reading_sign(element, mechanism.model().info().active_joint);
+      const double sign = reading_sign(element, mechanism.model(0).info().active_joint);
       EXPECT_LT((image_readings - sign * readings).cwiseAbs().maxCoeff(), 1e-11)
           << SymmetryGroup::label(element);
     }
@@ -83,8 +83,8 @@ TEST(Action, RefusesPosesAndLegsOfOtherShapes) {
   EXPECT_THROW(transform_poses(group, {1, false}, PoseSpace::spatial, RowMatrix::Zero(2, 3)),
                InvalidInput);
   const Leg three{Vector::Ones(3), 1};
-  EXPECT_THROW(transform_leg(group, {1, false}, mechanism.model().info(), three), InvalidInput);
-  EXPECT_THROW(generate_legs(group, mechanism.model(), three, {{1, false}}), InvalidInput);
+  EXPECT_THROW(transform_leg(group, {1, false}, mechanism.model(0).info(), three), InvalidInput);
+  EXPECT_THROW(generate_legs(group, mechanism.model(0), three, {{1, false}}), InvalidInput);
 }
 
 }  // namespace

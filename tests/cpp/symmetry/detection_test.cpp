@@ -12,7 +12,7 @@ namespace symkin {
 namespace {
 
 // A leg of any planar chain with its platform, not special in any parameter.
-Leg generic_leg(const LegModel& model) {
+Leg generic_leg(const ChainModel& model) {
   Random random(3);
   Leg leg{Vector(model.parameter_count()), -1};
   for (Index i = 0; i < leg.parameters.size(); ++i) {
@@ -23,7 +23,7 @@ Leg generic_leg(const LegModel& model) {
 
 Mechanism generated(const std::string& chain, Platform platform, const SymmetryGroup& group,
                     Index count) {
-  const LegModel& model = leg_model(chain, platform);
+  const ChainModel& model = leg_model(chain, platform);
   return {chain, model,
           generate_legs(group, model, generic_leg(model), generating_elements(group, count))};
 }
@@ -198,7 +198,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
   for (const std::string chain : {"[P]US", "[R]US"}) {
     const Mechanism delta =
         generated(chain, Platform::translating, SymmetryGroup::named("D3", 0.3), 6);
-    const ChainInfo& info = delta.model().info();
+    const ChainInfo& info = delta.model(0).info();
     const auto place = [&](ParameterKind kind) {
       return static_cast<Index>(info.find({End::base, kind}));
     };
@@ -210,7 +210,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
     legs[3].parameters[swing] *= -1;
     legs[3].parameters.tail<2>() *= -1;
     legs[3].working_mode *= -1;
-    const Mechanism rewritten("rewritten", delta.model(), legs);
+    const Mechanism rewritten("rewritten", *delta.chain(), legs);
     // Most poses are beyond the reach of some leg.
     Random random(4);
     const RowMatrix poses =
@@ -228,7 +228,7 @@ TEST(SymmetryDetection, AcceptsADirectionInSpaceWrittenTheOtherWayRound) {
     EXPECT_GT(reached, 10);
     EXPECT_EQ(detect_symmetry(rewritten).with_modes.name(), "D_3") << chain;
     legs[3].parameters[swing] += 1e-3;
-    EXPECT_EQ(detect_symmetry({"off", delta.model(), legs}).structure.name(), "C_1") << chain;
+    EXPECT_EQ(detect_symmetry({"off", *delta.chain(), legs}).structure.name(), "C_1") << chain;
   }
 }
 

@@ -83,7 +83,7 @@ SymmetryFrame shifted_frame() {
 
 TEST(Roles, CarryAPointAndADirectionOfOneEndWhateverTheirNamesAre) {
   const Mechanism mechanism = guides_through_points();
-  const ChainInfo& chain = mechanism.model().info();
+  const ChainInfo& chain = mechanism.model(0).info();
   const RowMatrix readings = inverse_kinematics(mechanism, some_poses());
   ASSERT_TRUE(readings.allFinite());
   for (const SymmetryGroup& group :
@@ -94,7 +94,7 @@ TEST(Roles, CarryAPointAndADirectionOfOneEndWhateverTheirNamesAre) {
         legs.push_back(transform_leg(group, element, chain, leg));
       }
       const RowMatrix image_readings =
-          inverse_kinematics({"image", mechanism.model(), legs},
+          inverse_kinematics({"image", *mechanism.chain(), legs},
                              transform_poses(group, element, PoseSpace::planar, some_poses()));
       const double sign = reading_sign(element, chain.active_joint);
       EXPECT_LT((image_readings - sign * readings).cwiseAbs().maxCoeff(), 1e-13)
@@ -126,7 +126,7 @@ TEST(Roles, LetAPointAndADirectionBeWrittenEachInItsOwnWay) {
   legs[3].parameters[3] -= kPi;
   legs[3].parameters.tail<2>() *= -1;
   legs[3].working_mode *= -1;
-  const Mechanism rewritten("rewritten", mechanism.model(), legs);
+  const Mechanism rewritten("rewritten", *mechanism.chain(), legs);
   EXPECT_LT(
       (inverse_kinematics(rewritten, some_poses()) - inverse_kinematics(mechanism, some_poses()))
           .cwiseAbs()

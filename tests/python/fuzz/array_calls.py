@@ -61,7 +61,11 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         "_core.Mechanism",
         {"parameters": core.parameters, "working_modes": np.array(mechanism.working_modes)},
         lambda parameters, working_modes: _core.Mechanism(
-            "m", mechanism.chain, mechanism.platform, parameters, working_modes
+            "m",
+            [mechanism.chain] * len(mechanism.legs),
+            mechanism.platform,
+            parameters,
+            working_modes,
         ),
     )
     yield Call(

@@ -8,11 +8,11 @@
 
 namespace symkin::chains {
 
-using Models = std::vector<const LegModel*>;
+using Models = std::vector<const ChainModel*>;
 
 // One model of each leg struct, alive until the program ends.
 template <typename Leg>
-const LegModel* model(const LegKernels& kernels) {
+const ChainModel* model(const LegKernels& kernels) {
   static const LegModelOf<Leg> instance(kernels);
   return &instance;
 }

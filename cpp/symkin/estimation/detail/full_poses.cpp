@@ -30,7 +30,7 @@ FullPoses::FullPoses(const Mechanism& mechanism, const Observations& observation
   const Observed& poses = observations.poses;
   if (space == PoseSpace::spherical || !poses.any() || observations.reported.any() ||
       observations.points.any() || observations.distances.any() || observations.heights.any() ||
-      mechanism.model().info().closures != 1 || legs_ > FullPoseKernels::kMostLegs ||
+      mechanism.closures() != 1 || legs_ > FullPoseKernels::kMostLegs ||
       free_frame(layout, list_.base()) || free_frame(layout, list_.target())) {
     return;
   }

@@ -145,7 +145,7 @@ bool LatentProblem::starts_near() const {
 }
 
 void LatentProblem::linearise_leg(Index leg, ClosureRows& rows) const {
-  const LegModel& model = mechanism_.model();
+  const LegModel& model = mechanism_.model(leg);
   const Index n = observations_.count();
   const Index closures = model.info().closures;
   const Index parameters = mechanism_.parameter_count();
@@ -192,7 +192,7 @@ void LatentProblem::linearise_leg(Index leg, ClosureRows& rows) const {
 void LatentProblem::assemble(Index pose, LinearPose& linear) const {
   const PoseSpace space = mechanism_.pose_space();
   const Index dof = mechanism_.dof();
-  const Index closures = mechanism_.model().info().closures;
+  const Index closures = mechanism_.closures();
   RowList rows(layout_, dof);
 
   for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {

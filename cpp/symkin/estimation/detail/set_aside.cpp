@@ -137,7 +137,7 @@ Relaxed damped(const Mechanism& mechanism, const Observations& observations, con
 Vector aspect_of(const Mechanism& mechanism, const Observations& observations, const Setup& setup,
                  Index pose, const RowMatrix& at) {
   const Index legs = mechanism.leg_count();
-  const Index closures = mechanism.model().info().closures;
+  const Index closures = mechanism.closures();
   Vector signs = Vector::Zero(legs + 1);
   RowMatrix by_pose(legs * closures, mechanism.dof());
   bool all = by_pose.rows() == by_pose.cols();
@@ -151,8 +151,8 @@ Vector aspect_of(const Mechanism& mechanism, const Observations& observations, c
     Vector straight = setup.parameters.row(leg);
     straight.tail<2>() << 1, 0;
     ClosureRows rows;
-    mechanism.model().linearise_pose(straight, at,
-                                     Vector::Constant(1, sensor.active_joint(reading)), rows);
+    mechanism.model(leg).linearise_pose(straight, at,
+                                        Vector::Constant(1, sensor.active_joint(reading)), rows);
     signs[leg] = rows.by_reading[0] < 0 ? -1 : 1;
     by_pose.middleRows(leg * closures, closures) = rows.by_pose;
   }

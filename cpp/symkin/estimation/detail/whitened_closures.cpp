@@ -35,37 +35,38 @@ Index WhitenedClosures::position(Index leg) const {
   return std::find(legs.begin(), legs.end(), leg) - legs.begin();
 }
 
-WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
-                                 const EstimatedParameters& estimated,
-                                 const MeasurementSet& measurements, const std::vector<Index>& legs,
-                                 PoseUse use, const MeasurementNoise& noise) {
-  const PoseSpace space = model.info().pose_space;
-  const auto p = static_cast<Index>(estimated.front().size());
-  const Index closures = model.info().closures;
-  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {}};
+WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                 const std::vector<Index>& legs, PoseUse use,
+                                 const MeasurementNoise& noise) {
+  const PoseSpace space = mechanism.pose_space();
+  const Index closures = mechanism.closures();
+  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {},
+                          {0}};
   for (const Index leg : legs) {
-    model.linearise(parameters.row(leg).transpose(), measurements.poses,
-                    measurements.readings.col(leg), system.rows.emplace_back());
+    mechanism.model(leg).linearise(mechanism.leg(leg).parameters, measurements.poses,
+                                   measurements.readings.col(leg), system.rows.emplace_back());
+    system.columns.push_back(system.columns.back() + mechanism.estimated_count(leg));
   }
   const Index m =
       system.poses.empty() ? 0 : system.poses.back().first + system.poses.back().count();
   system.residual.resize(m);
-  system.jacobian.setZero(m, static_cast<Index>(legs.size()) * p);
+  system.jacobian.setZero(m, system.columns.back());
   for (WhitenedPose& pose : system.poses) {
     const Index count = pose.count();
     Eigen::MatrixXd by_pose(count, degrees_of_freedom(space));
     Vector by_reading(count);
     for (Index k = 0; k < count; k += closures) {
       const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
-      const Index position = system.position(which);
-      const ClosureRows& leg = system.rows[static_cast<std::size_t>(position)];
+      const auto position = static_cast<std::size_t>(system.position(which));
+      const ClosureRows& leg = system.rows[position];
+      const std::vector<Index>& estimated = mechanism.estimated_parameters(which);
       const Index row = pose.row * closures;
       by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);
       by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
       system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
-      system.jacobian.block(pose.first + k, position * p, closures, p) =
-          leg.by_parameters.middleRows(row, closures)(Eigen::all,
-                                                      estimated[static_cast<std::size_t>(which)]);
+      system.jacobian.block(pose.first + k, system.columns[position], closures,
+                            static_cast<Index>(estimated.size())) =
+          leg.by_parameters.middleRows(row, closures)(Eigen::all, estimated);
     }
     pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
     const auto factor = pose.factor.triangularView<Eigen::Lower>();

@@ -5,11 +5,9 @@
 
 #include "symkin/estimation/measurements.hpp"
 #include "symkin/estimation/noise.hpp"
-#include "symkin/model/leg_model.hpp"
+#include "symkin/model/mechanism.hpp"
 
 namespace symkin {
-
-using EstimatedParameters = std::vector<std::vector<Index>>;  // of each leg
 
 // The closures h of the legs that were read at one measured pose, and the Cholesky factor L of
 // their covariance: L^-1 h is standard normal at the true parameters.
@@ -30,20 +28,20 @@ struct WhitenedClosures {
   std::vector<Index> legs;
   std::vector<WhitenedPose> poses;
   Vector residual;                // m, L^-1 h
-  Eigen::MatrixXd jacobian;       // m x (legs p), L^-1 dh/dparam, of the estimated parameters
+  Eigen::MatrixXd jacobian;       // m x their estimated parameters, L^-1 dh/dparam
   std::vector<ClosureRows> rows;  // of each of the legs at all measured poses
 
-  // Column of the jacobian where a leg's parameters begin, and the leg's rows.
+  // Where a leg's parameters begin in the columns of the jacobian, and where they all end.
+  std::vector<Index> columns;
+
+  // Place of a leg among these.
   Index position(Index leg) const;
 };
 
-// At `parameters` of all legs, which need not be those of a possible mechanism; `estimated` are the
-// columns of each that are unknown, as many for every leg. Throws InvalidInput, naming the pose,
-// where the covariance of its closures is singular.
-WhitenedClosures whiten_closures(const LegModel& model, ConstRows parameters,
-                                 const EstimatedParameters& estimated,
-                                 const MeasurementSet& measurements, const std::vector<Index>& legs,
-                                 PoseUse use, const MeasurementNoise& noise);
+// Throws InvalidInput, naming the pose, where the covariance of its closures is singular.
+WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                 const std::vector<Index>& legs, PoseUse use,
+                                 const MeasurementNoise& noise);
 
 // Poses and readings which the closures make most likely at the parameters, and how far they are
 // from those measured. To first order they do not depend on the residuals; where the measured ones

@@ -212,12 +212,12 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
 }  // namespace
 
 ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
-  const ChainInfo& chain = mechanism.model().info();
   double base = 0;
   double platform = 0;
-  for (const Leg& leg : mechanism.legs()) {
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (const End which : kEnds) {
-      const LegEnd<const double> end = end_of(chain, leg, which);
+      const LegEnd<const double> end =
+          end_of(mechanism.model(leg).info(), mechanism.leg(leg), which);
       double& farthest = which == End::base ? base : platform;
       // Two angles of a point in space.
       const double turns = end.polar_angle != nullptr ? std::sqrt(2) : 1;

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/kinematics/detail/mixed_newton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "symkin/model/newton.hpp"
+#include "symkin/model/pose.hpp"
+#include "symkin/support/interrupt.hpp"
+
+namespace symkin {
+namespace {
+
+// Legs of any chains as Newton's method takes them (see detail::Newton). Signs of dh/dq are told by
+// those of dh/dpsi: a sensor's gain has the same at the start and at the end.
+template <typename PoseType>
+class MixedLegs {
+  using Rows = detail::LaneRows<double>;
+  using Coordinates = std::array<double, PoseType::kCoordinates>;
+  using Tangent = Dual<double, PoseType::kDof>;
+
+  // What the sensor shows, what it would show at the start pose, and the side there: dh/dpsi > 0.
+  struct LegState {
+    double reading, reading_at_start;
+    bool side;
+  };
+
+ public:
+  using Source = const Mechanism&;
+  using Scalar = double;
+  using Pose = PoseType;
+  static constexpr std::size_t kClosures = 1;
+
+  explicit MixedLegs(const Mechanism& mechanism)
+      : mechanism_(mechanism), legs_(mechanism.legs().size()) {}
+
+  std::size_t size() const { return legs_.size(); }
+
+  void set_out(const Rows& rows, const double* readings, const Coordinates& start, bool sides) {
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      LegState& leg = legs_[i];
+      leg.reading = rows.read(readings + i, static_cast<Index>(legs_.size()));
+      const double root = this->root(i, start);
+      leg.reading_at_start = std::isnan(root) ? leg.reading : root;
+      leg.side = sides && linearised(i, start, leg.reading_at_start).by_reading[0] > 0;
+    }
+  }
+
+  const Coordinates& variable(const Coordinates& coordinates) const { return coordinates; }
+
+  std::array<Tangent, 1> closures(std::size_t leg, const Coordinates& pose, bool at_start) const {
+    const LegState& state = legs_[leg];
+    const ClosureRows& rows =
+        linearised(leg, pose, at_start ? state.reading_at_start : state.reading);
+    return {Tangent::of(rows.closure[0],
+                        [&](std::size_t i) { return rows.by_pose(0, static_cast<Index>(i)); })};
+  }
+
+  bool same_sides(const Coordinates& coordinates) const {
+    bool same = true;
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      same =
+          same && (linearised(i, coordinates, legs_[i].reading).by_reading[0] > 0) == legs_[i].side;
+    }
+    return same;
+  }
+
+  bool in_working_modes(const Coordinates& coordinates) const {
+    constexpr double kTolerance = 1e-6;
+    bool all = true;
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      const Vector read = Vector::Constant(1, legs_[i].reading);
+      const Vector root = Vector::Constant(1, this->root(i, coordinates));
+      Vector apart(1);
+      model(i).reading_differences(parameters(i), root, read, apart);
+      // A root that is not a number, just beyond the reach, fails the comparison too.
+      all = all && std::abs(apart[0] * model(i).sensor_gain(parameters(i), read[0])) < kTolerance;
+    }
+    return all;
+  }
+
+ private:
+  using Row = Eigen::Map<const RowMatrix>;
+
+  const LegModel& model(std::size_t leg) const { return mechanism_.model(static_cast<Index>(leg)); }
+  const Vector& parameters(std::size_t leg) const { return mechanism_.legs()[leg].parameters; }
+
+  double root(std::size_t leg, const Coordinates& pose) const {
+    Vector reading(1);
+    model(leg).inverse_kinematics(parameters(leg), mechanism_.legs()[leg].working_mode,
+                                  Row(pose.data(), 1, Pose::kCoordinates), reading);
+    return reading[0];
+  }
+
+  const ClosureRows& linearised(std::size_t leg, const Coordinates& pose, double reading) const {
+    model(leg).linearise_pose(parameters(leg), Row(pose.data(), 1, Pose::kCoordinates),
+                              Vector::Constant(1, reading), rows_);
+    return rows_;
+  }
+
+  const Mechanism& mechanism_;
+  std::vector<LegState> legs_;
+  mutable ClosureRows rows_;  // of one leg at one pose, its room kept
+};
+
+template <typename Pose>
+using MixedNewton = detail::Newton<MixedLegs<Pose>>;
+
+auto newton_of(PoseSpace space) {
+  switch (space) {
+    case PoseSpace::planar:
+      return MixedNewton<PlanarPose<double>>::forward;
+    case PoseSpace::point:
+      return MixedNewton<PointPose<double>>::forward;
+    case PoseSpace::translating:
+      return MixedNewton<TranslatingPose<double>>::forward;
+    case PoseSpace::spherical:
+      return MixedNewton<SphericalPose<double>>::forward;
+    default:
+      return MixedNewton<SpatialPose<double>>::forward;
+  }
+}
+
+}  // namespace
+
+void mixed_forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings,
+                              ConstRows start, const ForwardKinematicsOptions& options,
+                              RowMatrix& poses, std::vector<ForwardStatus>& status) {
+  constexpr Index kBlock = 256;  // between two looks for an interrupt
+  poses.resize(readings.rows(), coordinate_count(mechanism.pose_space()));
+  status.resize(static_cast<std::size_t>(readings.rows()));
+  const Index stride = start.rows() == 1 ? 0 : start.outerStride();
+  const auto forward = newton_of(mechanism.pose_space());
+  for (Index first = 0; first < readings.rows(); first += kBlock) {
+    check_interrupt();
+    forward(mechanism,
+            {start.data() + first * stride, stride, std::min(kBlock, readings.rows() - first)},
+            readings.row(first).data(), options, poses.row(first).data(),
+            &status[static_cast<std::size_t>(first)]);
+  }
+}
+
+}  // namespace symkin

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "symkin/model/leg_kernels.hpp"
+#include "symkin/model/leg_model.hpp"
+
+namespace symkin {
+
+// Where run time meets compile time: one object per chain, with the loops over poses of one leg and
+// of all legs of a mechanism whose legs are of this chain alone.
+class ChainModel : public LegModel {
+ public:
+  using Legs = std::vector<LegValues>;
+
+  void inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
+                          Eigen::Ref<Vector> readings) const final;
+  void reach_margin(ConstVector parameters, ConstRows poses,
+                    Eigen::Ref<Vector> margins) const final;
+  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+               Eigen::Ref<Vector> values) const final;
+  void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                 ClosureRows& rows) const final;
+  void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                      ClosureRows& rows) const final;
+
+  // The same of all legs: readings and margins N x legs.
+  RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const;
+  RowMatrix reach_margin(const Legs& legs, ConstRows poses) const;
+  PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
+                                 const RowMatrix& readings) const;
+
+  // See forward_kinematics(): the poses and how they ended, for a row of readings each; `start` is
+  // as many poses, or one.
+  void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
+                          const ForwardKinematicsOptions& options, RowMatrix& poses,
+                          std::vector<ForwardStatus>& status) const;
+
+ protected:
+  ChainModel(ChainInfo info, const LegKernels& kernels)
+      : LegModel(std::move(info)), kernels_(kernels) {}
+
+ private:
+  LegKernels kernels_;
+};
+
+}  // namespace symkin
