@@ -231,8 +231,8 @@ def test_a_fault_names_the_key_and_the_leg(
 def test_points_beside_a_guide_are_given_about_the_origin(
     tmp_path: Path, planar: Mechanism
 ) -> None:
-    text = shipped_text(planar).replace('base_radius = "0.4 m"\nbase_angle = "235 deg"', "{}")
-    radius, angle = 0.4, math.radians(235)
+    text = shipped_text(planar).replace('base_radius = "0.4 m"\nbase_angle = "230 deg"', "{}")
+    radius, angle = 0.4, math.radians(230)
     at = [radius * math.cos(angle), radius * math.sin(angle)]
     made = read(tmp_path, text.replace("{}", f"base_point = {at}"))
     np.testing.assert_allclose(made.parameters[0], planar.parameters[0] + 0.0, atol=1e-12)
@@ -369,7 +369,7 @@ def test_positions_alone_identify_both_kinds_of_legs(planar: Mechanism) -> None:
 def layout(mechanism: Mechanism, **options: Any) -> Any:
     readings = mechanism.inverse_kinematics(mechanism.home[None])
     return layout_of(
-        mechanism, core_setup(mechanism), symkin.identification.problem.JointOptions(**options),
+        mechanism, core_setup(mechanism), JointOptions(**options),
         readings,
     )  # fmt: skip
 
@@ -411,7 +411,7 @@ def test_exports_say_what_a_leg_does_not_have(planar: Mechanism) -> None:
     assert document["legs"][2]["parameters"]["sensor_gain"]["unit"] == "m/rad"
     header = symkin.export(planar, "c-header").text
     assert "#include <math.h>" in header
-    assert "2RRR_PRP_proximal_length[3] = {0.25, 0.25, NAN};" in header
+    assert "2RRR_PRP_proximal_length[3] = {0.22, 0.22, NAN};" in header
     assert '_chain[3] = {"[R]RR", "[R]RR", "[P]RP"};' in header
     assert re.search(r"sensor_gain\[3\] = .*/\* 1, 1, m/rad \*/", header)
     with pytest.raises(SymkinError, match=r'not written for chain "\[P\]RP"'):
@@ -422,7 +422,7 @@ def test_a_model_has_each_leg_by_its_own_chain(spatial: Mechanism, tmp_path: Pat
     for kind in ("mjcf", "urdf"):
         path = tmp_path / f"robot.{kind}"
         path.write_text(symkin.export(spatial, kind).text)
-        again = symkin.import_mechanism(path).mechanism
+        again = import_mechanism(path).mechanism
         assert again.chains == spatial.chains
         poses = symkin.sample_workspace(spatial, 50).poses
         np.testing.assert_allclose(
@@ -441,7 +441,7 @@ def test_pages_leave_cells_empty_where_a_leg_has_no_parameter(
     checked = nominal.check().report(tmp_path / "check.html").read_text(encoding="utf-8")
     row = re.search(r"<tr>\s*<t[hd][^>]*>proximal_length, m.*?</tr>", checked, re.DOTALL)
     assert row
-    assert len(re.findall(r">0\.25<", row[0])) == 2
+    assert len(re.findall(r">0\.22<", row[0])) == 2
     assert "\N{EN DASH}" in row[0]
 
 

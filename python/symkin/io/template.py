@@ -7,14 +7,18 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from itertools import permutations
+
+import numpy as np
 
 from symkin.chains import ChainInfo, chain_info
 from symkin.errors import MechanismError
 from symkin.io.mechanism_writer import SCHEMA_LINE, toml_value
 from symkin.io.quantities import evaluate_quantity
 from symkin.legs import Leg, require_mixable
+from symkin.mechanism import Mechanism
 from symkin.poses import POSE_SPACES
-from symkin.settings import DeclaredSymmetry
+from symkin.settings import DeclaredSymmetry, WorkspaceSettings
 from symkin.symmetry import generate_legs
 
 __all__ = ["mechanism_template"]
@@ -22,6 +26,9 @@ __all__ = ["mechanism_template"]
 _CHAIN = "joints from base to platform, the actuated one in brackets"
 _PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
 _SAME = 1e-9
+_WORST = 15.0  # condition number at home, which the limit of the file must leave room
+_LENGTH = 0.2  # m, that makes turns of mixed legs' platforms comparable with ways
+_TURNS = range(0, 360, 30)  # degrees, of a chain's platform points
 # Value and meaning; turned by 60 degrees against the base, no platform is singular at home.
 _PARAMETERS = {
     "proximal_length": ('"0.4 m"', "link on the side of the base"),
@@ -194,34 +201,101 @@ legs = {legs}
 
 
 def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
-    """Legs in a ring, one chain after the other."""
+    """Legs in a ring; where each chain stands, and how its platform points, suits home best."""
     infos = [chain_info(chain, platform) for chain, count in counts.items() for _ in range(count)]
     require_mixable(infos)
-    legs = _checked(len(infos), infos[0])
+    number = _checked(len(infos), infos[0])
     unit = infos[0].reading_unit
     if any(info.reading_unit != unit for info in infos):
         unit = "rad"
-    symmetry, _, _ = _symmetry(infos[0], legs)
+    symmetry, _, _ = _symmetry(infos[0], number)
+    texts = {info.name: _mixed_texts(info, unit) for info in infos}
+    given = {info.name: _values(info, unit, texts[info.name]) for info in infos}
+    rings = {
+        (chain, turn): generate_legs(
+            _turned(chain_info(chain, platform), given[chain], turn), symmetry, number
+        )
+        for chain in counts
+        for turn in _TURNS
+    }
+    # The order of the legs is that of the chains: of places in the ring each has some.
+    chains = [info.name for info in infos]
+    orders = {tuple(np.argsort(each, kind="stable")) for each in permutations(_ranks(chains))}
+    best, least = None, math.inf
+    for places in sorted(orders):
+        for turn in _TURNS:
+            legs = [
+                rings[chain, turn if chain != chains[0] else 0][place]
+                for chain, place in zip(chains, places, strict=True)
+            ]
+            condition = _condition(legs, infos, platform, unit)
+            if condition < least * (1 - _SAME):
+                best, least = legs, condition
+    if best is None or least > _WORST:
+        raise MechanismError(
+            f"there is no file to begin with for {' and '.join(counts)} together: begin with that "
+            "of one chain, list the [[legs]], and give each its chain"
+        )
     parts = []
-    for number, info in enumerate(infos):
-        texts = _texts(info)
-        if info.reading_unit != unit:
-            texts["sensor_gain"] = ('"5 mm/rev"', "pitch of the screw that the motor turns")
-        units = info.units_of_sensor(unit)
-        values = {
-            name: evaluate_quantity(text.strip('"'), units[name], direction=units[name] == "rad")
-            for name, (text, _) in texts.items()
-        }
-        first = Leg(info.name, values, _mode(info))
-        leg = generate_legs(first, symmetry, legs)[number]
-        for name, value in values.items():
-            found = leg.parameters[name]
+    for leg, info in zip(best, infos, strict=True):
+        own = dict(texts[info.name])
+        for name, value in given[info.name].items():
+            found, of = leg.parameters[name], info.units_of_sensor(unit)[name]
             if abs(found - value) > _SAME:  # an angle, or what a reflection turns round
-                said = f'"{math.degrees(found):.6g} deg"' if units[name] == "rad" else f"{found:g}"
-                texts[name] = (said, texts[name][1])
+                said = f'"{math.degrees(found):.6g} deg"' if of == "rad" else f"{found!r}"
+                own[name] = (said, own[name][1])
         head = f'[[legs]]\nchain = "{info.name}"  # {_CHAIN}\n'
-        parts.append(head + _mode_line(info, leg.working_mode) + _lines(texts))
+        parts.append(head + _mode_line(info, leg.working_mode) + _lines(own))
     return _file("", infos, unit, "# Each leg names its chain.\n" + "\n".join(parts))
+
+
+def _ranks(chains: Sequence[str]) -> list[int]:
+    """Of each leg, the number of its chain."""
+    known = list(dict.fromkeys(chains))
+    return [known.index(chain) for chain in chains]
+
+
+def _mixed_texts(info: ChainInfo, unit: str) -> dict[str, tuple[str, str]]:
+    texts = _texts(info)
+    if info.reading_unit != unit:
+        texts["sensor_gain"] = ('"5 mm/rev"', "pitch of the screw that the motor turns")
+    return texts
+
+
+def _values(
+    info: ChainInfo, unit: str, texts: Mapping[str, tuple[str, str]]
+) -> dict[str, float]:
+    units = info.units_of_sensor(unit)
+    return {
+        name: evaluate_quantity(text.strip('"'), units[name], direction=units[name] == "rad")
+        for name, (text, _) in texts.items()
+    }
+
+
+def _turned(info: ChainInfo, values: Mapping[str, float], degrees: float) -> Leg:
+    """The first leg of a chain with its platform point, or guide, turned."""
+    kinds = ("azimuth", "direction_azimuth")
+    turned = {
+        name: values[name] + math.radians(degrees)
+        for name, role in info.parameter_roles.items()
+        if role.end == "platform" and role.kind in kinds
+    }
+    return Leg(info.name, {**values, **turned}, _mode(info))
+
+
+def _condition(
+    legs: Sequence[Leg], infos: Sequence[ChainInfo], platform: str, unit: str
+) -> float:
+    """The condition number at home; infinite where home is out of reach."""
+    _, height = _common_box(infos)
+    at = dict.fromkeys(infos[0].box, 0.0)
+    if "z" in at:
+        at["z"] = evaluate_quantity(height, "m")
+    home = infos[0].whole([*at.values()])
+    workspace = WorkspaceSettings(home, home, characteristic_length=_LENGTH)
+    robot = Mechanism("ring", legs, platform=platform, reading_unit=unit, workspace=workspace)
+    found = float(robot.singularity_measures(robot.poses_at(home))[2][0])
+    return found if math.isfinite(found) else math.inf
 
 
 def _checked(legs: int | None, info: ChainInfo) -> int:
@@ -317,7 +391,10 @@ def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -
         at = dict(zip(space.units, ["0 m", "0 m", height] + ["0 deg"] * 3, strict=False))
         home = f"home = {toml_value([at[name] for name in info.box])}  # well inside\n"
     noise = ('position = "0.1 mm"\n' if space.moves else "") + 'orientation = "0.1 mrad"\n'
-    length = 'length = "1 mm"\n' if space.moves else ""
+    made = 'length = "1 mm"\n' if space.moves else ""
+    length = ""
+    if space.turns and len({each.name for each in infos}) > 1:
+        length = f"characteristic_length = {_LENGTH}  # counts as much as one radian below\n"
     identified = max(_identified(each) for each in infos)
     platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
     return f"""{SCHEMA_LINE}
@@ -333,7 +410,7 @@ reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 {legs}
 # The box of poses in which to measure; home, by default the origin, says which assembly is meant.
 [workspace]
-{bounds}{home}conditioning_limit = 20  # leaves out poses near singularities
+{bounds}{home}{length}conditioning_limit = 20  # leaves out poses near singularities
 
 # Standard deviations of what is measured.
 [noise]
@@ -341,7 +418,7 @@ reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 
 # Standard deviations of the parts as they are made.
 [tolerances]
-{length}angle = "1 mrad"
+{made}angle = "1 mrad"
 gain = 1e-3
 
 [protocol]
