@@ -254,7 +254,8 @@ def _measure(
     group, tolerance = _group_to_test(comparison)
     sample = sample_workspace(mechanism, min(count, 1000), seed)
     closures = [mechanism.closure(leg, sample, each) for leg, each in enumerate(sample.readings.T)]
-    gains = mechanism.sensor_gains
+    chains = np.array(mechanism.chains)
+    gains = [mechanism.sensor_gains[chains == chain] for chain in dict.fromkeys(mechanism.chains)]
     limits = _core.SymmetryTolerance(*(tolerance or ()))
     return _Figures(
         comparison=comparison,
@@ -268,7 +269,7 @@ def _measure(
         ),
         closure=float(np.max(np.abs(closures))),
         home=max(_home_deviations(mechanism, group.core, limits), default=math.nan),
-        gains=float(np.ptp(gains) / np.abs(gains).max()),
+        gains=max(float(np.ptp(each) / np.abs(each).max()) for each in gains),
     )
 
 
@@ -293,7 +294,8 @@ def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     found = measured.comparison.found
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
-    chain = f"{legs_in_words(mechanism.legs)}, {_BY_CONSTRUCTION}"
+    chain = legs_in_words(mechanism.legs)
+    chain += "" if mechanism.mixed else f", {_BY_CONSTRUCTION}"
     yield Condition(4, 2, "all legs have the same structure", not mechanism.mixed, chain)
     closes, of = measured.closure <= _ROUNDING, mechanism.space.closure_unit
     closure, limit = f"largest closure {measured.closure:.1e} {of}", f"{_ROUNDING:.0e} {of}"

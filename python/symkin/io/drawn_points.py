@@ -172,7 +172,7 @@ def read_points(
             raise source.error(
                 ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
             )
-        if not all(ends[end]):
+        if any(centre) and not all(ends[end]):
             raise source.error(
                 ("frames", f"{end}_centre"),
                 f"goes with legs whose {end} ends are all points; leg "

@@ -262,9 +262,7 @@ def _mixed_texts(info: ChainInfo, unit: str) -> dict[str, tuple[str, str]]:
     return texts
 
 
-def _values(
-    info: ChainInfo, unit: str, texts: Mapping[str, tuple[str, str]]
-) -> dict[str, float]:
+def _values(info: ChainInfo, unit: str, texts: Mapping[str, tuple[str, str]]) -> dict[str, float]:
     units = info.units_of_sensor(unit)
     return {
         name: evaluate_quantity(text.strip('"'), units[name], direction=units[name] == "rad")
@@ -283,9 +281,7 @@ def _turned(info: ChainInfo, values: Mapping[str, float], degrees: float) -> Leg
     return Leg(info.name, {**values, **turned}, _mode(info))
 
 
-def _condition(
-    legs: Sequence[Leg], infos: Sequence[ChainInfo], platform: str, unit: str
-) -> float:
+def _condition(legs: Sequence[Leg], infos: Sequence[ChainInfo], platform: str, unit: str) -> float:
     """The condition number at home; infinite where home is out of reach."""
     _, height = _common_box(infos)
     at = dict.fromkeys(infos[0].box, 0.0)
