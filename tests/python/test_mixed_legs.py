@@ -237,6 +237,11 @@ def test_a_fault_names_the_key_and_the_leg(
         read(tmp_path, text.replace(found, instead))
 
 
+def turned(apart: np.ndarray[Any, np.dtype[np.float64]]) -> Any:
+    """Differences, angles by the shortest turn; no length is near a turn."""
+    return np.remainder(apart + 1, 2 * math.pi) - 1
+
+
 def test_points_beside_a_guide_are_given_about_the_origin(
     tmp_path: Path, planar: Mechanism
 ) -> None:
@@ -244,15 +249,14 @@ def test_points_beside_a_guide_are_given_about_the_origin(
     radius, angle = 0.4, math.radians(230)
     at = [radius * math.cos(angle), radius * math.sin(angle)]
     made = read(tmp_path, text.replace("{}", f"base_point = {at}"))
-    apart = made.parameters[0] - planar.parameters[0]
-    np.testing.assert_allclose(np.remainder(apart + 1, 2 * math.pi) - 1, 0, atol=1e-12)
+    np.testing.assert_allclose(turned(made.parameters - planar.parameters), 0, atol=1e-12)
     assert made.points is not None
     assert made.points.base == (0.0, 0.0)
     calibrated = made.replace(symmetry=None, deviations=np.full(made.parameters.shape, 1e-4))
     calibrated.save(tmp_path / "calibrated.toml")
     again = symkin.load_mechanism(tmp_path / "calibrated.toml")
-    np.testing.assert_allclose(again.parameters, made.parameters, atol=1e-12)
-    assert (tmp_path / "calibrated.toml").read_text().count("base_point") == 2
+    np.testing.assert_allclose(turned(again.parameters - made.parameters), 0, atol=1e-12)
+    assert (tmp_path / "calibrated.toml").read_text().count("base_point = ") == 2
     centred = text.replace("{}", f"base_point = {at}") + "[frames]\nbase_centre = [0.1, 0]\n"
     with pytest.raises(MechanismFileError, match=r"base_centre: .*leg 2 \(\[P\]RP\) has a guide"):
         read(tmp_path, centred)
@@ -446,11 +450,8 @@ def test_pages_leave_cells_empty_where_a_leg_has_no_parameter(
     result = symkin.run_protocol(nominal)
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert "2 [R]RR + 1 [P]RP" in page
-    checked = nominal.check().report(tmp_path / "check.html").read_text(encoding="utf-8")
-    row = re.search(r"<tr>\s*<t[hd][^>]*>proximal_length, m.*?</tr>", checked, re.DOTALL)
-    assert row
-    assert len(re.findall(r">0\.22<", row[0])) == 2
-    assert "\N{EN DASH}" in row[0]
+    lines = [line.split() for line in nominal.check().text().splitlines()]
+    assert ["proximal_length,", "m", "0.22", "0.22", "-"] in lines
 
 
 def test_legs_may_have_different_numbers_of_inner_joints(spatial: Mechanism) -> None:

@@ -160,7 +160,7 @@ def _done(found: Identification) -> str:
     poses = len(measurements.poses)
     return (
         f"{plural(poses, 'measured pose')}{source} {'was' if poses == 1 else 'were'} used to "
-        f"identify the {nominal.parameters.size} parameters of "
+        f"identify the {int(nominal.has_parameter.sum())} parameters of "
         f"{plural(len(nominal.legs), 'leg')} with the estimator {quoted(found.estimator)}."
     )
 

@@ -111,7 +111,7 @@ def _done(result: ProtocolResult) -> str:
         f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
         f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
         f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
-        f"{noise}; from these the {nominal.parameters.size} parameters of its "
+        f"{noise}; from these the {int(nominal.has_parameter.sum())} parameters of its "
         f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
         f"{quoted(result.identification.estimator)}."
     )
