@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
 __all__ = [
+    "ABSENT",
     "PLATFORMS",
     "ChainInfo",
     "FrozenMapping",
@@ -46,7 +47,8 @@ class ParameterRole(NamedTuple):
         or "direction_distance" of a guide in the plane; "guide_elevation" and "guide_swing", or
         "axis_elevation" and "axis_swing", of a direction in space, and the "guide_azimuth" or
         "axis_azimuth" that it is given from;
-        "pulley_radius" of a cable; "gain" or "offset" of the sensor.
+        "pulley_radius" of a cable; "gain" or "offset" of the sensor; "absent" where mixed legs have
+        the parameter and this one does not.
     """
 
     end: str
@@ -54,8 +56,8 @@ class ParameterRole(NamedTuple):
 
     @property
     def is_constant(self) -> bool:
-        """Whether it belongs to the description, and is never estimated."""
-        return self.kind in ("guide_azimuth", "axis_azimuth")
+        """Whether it belongs to the description, or is absent, and is never estimated."""
+        return self.kind in ("guide_azimuth", "axis_azimuth", "absent")
 
     @property
     def is_given(self) -> bool:
@@ -66,6 +68,9 @@ class ParameterRole(NamedTuple):
     def of_sensor(self) -> bool:
         """Whether the sensor has it, and not the leg's geometry."""
         return self.kind in ("gain", "offset")
+
+
+ABSENT = ParameterRole("none", "absent")
 
 
 class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
@@ -230,7 +235,7 @@ def chains(platform: str = "rigid") -> list[str]:
 
 def turn_of(mechanism: Mechanism, leg: int) -> float | None:
     """One turn of a leg's angular joint in the sensor's unit; None for a length."""
-    if chain_info(mechanism.chain, mechanism.platform).reading_unit != "rad":
+    if mechanism.leg_info(leg).reading_unit != "rad":
         return None
     return abs(2 * math.pi / float(mechanism.sensor_gains[leg]))
 

@@ -231,7 +231,7 @@ class CheckResult(Result):
             "reference": [origin.reference for origin in self.origins],
             "element": [origin.element for origin in self.origins],
             "working_mode": list(mechanism.working_modes),
-            **dict(zip(mechanism.parameter_names, mechanism.parameters.T, strict=True)),
+            **dict(zip(mechanism.parameter_names, _known(mechanism).T, strict=True)),
             f"home_reading_{mechanism.reading_unit}": self.home.readings,
             **({"rank": [leg.rank for leg in seen]} if seen else {}),
             **({"condition": [leg.condition for leg in seen]} if seen else {}),
@@ -244,6 +244,7 @@ class CheckResult(Result):
             "mechanism": mechanism.name,
             "file": mechanism.source,
             "chain": mechanism.chain,
+            "chains": mechanism.chains,
             "pose_space": mechanism.pose_space,
             "reading_unit": mechanism.reading_unit,
             "verdict": self.verdict,
@@ -335,6 +336,11 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
     )
 
 
+def _known(mechanism: Mechanism) -> NDArray[np.float64]:
+    """Parameters, NaN where a leg has no such one."""
+    return np.where(mechanism.has_parameter, mechanism.parameters, np.nan)
+
+
 def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[NDArray[np.float64], ...]:
     """Poses carried to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
     return tuple(map_poses(mechanism, element, sample) for _, element in leg_carriers(mechanism))
@@ -390,7 +396,7 @@ def undefined_angles(mechanism: Mechanism, leg: int) -> tuple[str, ...]:
 
 def _undefined(mechanism: Mechanism, leg: int) -> Iterator[str]:
     values = mechanism.legs[leg].parameters
-    joints = mechanism.chain.replace("[", "").replace("]", "")
+    joints = mechanism.chains[leg].replace("[", "").replace("]", "")
     for (end, remedy), joint in zip(_SHIFT.items(), (joints[0], joints[-1]), strict=True):
         radius = values.get(f"{end}_radius")
         if radius is None and not mechanism.space.moves:

@@ -12,6 +12,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.chains import shortest, turn_of
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, record
 from symkin.symmetry import (
@@ -253,7 +254,8 @@ def _measure(
     group, tolerance = _group_to_test(comparison)
     sample = sample_workspace(mechanism, min(count, 1000), seed)
     closures = [mechanism.closure(leg, sample, each) for leg, each in enumerate(sample.readings.T)]
-    gains = mechanism.sensor_gains
+    chains = np.array(mechanism.chains)
+    gains = [mechanism.sensor_gains[chains == chain] for chain in dict.fromkeys(mechanism.chains)]
     limits = _core.SymmetryTolerance(*(tolerance or ()))
     return _Figures(
         comparison=comparison,
@@ -267,7 +269,7 @@ def _measure(
         ),
         closure=float(np.max(np.abs(closures))),
         home=max(_home_deviations(mechanism, group.core, limits), default=math.nan),
-        gains=float(np.ptp(gains) / np.abs(gains).max()),
+        gains=max(float(np.ptp(each) / np.abs(each).max()) for each in gains),
     )
 
 
@@ -292,8 +294,9 @@ def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     found = measured.comparison.found
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
-    chain = f"{legs} legs {mechanism.chain}, {_BY_CONSTRUCTION}"
-    yield Condition(4, 2, "all legs have the same structure", True, chain)
+    chain = legs_in_words(mechanism.legs)
+    chain += "" if mechanism.mixed else f", {_BY_CONSTRUCTION}"
+    yield Condition(4, 2, "all legs have the same structure", not mechanism.mixed, chain)
     closes, of = measured.closure <= _ROUNDING, mechanism.space.closure_unit
     closure, limit = f"largest closure {measured.closure:.1e} {of}", f"{_ROUNDING:.0e} {of}"
     yield Condition(4, 3, "each leg closes as g - q = 0", closes, closure, limit)
@@ -333,7 +336,7 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         ends = "points" if mechanism.space.moves else "axes"
         text = f"{end} {ends} in polar coordinates"
         yield Condition(5, number, text, True, _polar(names, end))
-    gain = names[mechanism.parameter_roles.index(("none", "gain"))]
+    gain = names[mechanism.parameter_roles(0).index(("none", "gain"))]
     gains = f"{gain} differs by {measured.gains:.1e} of its size"
     equal = measured.gains <= _ROUNDING
     yield Condition(5, 6, "equal nominal gains", equal, gains, f"{_ROUNDING:.0e}")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import ChainInfo
 from symkin.mechanism import Mechanism
 from symkin.points import cartesian
 from symkin.poses import (
@@ -257,12 +258,12 @@ def _nearest_rotation(matrix: Array) -> Array:
     return np.asarray(left @ right)
 
 
-def anchor(mechanism: Mechanism, end: str) -> str:
-    """Whether an end of the legs is a "point", a guide's "line" or its "direction" alone.
+def anchor(info: ChainInfo, end: str) -> str:
+    """Whether an end of a chain is a "point", a guide's "line" or its "direction" alone.
 
     Or an "axis" through the centre.
     """
-    kinds = {role.kind for role in mechanism.parameter_roles if role.end == end}
+    kinds = {role.kind for role in info.parameter_roles.values() if role.end == end}
     if "radius" in kinds:
         return "point"
     if "direction_distance" in kinds:
@@ -322,52 +323,59 @@ def _moved(
 def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     """The motion of base or platform frame that best explains the parameters of that end.
 
-    None at all, as long as the tolerances may do the same.
+    None at all, as long as the tolerances may do the same. Of mixed legs those tell whose end is of
+    the kind that most legs have, if they are enough.
     """
-    kind = anchor(nominal, end)
-    if kind == "none":
+    kinds = [anchor(nominal.leg_info(leg), end) for leg in range(len(nominal.legs))]
+    kind = max(dict.fromkeys(kinds), key=kinds.count)
+    legs = [leg for leg, each in enumerate(kinds) if each == kind]
+    if kind == "none" or (nominal.mixed and len(legs) < (3 if nominal.space.in_space else 2)):
         return _STAYS
-    before, after = (_anchor_points(each, end) for each in (nominal, made))
+    before, after = (_anchor_points(each, end, legs) for each in (nominal, made))
     if kind == "point":
         motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
     elif kind == "axis":
         motion = Transform(_nearest_rotation(after.T @ before), np.zeros(3))
     else:
-        motion = _motion_of_lines(nominal, made, end)
+        motion = _motion_of_lines(nominal, made, end, legs, has_distance=kind == "line")
     displaced = before @ motion.rotation.T + motion.translation - before
     tolerances = nominal.tolerances
     expected = np.hypot(tolerances.length, tolerances.angle * np.linalg.norm(before, axis=1))
     return motion if _rms(displaced) > _MOVED * _rms(expected) else _STAYS
 
 
-def _anchor_points(mechanism: Mechanism, end: str) -> Array:
-    """The points of all legs, the feet of their guides or, of mere directions, where those point.
+def _anchor_points(mechanism: Mechanism, end: str, legs: Sequence[int]) -> Array:
+    """The points of legs, the feet of their guides or, of mere directions, where those point.
 
     Shape (legs, 3).
     """
-    columns = zip(mechanism.parameter_roles, mechanism.parameters.T, strict=True)
-    values = {role.kind: column for role, column in columns if role.end == end}
+    return np.array([_anchor_point(mechanism, end, leg) for leg in legs])
+
+
+def _anchor_point(mechanism: Mechanism, end: str, leg: int) -> Array:
+    roles, row = mechanism.parameter_roles(leg), mechanism.parameters[leg]
+    values = {role.kind: value for role, value in zip(roles, row, strict=True) if role.end == end}
     azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]
-    length = np.full(len(azimuth), mechanism.characteristic_length)
+    length = mechanism.characteristic_length
     radius = values.get("radius", values.get("direction_distance", length))
     tilt: dict[str, Array] = {
         kind: values[kind] for kind in ("polar_angle", "height") if kind in values
     }
     known = cartesian({"radius": radius, "azimuth": azimuth, **tilt})
-    points = np.zeros((len(azimuth), 3))
-    points[:, : known.shape[1]] = known
-    offset = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
+    point = np.zeros(3)
+    point[: len(known)] = known
+    offset = mechanism.legs[leg].parameters["sensor_offset"]
     if "guide_elevation" in values:
         # Where the slider reads zero: the point itself is held along the guide.
-        points += offset[:, None] * _guides(values)
-    elif end == "base" and any("base_height" in held for held in mechanism.held):
+        point += offset * _guide(values)
+    elif end == "base" and "base_height" in mechanism.held[leg]:
         # Read as shorter than it is from the point that is held, a leg stands on a higher one.
-        points[:, 2] += offset * (1 if mechanism.home[2] >= 0 else -1)
-    return points
+        point[2] += offset * (1 if mechanism.home[2] >= 0 else -1)
+    return point
 
 
-def _guides(values: Mapping[str, Array]) -> Array:
-    """Directions of guides in space, shape (legs, 3)."""
+def _guide(values: Mapping[str, Array]) -> Array:
+    """Direction of a guide in space, shape (3,)."""
     azimuth, swing = values["guide_azimuth"], values["guide_swing"]
     outward = np.cos(swing) * np.cos(values["guide_elevation"])
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
@@ -376,8 +384,7 @@ def _guides(values: Mapping[str, Array]) -> Array:
             outward * cosine - np.sin(swing) * sine,
             outward * sine + np.sin(swing) * cosine,
             np.cos(swing) * np.sin(values["guide_elevation"]),
-        ],
-        axis=1,
+        ]
     )
 
 
@@ -389,13 +396,15 @@ def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:
     return Transform(rotation, centres[1] - rotation @ centres[0])
 
 
-def _motion_of_lines(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
+def _motion_of_lines(
+    nominal: Mechanism, made: Mechanism, end: str, legs: Sequence[int], *, has_distance: bool
+) -> Transform:
     """The turn that all directions share, and the translation that the distances show."""
     angle = nominal.parameter_names.index(f"{end}_angle")
     # The distance of a guide that has none of its own is part of the sensor's offset.
-    distance = f"{end}_radius" if anchor(nominal, end) == "line" else "sensor_offset"
+    distance = f"{end}_radius" if has_distance else "sensor_offset"
     column = nominal.parameter_names.index(distance)
-    before, after = nominal.parameters, made.parameters
+    before, after = nominal.parameters[list(legs)], made.parameters[list(legs)]
     turn = np.angle(np.exp(1j * (after[:, angle] - before[:, angle])).sum())
     normals = np.stack([np.cos(after[:, angle]), np.sin(after[:, angle])], axis=1)
     shift = np.linalg.lstsq(normals, after[:, column] - before[:, column], rcond=1e-9)[0]

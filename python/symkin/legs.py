@@ -3,13 +3,22 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from symkin.chains import ChainInfo, FrozenMapping
 from symkin.errors import MechanismError, did_you_mean
 
-__all__ = ["Leg", "common_chain", "parameter_values"]
+__all__ = [
+    "Leg",
+    "chains_in_words",
+    "common_reading_unit",
+    "legs_in_words",
+    "parameter_values",
+    "require_mixable",
+    "union_of_names",
+]
 
 
 @dataclass(frozen=True)
@@ -37,17 +46,68 @@ class Leg:
         object.__setattr__(self, "working_mode", int(self.working_mode))
 
 
-def common_chain(legs: Sequence[Leg]) -> str:
-    """Return the chain of all legs."""
-    if not legs:
-        raise MechanismError("a mechanism needs legs; got none")
-    for number, leg in enumerate(legs, 1):
-        if leg.chain != legs[0].chain:
+def chains_in_words(legs: Sequence[Leg]) -> str:
+    """Return the chain of all legs, or how many there are of each: ``"2 [R]RR + 1 [P]RP"``."""
+    counts = Counter(leg.chain for leg in legs)
+    if len(counts) == 1:
+        return legs[0].chain
+    return " + ".join(f"{count} {chain}" for chain, count in counts.items())
+
+
+def legs_in_words(legs: Sequence[Leg]) -> str:
+    """Return their number and chains, ``"3 legs [R]RR"`` or ``"3 legs, 2 [R]RR + 1 [P]RP"``."""
+    number = f"{len(legs)} leg{'' if len(legs) == 1 else 's'}"
+    alike = len({leg.chain for leg in legs}) == 1
+    return f"{number}{'' if alike else ','} {chains_in_words(legs)}"
+
+
+def union_of_names(infos: Sequence[ChainInfo]) -> tuple[str, ...]:
+    """Return the parameters that any of the legs has, those of the sensor last."""
+    names = dict.fromkeys(name for info in infos for name in info.parameter_names)
+    sensor = [name for name, role in infos[0].parameter_roles.items() if role.of_sensor]
+    return (*(name for name in names if name not in sensor), *sensor)
+
+
+def require_mixable(infos: Sequence[ChainInfo]) -> None:
+    """Refuse legs that cannot carry one platform together.
+
+    Raises
+    ------
+    MechanismError
+        For legs of different pose spaces, and for mixed ones that bind the platform.
+    """
+    first = infos[0]
+    for number, info in enumerate(infos, 1):
+        if info.pose_space != first.pose_space:
             raise MechanismError(
-                f'leg {number} is a "{leg.chain}", leg 1 a "{legs[0].chain}"; expected one chain '
-                "for all legs"
+                f"leg {number} ({info.name}) carries a {info.pose_space} platform, leg 1 "
+                f"({first.name}) a {first.pose_space} one; expected one kind of platform"
             )
-    return legs[0].chain
+        if info.name != first.name and max(info.closures, first.closures) > 1:
+            raise MechanismError(
+                f"leg {number} is a {info.name}, leg 1 a {first.name}; legs that bind the platform "
+                "are not mixed with others"
+            )
+
+
+def common_reading_unit(infos: Sequence[ChainInfo]) -> str:
+    """Return the unit of all active joints.
+
+    Raises
+    ------
+    MechanismError
+        If some are angles and some lengths, so that somebody must say what the sensors read.
+    """
+    first = infos[0]
+    for number, info in enumerate(infos, 1):
+        if info.reading_unit != first.reading_unit:
+            raise MechanismError(
+                f"the joint that is read is in {first.reading_unit} in leg 1 ({first.name}) and in "
+                f"{info.reading_unit} in leg {number} ({info.name}); expected reading_unit, the "
+                'one unit of all sensors: "rad", say, if all are motors, and then the sensor_gain '
+                "of a leg whose joint slides is in m/rad"
+            )
+    return first.reading_unit
 
 
 def parameter_values(leg: Leg, info: ChainInfo, number: int) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -367,19 +367,20 @@ class Measurements(Result):
         """
         return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
 
-    def require(self, count: int) -> None:
-        """Refuse fewer poses per measured leg than it has parameters.
+    def require(self, counts: int | Sequence[int]) -> None:
+        """Refuse fewer poses per measured leg than it has parameters: `counts`, of all or of each.
 
         Raises
         ------
         NotIdentifiableError
-            Naming the leg, its number of poses and `count`.
+            Naming the leg, its number of poses and what it needs.
         """
         origin = f"{self.source}: " if self.source else ""
         if not self.measured_legs:
             raise NotIdentifiableError(f"{origin}no leg has a measured pose")
         for leg in self.measured_legs:
             poses = len(self.rows_of(leg))
+            count = counts if isinstance(counts, int) else counts[leg]
             if poses < count:
                 raise NotIdentifiableError(
                     f"{origin}leg {leg + 1} has {poses} measured poses; "

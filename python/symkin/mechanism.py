@@ -15,10 +15,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ChainInfo, ParameterRole, chain_info
+from symkin.chains import ABSENT, ChainInfo, ParameterRole, chain_info
 from symkin.errors import MechanismError, one_of, printable
 from symkin.kinematics import Kinematics
-from symkin.legs import Leg, common_chain, parameter_values
+from symkin.legs import (
+    Leg,
+    chains_in_words,
+    common_reading_unit,
+    legs_in_words,
+    parameter_values,
+    require_mixable,
+    union_of_names,
+)
 from symkin.poses import POSE_SPACES, PoseSpace
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
@@ -51,7 +59,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Mechanism(Kinematics):
-    """A parallel mechanism: legs of one chain between a base and a platform, and its settings.
+    """A parallel mechanism: legs between a base and a platform, and its settings.
 
     Arrays of poses have one pose a row: ``x, y, phi`` (planar), ``x, y`` (point platform), ``x, y,
     z, qx, qy, qz, qw`` (spatial, unit quaternion from platform to base frame), ``x, y, z``
@@ -64,14 +72,16 @@ class Mechanism(Kinematics):
     name : str
         For messages and reports.
     legs : sequence of Leg
-        All of one chain; at least as many as the platform has degrees of freedom. Three of them
-        where a leg binds it (3-RPS, 3-PRS): they leave it z and two tilts.
+        At least as many as the platform has degrees of freedom. Three of them where a leg binds it
+        (3-RPS, 3-PRS): they leave it z and two tilts. Legs may be of different chains if each
+        brings one closure; see `has_parameter`.
     platform : {"rigid", "point", "translating", "spherical"}
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
     reading_unit : {"rad", "m"}, optional
-        Unit of the sensors, by default the active joint's. A motor that winds a cable reads "rad"
-        while its joint is a length; the gain is then m/rad.
+        Unit of all sensors, by default the active joints'; required if some of those are angles
+        and some lengths. A motor that winds a cable, or turns a screw, reads "rad" while its joint
+        is a length; the gain is then m/rad.
     reading_step : float, optional
         How much of the reading's unit one step of a drive, or one count of an encoder, is: tables
         may have columns such as ``psi_1_step``.
@@ -122,7 +132,8 @@ class Mechanism(Kinematics):
     points: DrawnPoints | None
     sensor_table: SensorTable | None
     straight: _core.Mechanism
-    _info: ClassVar[ChainInfo]  # set with the others, but no field
+    _infos: ClassVar[tuple[ChainInfo, ...]]  # set with the others, but no fields
+    _names: ClassVar[tuple[str, ...]]
     _parameters: ClassVar[Array]
 
     def __init__(
@@ -157,17 +168,22 @@ class Mechanism(Kinematics):
             raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
         if sensor_table is not None:
             sensor_table.require_legs(len(legs))
-        info = chain_info(common_chain(legs), platform)
+        if not legs:
+            raise MechanismError("a mechanism needs legs; got none")
+        infos = tuple(chain_info(leg.chain, platform) for leg in legs)
+        require_mixable(infos)
+        reading_unit = reading_unit or common_reading_unit(infos)
+        names = union_of_names(infos)
         legs = tuple(
             dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
-            for number, leg in enumerate(legs, 1)
+            for number, (leg, info) in enumerate(zip(legs, infos, strict=True), 1)
         )
-        values = np.array([list(leg.parameters.values()) for leg in legs])
+        values = np.array([[leg.parameters.get(name, 0.0) for name in names] for leg in legs])
         fields: dict[str, Any] = {
             "name": name,
             "legs": legs,
             "platform": platform,
-            "reading_unit": one_of("reading_unit", reading_unit or info.reading_unit, ("rad", "m")),
+            "reading_unit": one_of("reading_unit", reading_unit, ("rad", "m")),
             "reading_step": reading_step,
             "symmetry": symmetry,
             "workspace": workspace,
@@ -175,9 +191,7 @@ class Mechanism(Kinematics):
             "tolerances": tolerances or Tolerances(),
             "protocol": protocol or ProtocolSettings(),
             "joint_limits": joint_limits or JointLimits(),
-            "deviations": (
-                None if deviations is None else _of_legs("deviations", deviations, values.shape)
-            ),
+            "deviations": None if deviations is None else _deviations(deviations, legs, names),
             "measurement_columns": measurement_columns,
             "source": source,
             "frames": frames,
@@ -190,9 +204,14 @@ class Mechanism(Kinematics):
             "points": points,
             "sensor_table": sensor_table,
             "straight": _core.Mechanism(
-                name, [info.name] * len(legs), platform, values, [leg.working_mode for leg in legs]
+                name,
+                [info.name for info in infos],
+                platform,
+                values,
+                [leg.working_mode for leg in legs],
             ),
-            "_info": info,
+            "_infos": infos,
+            "_names": names,
             "_parameters": _read_only(values),
         }
         vars(self).update(fields)
@@ -229,7 +248,7 @@ class Mechanism(Kinematics):
         """Return what kind of mechanism it is."""
         symmetry = f", {self.symmetry.group}" if self.symmetry is not None else ""
         calibrated = ", with standard deviations" if self.deviations is not None else ""
-        legs = f"{len(self.legs)} legs {self.chain}"
+        legs = legs_in_words(self.legs)
         curved = ", curved sensors" if self.curvature is not None else ""
         return f'<Mechanism "{self.name}": {legs}, {self.pose_space}{symmetry}{curved}{calibrated}>'
 
@@ -259,8 +278,27 @@ class Mechanism(Kinematics):
 
     @property
     def chain(self) -> str:
-        """The chain of all legs."""
-        return self.legs[0].chain
+        """The chain of all legs; of mixed ones how many have each, ``"2 [R]RR + 1 [P]RP"``."""
+        return chains_in_words(self.legs)
+
+    @property
+    def chains(self) -> tuple[str, ...]:
+        """The chain of each leg."""
+        return tuple(leg.chain for leg in self.legs)
+
+    @property
+    def mixed(self) -> bool:
+        """Whether legs have different chains."""
+        return len(set(self.chains)) > 1
+
+    def leg_info(self, leg: int) -> ChainInfo:
+        """Return the description of the chain of a leg (from 0).
+
+        Returns
+        -------
+        ChainInfo
+        """
+        return self._infos[leg]
 
     @property
     def pose_space(self) -> str:
@@ -270,12 +308,12 @@ class Mechanism(Kinematics):
     @property
     def closures(self) -> int:
         """Closures of a leg."""
-        return self._info.closures
+        return self._infos[0].closures
 
     @property
     def free(self) -> tuple[int, ...]:
         """Which coordinates of a pose can be chosen, see `ChainInfo.free`."""
-        return self._info.free
+        return self._infos[0].free
 
     @property
     def bound(self) -> bool:
@@ -289,14 +327,29 @@ class Mechanism(Kinematics):
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """Names of the p parameters of a leg, in the order of every array."""
-        return self._info.parameter_names
+        """Names of the p parameters that legs have, in the order of every array.
+
+        Of mixed legs these are all that any leg has; see `has_parameter`.
+        """
+        return self._names
 
     @property
-    def parameter_units(self) -> tuple[str, ...]:
-        """Unit of each parameter with this sensor: "m", "rad", "m/rad", ...; "" for a number."""
-        units = self._info.units_of_sensor(self.reading_unit).values()
-        return tuple("" if unit == "1" else unit for unit in units)
+    def has_parameter(self) -> NDArray[np.bool_]:
+        """Whether each leg's chain has each parameter, shape (legs, p): all, unless it is mixed."""
+        own = (info.parameter_names for info in self._infos)
+        return np.array([[name in names for name in self._names] for names in own])
+
+    def parameter_units(self, leg: int) -> tuple[str, ...]:
+        """Unit of each parameter of a leg (from 0) with its sensor: "m", "rad", "m/rad", ...
+
+        Empty for a number, and for a parameter that the leg does not have.
+
+        Returns
+        -------
+        tuple of str
+        """
+        units = self._infos[leg].units_of_sensor(self.reading_unit)
+        return tuple("" if units.get(name) == "1" else units.get(name, "") for name in self._names)
 
     @property
     def step(self) -> str:
@@ -305,39 +358,48 @@ class Mechanism(Kinematics):
             "" if self.reading_step is None else f"{self.reading_step!r} {self.reading_unit}/step"
         )
 
-    @property
-    def parameter_roles(self) -> tuple[ParameterRole, ...]:
-        """What each parameter is: the end of the leg that it belongs to, and its kind."""
-        return tuple(chain_info(self.chain, self.platform).parameter_roles.values())
+    def parameter_roles(self, leg: int) -> tuple[ParameterRole, ...]:
+        """What each parameter of a leg (from 0) is: which end it belongs to, and its kind.
+
+        The kind of one that the leg does not have is "absent".
+
+        Returns
+        -------
+        tuple of ParameterRole
+        """
+        roles = self._infos[leg].parameter_roles
+        return tuple(roles.get(name, ABSENT) for name in self._names)
 
     @cached_property
-    def estimated(self) -> NDArray[np.intp]:
-        """Columns of the parameters that are identified, shape (legs, k), ascending.
+    def estimated(self) -> tuple[NDArray[np.intp], ...]:
+        """For each leg the columns of the parameters that are identified, ascending.
 
         The others are held at their values: constants of the description, radii of pulleys, which
         `identify` may free, and of a guide in space
         that coordinate of its point along which it runs, since the sensor's offset does the same.
         """
-        columns = np.array(self.core.estimated_parameters, dtype=np.intp)
-        columns.flags.writeable = False
-        return columns
+        columns = [np.array(each, dtype=np.intp) for each in self.core.estimated_parameters]
+        for each in columns:
+            each.flags.writeable = False
+        return tuple(columns)
 
     @property
     def is_estimated(self) -> NDArray[np.bool_]:
         """Whether each parameter is identified, shape (legs, p)."""
         identified = np.zeros(self.parameters.shape, dtype=np.bool_)
-        np.put_along_axis(identified, self.estimated, values=True, axis=1)
+        for row, columns in zip(identified, self.estimated, strict=True):
+            row[columns] = True
         return identified
 
     @property
-    def estimated_count(self) -> int:
+    def estimated_counts(self) -> tuple[int, ...]:
         """How many parameters of each leg are identified."""
-        return len(self.estimated[0])
+        return tuple(map(len, self.estimated))
 
     @property
     def least_poses(self) -> int:
-        """Poses that a leg needs at least: as many closures as parameters are identified."""
-        return -(-self.estimated_count // self.closures)
+        """Poses that every leg needs: as many closures as it has parameters to identify."""
+        return -(-max(self.estimated_counts) // self.closures)
 
     def estimated_names(self, leg: int) -> tuple[str, ...]:
         """Names of a leg's (from 0) parameters that are identified."""
@@ -346,14 +408,21 @@ class Mechanism(Kinematics):
     @property
     def held(self) -> tuple[tuple[str, ...], ...]:
         """Names of each leg's parameters that are held since others do the same."""
-        as_given = [role.is_constant or role.is_given for role in self.parameter_roles]
-        held = ~self.is_estimated & ~np.array(as_given)
-        return tuple(tuple(np.array(self.parameter_names)[row].tolist()) for row in held)
+        return tuple(
+            tuple(
+                name
+                for name, role, identified in zip(
+                    self.parameter_names, self.parameter_roles(leg), row, strict=True
+                )
+                if not (identified or role.is_constant or role.is_given)
+            )
+            for leg, row in enumerate(self.is_estimated)
+        )
 
     @property
     def sensor_gains(self) -> Array:
         """Change of the active joint by a sensor's reading, shape (legs,)."""
-        gain = self.parameter_roles.index(ParameterRole("none", "gain"))
+        gain = self.parameter_roles(0).index(ParameterRole("none", "gain"))
         return np.asarray(self.straight.parameters[:, gain])
 
     @property
@@ -377,10 +446,9 @@ class Mechanism(Kinematics):
         """Length that makes rotations comparable with translations, m."""
         if self.workspace is not None and self.workspace.characteristic_length is not None:
             return self.workspace.characteristic_length
-        if "platform_radius" in self.parameter_names:
-            column = self.parameter_names.index("platform_radius")
-            return float(np.mean(np.abs(self.parameters[:, column]))) or 1.0
-        return 1.0
+        radii = [abs(leg.parameters.get("platform_radius", 0.0)) for leg in self.legs]
+        having = ["platform_radius" in leg.parameters for leg in self.legs]
+        return (float(np.mean(np.array(radii)[having])) if any(having) else 0.0) or 1.0
 
     def check(self, seed: int | None = None) -> CheckResult:
         """Return `check_mechanism` of it."""
@@ -459,9 +527,10 @@ class Mechanism(Kinematics):
         Mechanism
         """
         values = _of_legs("parameters", parameters, self.parameters.shape)
+        named = (dict(zip(self._names, row, strict=True)) for row in values.tolist())
         legs = [
-            dataclasses.replace(leg, parameters=dict(zip(self.parameter_names, row, strict=True)))
-            for leg, row in zip(self.legs, values.tolist(), strict=True)
+            dataclasses.replace(leg, parameters={name: row[name] for name in leg.parameters})
+            for leg, row in zip(self.legs, named, strict=True)
         ]
         return self.replace(legs=legs, deviations=deviations)
 
@@ -472,9 +541,13 @@ def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
     Raises
     ------
     MechanismError
-        Naming legs, chain and pose space of both.
+        Naming legs, chains and pose space of both.
     """
-    shapes = [f"{len(each.legs)} legs {each.chain}, {each.pose_space}" for each in (actual, model)]
+    shapes = [
+        f"{len(each.legs)} legs {', '.join(each.chains) if each.mixed else each.chain}, "
+        f"{each.pose_space}"
+        for each in (actual, model)
+    ]
     if shapes[0] != shapes[1]:
         raise MechanismError(
             f'the robot "{actual.name}" has {shapes[0]}, its model "{model.name}" {shapes[1]}; '
@@ -487,6 +560,12 @@ def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     if array.shape != shape:
         raise MechanismError(f"{name} have shape {array.shape}; expected (legs, p) = {shape}")
     return array
+
+
+def _deviations(given: ArrayLike, legs: Sequence[Leg], names: Sequence[str]) -> Array:
+    """NaN where a leg has no such parameter."""
+    has = np.array([[name in leg.parameters for name in names] for leg in legs])
+    return _read_only(np.where(has, _of_legs("deviations", given, has.shape), np.nan))
 
 
 def _read_only(array: Array) -> Array:

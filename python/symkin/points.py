@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo
 from symkin.errors import SymkinError
 from symkin.mechanism import Leg, Mechanism
 
@@ -112,35 +112,43 @@ def with_correlations(mechanism: Mechanism, covariance: Array | None) -> Mechani
         return mechanism
     found: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {}
     if covariance is not None:
-        info = chain_info(mechanism.chain, mechanism.platform)
-        of_leg = np.arange(len(mechanism.legs)) * len(mechanism.parameter_names)
+        count = len(mechanism.parameter_names)
         for end in points.ends:
-            names = point_parameters(info, end).values()
-            own = np.array([mechanism.parameter_names.index(name) for name in names])
-            blocks = (covariance[np.ix_(first + own, first + own)] for first in of_leg)
-            matrices = (split_covariance(block)[1].tolist() for block in blocks)
-            found[end] = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
+            matrices = []
+            for leg in range(len(mechanism.legs)):
+                names = point_parameters(mechanism.leg_info(leg), end).values()
+                own = [leg * count + mechanism.parameter_names.index(name) for name in names]
+                matrix = split_covariance(covariance[np.ix_(own, own)])[1].tolist()
+                matrices.append(tuple(map(tuple, matrix)))
+            found[end] = tuple(matrices)
     return mechanism.replace(points=dataclasses.replace(points, correlations=found))
 
 
 def centres(
-    info: ChainInfo, legs: list[dict[str, float]], modes: list[int], points: Mapping[str, Array]
+    infos: Sequence[ChainInfo],
+    legs: list[dict[str, float]],
+    modes: list[int],
+    points: Mapping[str, Array],
+    fixed: Mapping[str, Array],
 ) -> dict[str, Array]:
     """Find for each end the centre about which its points (legs, size) become parameters.
 
     The origin if it serves and is the centre of the legs' symmetry, if they have one; else that
-    centre; else the centroid, or a place near it that is above or below no leg.
+    centre; else the centroid, or a place near it that is above or below no leg. Centres that are
+    `fixed` stay there, and the points of such an end may be NaN, of a leg without.
     """
-    found = {end: _place(each) for end, each in points.items()}
+    found = dict(fixed)
+    found |= {end: _place(each) for end, each in points.items() if end not in fixed}
     try:
-        symmetric = _centres_of_symmetry(info, legs, modes, points, found)
+        symmetric = _centres_of_symmetry(infos, legs, modes, points, found)
     except SymkinError:  # what is wrong with the legs is said where they become a mechanism
         symmetric = {}
-    return {end: _place(each, symmetric.get(end)) for end, each in points.items()}
+    placed = {end: _place(points[end], symmetric.get(end)) for end in points if end not in fixed}
+    return {end: fixed[end] if end in fixed else placed[end] for end in points}
 
 
 def _centres_of_symmetry(
-    info: ChainInfo,
+    infos: Sequence[ChainInfo],
     legs: list[dict[str, float]],
     modes: list[int],
     points: Mapping[str, Array],
@@ -149,7 +157,7 @@ def _centres_of_symmetry(
     """What the legs' rotations turn about, at height 0; nothing if there are none."""
     from symkin.symmetry import detect_symmetry
 
-    made = _drawn_mechanism(info, legs, modes, points, about)
+    made = _drawn_mechanism(infos, legs, modes, points, about)
     group = detect_symmetry(made).structure
     if group.rotations == 1:
         return {}
@@ -166,13 +174,13 @@ def axis_of_drawing(mechanism: Mechanism) -> str:
 
     Symmetries are about Z. Within the tolerances; only for legs that are known by their points.
     """
-    info = chain_info(mechanism.chain, mechanism.platform)
+    info = mechanism.leg_info(0)
     kinds = {end: point_parameters(info, end) for end in ("base", "platform")}
     kinds = {end: names for end, names in kinds.items() if names}
     of_points = {name for names in kinds.values() for name in names.values()}
     own = {name for name, role in info.parameter_roles.items() if not role.of_sensor}
     drawn = mechanism.points
-    if drawn is None or not mechanism.space.in_space or own != of_points:
+    if drawn is None or not mechanism.space.in_space or own != of_points or mechanism.mixed:
         return ""
     legs = [dict(leg.parameters) for leg in mechanism.legs]
     points = {}
@@ -184,7 +192,8 @@ def axis_of_drawing(mechanism: Mechanism) -> str:
         turned = {end: each[:, order] for end, each in points.items()}
         about = {end: _place(each) for end, each in turned.items()}
         try:
-            made = _drawn_mechanism(info, legs, list(mechanism.working_modes), turned, about)
+            infos = [info] * len(legs)
+            made = _drawn_mechanism(infos, legs, list(mechanism.working_modes), turned, about)
             rotations[axis] = _rotations(made.replace(tolerances=mechanism.tolerances))
         except SymkinError:  # two points in one place
             rotations[axis] = 1
@@ -200,7 +209,7 @@ def _rotations(mechanism: Mechanism) -> int:
 
 
 def _drawn_mechanism(
-    info: ChainInfo,
+    infos: Sequence[ChainInfo],
     legs: list[dict[str, float]],
     modes: list[int],
     points: Mapping[str, Array],
@@ -209,15 +218,17 @@ def _drawn_mechanism(
     """The legs with points by parameters about these places."""
     parameters = [dict(leg) for leg in legs]
     for end, drawn in points.items():
-        kinds = point_parameters(info, end)
-        for kind, values in polar(drawn - about[end], kinds).items():
-            for leg, value in zip(parameters, values.tolist(), strict=True):
-                leg[kinds[kind]] = value
-    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
+        for leg, info, point in zip(parameters, infos, drawn, strict=True):
+            kinds = point_parameters(info, end)
+            for kind, value in polar(point - about[end], kinds).items() if kinds else ():
+                leg[kinds[kind]] = float(value)
+    space = infos[0].pose_space
+    made = zip(infos, parameters, modes, strict=True)
     return Mechanism(
         "drawn",
-        [Leg(info.name, each, mode) for each, mode in zip(parameters, modes, strict=True)],
-        platform=platform,
+        [Leg(info.name, each, mode) for info, each, mode in made],
+        platform={"planar": "rigid", "spatial": "rigid"}.get(space, space),
+        reading_unit=infos[0].reading_unit,  # which symmetry does not ask for
     )
 
 

@@ -36,8 +36,9 @@ class DeclaredSymmetry:
     axis : float
         Azimuth of the line (spatially, the plane through Z) of the reflection ``s0``, rad.
     elements : tuple of str or None
-        The elements that carry leg 1 to legs 1, 2, ...: ``r0``, ``r1``, ... are rotations, ``s0``,
-        ``s1``, ... reflections. None is their natural order.
+        The elements that carry leg 1 to legs 1, 2, ..., or each of several reference legs to its
+        orbit: ``r0``, ``r1``, ... are rotations, ``s0``, ``s1``, ... reflections. None is their
+        natural order.
     """
 
     group: str
@@ -205,7 +206,8 @@ class DrawnPoints:
         As the file has it, in its own frames.
     correlations : mapping of str to tuple
         For each such end and each leg the correlation matrix of the errors of the point's polar
-        parameters, in the order of the chain's. An end that is missing has independent ones.
+        parameters, in the order of the chain's; an empty one of a leg whose end is no point. An end
+        that is missing has independent ones.
     """
 
     base: tuple[float, ...] | None = None

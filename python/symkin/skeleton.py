@@ -42,13 +42,13 @@ class Joint(NamedTuple):
 
 
 class Skeleton(NamedTuple):
-    """What is drawn of a mechanism: per leg the joint centres, shape (joints, 2 or 3), m.
+    """What is drawn of a mechanism: per leg its joints and their centres, (joints, 2 or 3), m.
 
     On a sphere they are the joints' axes, and links are arcs between them.
     """
 
     legs: tuple[Array, ...]
-    joints: tuple[Joint, ...]
+    joints: tuple[tuple[Joint, ...], ...]
     on_sphere: bool = False
 
     @property
@@ -68,10 +68,10 @@ class Skeleton(NamedTuple):
 
 def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
     """The joints of all legs at a pose that they reach."""
-    joints = joints_of(mechanism)
+    joints = tuple(map(joints_of, mechanism.chains))
     readings = mechanism.inverse_kinematics(pose)[0]
     legs = tuple(
-        _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints))
+        _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints[leg]))
         for leg, reading in enumerate(readings)
     )
     return Skeleton(legs, joints, on_sphere=not mechanism.space.moves)
@@ -83,9 +83,9 @@ def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -
     return centres if mechanism.space.moves else np.asarray(centres * _SHELLS)
 
 
-def joints_of(mechanism: Mechanism) -> tuple[Joint, ...]:
-    """The joints of its legs, from base to platform."""
-    joints = mechanism.chain.split()[0]  # behind it, as of a cable, what it runs over
+def joints_of(chain: str) -> tuple[Joint, ...]:
+    """The joints of a chain, from base to platform."""
+    joints = chain.split()[0]  # behind it, as of a cable, what it runs over
     return tuple(
         Joint(bracketed or free, bool(bracketed))
         for bracketed, free in re.findall(r"\[(\w)\]|(\w)", joints)

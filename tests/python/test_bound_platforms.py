@@ -84,7 +84,7 @@ def test_the_file_to_begin_with_works(chain, tmp_path):
     path.write_text(mechanism_template(chain))
     mechanism = symkin.load_mechanism(path)
     assert len(mechanism.legs) == 3
-    assert mechanism.protocol.pose_count == 3 * mechanism.estimated_count
+    assert mechanism.protocol.pose_count == 3 * max(mechanism.estimated_counts)
     found = symkin.check_mechanism(mechanism)
     assert not found.blind
     assert found.orbits == ((0, 1, 2),)
@@ -120,11 +120,13 @@ def test_slices_span_the_tilts_at_heights(bound):
 def test_a_leg_brings_two_rows_a_pose_that_the_whole_mechanism_brings_too(bound):
     poses = symkin.sample_workspace(bound, 40).poses
     rows = observability_rows(bound, 0, poses, "noise_aware")
-    assert rows.shape == (80, bound.estimated_count)
+    assert rows.shape == (80, bound.estimated_counts[0])
     together = mechanism_rows(bound, poses, "noise_aware")
-    assert together.shape == (40, 6, 3 * bound.estimated_count)
+    assert together.shape == (40, 6, 3 * bound.estimated_counts[0])
     # Whitened together, the first leg's rows come first and are its own.
-    np.testing.assert_allclose(together[:, :2, : bound.estimated_count].reshape(rows.shape), rows)
+    np.testing.assert_allclose(
+        together[:, :2, : bound.estimated_counts[0]].reshape(rows.shape), rows
+    )
 
 
 @pytest.mark.parametrize("estimator", ["implicit", "joint"])

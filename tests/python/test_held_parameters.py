@@ -43,7 +43,7 @@ def test_the_constant_azimuth_of_a_guide_is_that_of_the_base_point_unless_it_is_
 
 def test_the_height_of_vertical_guides_is_held_and_all_else_but_the_constant_is_identified(delta):
     assert delta.held == (("base_height",),) * 3
-    assert delta.estimated_count == 7
+    assert delta.estimated_counts == (7, 7, 7)
     names = set(delta.parameter_names) - {"base_height", "guide_azimuth"}
     assert set(delta.estimated_names(0)) == names
     poses = symkin.sample_workspace(delta, 30)

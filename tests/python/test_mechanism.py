@@ -109,8 +109,8 @@ def test_poses_of_another_kind_are_refused(paper):
 
 
 def test_the_gain_of_a_motor_that_winds_a_cable_has_its_unit(hexapod, paper):
-    assert hexapod.parameter_units[6:] == ("m/rad", "m")
-    assert paper.parameter_units[6:] == ("", "rad")
+    assert hexapod.parameter_units(0)[6:] == ("m/rad", "m")
+    assert paper.parameter_units(0)[6:] == ("", "rad")
 
 
 @pytest.mark.parametrize("quaternion", [(0, 0, 0, 0), (0, 0, 0, 2), (1e200, 0, 0, 0)])

@@ -58,7 +58,7 @@ def test_the_radius_can_be_freed_by_name_and_is_written_with_its_deviation(robot
 
 
 def test_a_drawing_has_the_joints_of_a_cable(robot):
-    assert [(each.kind, each.actuated) for each in joints_of(robot)] == [
+    assert [(each.kind, each.actuated) for each in joints_of(robot.chain)] == [
         ("U", False),
         ("P", True),
         ("S", False),

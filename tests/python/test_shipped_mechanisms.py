@@ -16,6 +16,7 @@ from symkin.workspace.study import check_elements
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.
 GROUPS = {
+    "2RRR_PRP": ("D_2", "D_1"),
     "3PRS": ("D_6", "D_3"),
     "3RPS": ("D_6", "D_3"),
     "3PRP": ("D_6", "D_3"),
@@ -38,6 +39,8 @@ GROUPS = {
     "rotary_delta": ("D_6", "D_3"),
 }
 SYMMETRIC = sorted(set(GROUPS) - {"3RRR_asymmetric", "hangprinter"})
+# Legs of two chains are two orbits.
+ORBITS = {"2RRR_PRP": [0, 0, 2]}
 
 
 @pytest.fixture(params=sorted(GROUPS))
@@ -59,11 +62,11 @@ def test_the_detected_group_is_the_expected_one(shipped):
     assert (found.structure.paper_name, found.with_modes.name) == GROUPS[shipped.name]
 
 
-def test_a_declared_group_is_there_and_carries_leg_1_to_all_legs(symmetric):
+def test_a_declared_group_is_there_and_carries_leg_1_to_all_legs_of_its_chain(symmetric):
     verify_declared(symmetric)
-    carriers = observability_group(symmetric)
-    assert carriers is not None
-    assert len(carriers) == len(symmetric.legs)
+    origins = [leg for leg, _ in leg_carriers(symmetric)]
+    assert origins == ORBITS.get(symmetric.name, [0] * len(symmetric.legs))
+    assert (observability_group(symmetric) is None) == (symmetric.name in ORBITS)
 
 
 def test_all_six_legs_of_the_hexapod_are_one_orbit(hexapod):

@@ -62,7 +62,7 @@ struct ParameterRole {
   }
 };
 
-// Part of the description, not of what is known with an error.
+// Part of the description, or of no description, not of what is known with an error.
 constexpr bool is_constant(ParameterKind kind) {
   return kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth ||
          kind == ParameterKind::absent;
@@ -71,7 +71,7 @@ constexpr bool is_constant(ParameterKind kind) {
 // A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.
 constexpr bool turns(ParameterKind kind) {
   return kind == ParameterKind::azimuth || kind == ParameterKind::direction_azimuth ||
-         is_constant(kind);
+         kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth;
 }
 
 // A reflection changes its sign, a rotation leaves it. An axis has a sense of turning, which a

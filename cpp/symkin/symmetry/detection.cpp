@@ -123,12 +123,23 @@ Index farthest_leg(const Mechanism& mechanism, End end, const Eigen::Vector2d& f
   return farthest;
 }
 
-// Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi.
+// Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi. Beside
+// points a guide does not count: one that crosses the axis is its own image the other way round.
 double mirror_axis(const Mechanism& mechanism, const std::vector<Index>& partner, End end,
                    const Eigen::Vector2d& from) {
+  const auto has_point = [&](std::size_t leg) {
+    return end_of(mechanism, static_cast<Index>(leg), end).has_point();
+  };
+  bool points = false;
+  for (std::size_t leg = 0; leg < partner.size(); ++leg) {
+    points = points || has_point(leg);
+  }
   // Mirrored about the axis a, an end e becomes the conjugate of e turned by 2 a.
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t leg = 0; leg < partner.size(); ++leg) {
+    if (points && !has_point(leg)) {
+      continue;
+    }
     const Eigen::Vector2d a = end_from(mechanism, static_cast<Index>(leg), end, from);
     const Eigen::Vector2d b = end_from(mechanism, partner[leg], end, from);
     sum += Eigen::Vector2d(a.x() * b.x() - a.y() * b.y(), a.x() * b.y() + a.y() * b.x());

@@ -19,8 +19,8 @@ from symkin.cli.options import (
     SeedOption,
     command,
 )
-from symkin.errors import SymkinError
 from symkin.io.output_files import OutputFiles
+from symkin.mechanism import require_same_shape
 
 if TYPE_CHECKING:
     from symkin.evaluation import Evaluation
@@ -120,10 +120,7 @@ def _against_measurements(model: Mechanism, path: Any, columns: Path | None) -> 
 def _against_robot(
     model: Mechanism, robot: Mechanism, plan: Path | None, candidates: int | None, seed: int | None
 ) -> Evaluation:
-    kinds = [(made.chain, made.pose_space, len(made.legs)) for made in (model, robot)]
-    if kinds[0] != kinds[1]:
-        described = " and ".join(f"{legs} legs {chain} ({space})" for chain, space, legs in kinds)
-        raise SymkinError(f"the model and the robot have {described}; expected the same")
+    require_same_shape(robot, model)
     if plan is not None:
         commanded = symkin.read_plan(plan, model)
         return symkin.evaluate(model, actual=robot, poses=commanded.poses[~commanded.spare])

@@ -30,7 +30,8 @@ def new(
         str,
         typer.Option(
             metavar="CHAIN",
-            help='Joints of a leg from base to platform, the actuated one in brackets: "[R]RR".',
+            help='Joints of a leg from base to platform, the actuated one in brackets: "[R]RR". '
+            'Or how many legs have which: "2 [R]RR + 1 [P]RP".',
             show_default=False,
             autocompletion=_chains,
         ),
@@ -80,8 +81,10 @@ def list_mechanisms(as_json: JsonOption = False) -> None:
         print_json({"command": "list", "mechanisms": rows})
         return
     for row in rows:
+        apart = "," if " + " in row["chain"] else ""
+        legs = f"{row['legs']} legs{apart} {row['chain']}"
         symmetry = f", {row['symmetry']}" if row["symmetry"] else ""
-        say(f"{row['name']}: {row['legs']} legs {row['chain']}, {row['platform']}{symmetry}")
+        say(f"{row['name']}: {legs}, {row['platform']}{symmetry}")
         for line in textwrap.wrap(row["description"], 94):
             say(f"    {line}")
     say(f"The files are in {rows[0]['file'].parent}.")

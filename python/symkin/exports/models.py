@@ -230,7 +230,7 @@ def _about(mechanism: Mechanism) -> list[str]:
     # Two hyphens would end an XML comment.
     name = re.sub("-(?=-)", "- ", mechanism.name)
     known = {
-        "chain": mechanism.chain,
+        "chain": mechanism.chains if mechanism.mixed else mechanism.chain,
         "platform": mechanism.platform,
         "reading_unit": mechanism.reading_unit,
         "working_modes": mechanism.working_modes,

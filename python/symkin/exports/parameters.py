@@ -9,12 +9,16 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from symkin.exports.exported import ExportOptions, Written
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 
 __all__ = ["write_c_header", "write_json", "write_yaml"]
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
+_NAN = " NAN stands where a leg has no such parameter."
 _CURVES = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
@@ -35,30 +39,34 @@ def write_c_header(mechanism: Mechanism, options: ExportOptions) -> Written:  # 
     guard = f"{prefix.upper()}_GEOMETRY_H"
     count = len(mechanism.legs)
     lines = [
-        f"/* {_in_comment(mechanism.name)}: {count} legs {mechanism.chain}, "
+        f"/* {_in_comment(mechanism.name)}: {legs_in_words(mechanism.legs)}, "
         f"{mechanism.pose_space}; written by symkin. Lengths are m, angles rad. "
-        f"{_SENSOR}. */",
+        f"{_SENSOR}.{_NAN * mechanism.mixed} */",
         f"#ifndef {guard}",
         f"#define {guard}",
+        *(["#include <math.h>"] if mechanism.mixed else []),
         "",
         f"#define {prefix.upper()}_LEGS {count}",
         "",
         _array("int", f"{prefix}_working_mode", [str(mode) for mode in mechanism.working_modes]),
     ]
+    if mechanism.mixed:
+        names = [json.dumps(chain) for chain in mechanism.chains]
+        lines.append(_array("char *const", f"{prefix}_chain", names))
+    has, units = mechanism.has_parameter, [mechanism.parameter_units(leg) for leg in range(count)]
     columns = [
-        *zip(
-            mechanism.parameter_names,
-            mechanism.parameters.T,
-            mechanism.parameter_units,
-            strict=True,
-        )
+        (name, np.where(has, mechanism.parameters, np.nan)[:, at], [each[at] for each in units])
+        for at, name in enumerate(mechanism.parameter_names)
     ]
     if mechanism.curvature is not None:
-        units = _curve_units(mechanism)
-        columns += zip(_CURVES, mechanism.curvature.T, units, strict=True)
-    for parameter, values, unit in columns:
-        said = [repr(value) for value in values.tolist()]
-        comment = f" /* {unit} */" if unit else ""
+        bent = [_curve_units(mechanism, leg) for leg in range(count)]
+        ways = map(list, zip(*bent, strict=True))
+        columns += zip(_CURVES, mechanism.curvature.T, ways, strict=True)
+    for parameter, values, of_legs in columns:
+        said = ["NAN" if math.isnan(value) else repr(value) for value in values.tolist()]
+        known = {unit or "1" for unit, each in zip(of_legs, said, strict=True) if each != "NAN"}
+        unit = known.pop() if len(known) == 1 else ", ".join(each or "1" for each in of_legs)
+        comment = f" /* {unit} */" if unit != "1" else ""
         lines.append(_array("double", f"{prefix}_{parameter}", said) + comment)
     return Written("\n".join([*lines, "", "#endif"]) + "\n")
 
@@ -73,6 +81,7 @@ def _document(mechanism: Mechanism) -> dict[str, Any]:
         "legs": [
             {
                 "leg": leg + 1,
+                **({"chain": mechanism.chains[leg]} if mechanism.mixed else {}),
                 "working_mode": mechanism.working_modes[leg],
                 "parameters": dict(_leg(mechanism, leg)),
             }
@@ -83,23 +92,26 @@ def _document(mechanism: Mechanism) -> dict[str, Any]:
 
 def _leg(mechanism: Mechanism, leg: int) -> Iterator[tuple[str, dict[str, Any]]]:
     """Value, unit and standard deviation of each parameter, the last if it is known."""
+    units = mechanism.parameter_units(leg)
     for column, name in enumerate(mechanism.parameter_names):
+        if not mechanism.has_parameter[leg, column]:
+            continue
         said: dict[str, Any] = {"value": float(mechanism.parameters[leg, column])}
-        said["unit"] = mechanism.parameter_units[column] or "1"
+        said["unit"] = units[column] or "1"
         if mechanism.deviations is not None:
             deviation = float(mechanism.deviations[leg, column])
             if math.isfinite(deviation):
                 said["standard_deviation"] = deviation
         yield name, said
     if mechanism.curvature is not None:
-        units = _curve_units(mechanism)
-        for name, value, unit in zip(_CURVES, mechanism.curvature[leg], units, strict=True):
+        bent = _curve_units(mechanism, leg)
+        for name, value, unit in zip(_CURVES, mechanism.curvature[leg], bent, strict=True):
             yield name, {"value": float(value), "unit": unit}
 
 
-def _curve_units(mechanism: Mechanism) -> tuple[str, ...]:
+def _curve_units(mechanism: Mechanism, leg: int) -> tuple[str, ...]:
     """Units of c psi^2 + a cos(psi) + b sin(psi)."""
-    joint = mechanism.parameter_units[mechanism.parameter_names.index("sensor_offset")]
+    joint = mechanism.leg_info(leg).reading_unit
     return f"{joint}/{mechanism.reading_unit}^2", joint, joint
 
 

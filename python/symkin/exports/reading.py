@@ -95,12 +95,14 @@ def _model(text: str) -> Imported:
         )
     known: dict[str, Any] = json.loads(said[1])
     tree = read[root.tag](root, text)
-    chain, platform = known["chain"], known["platform"]
-    if chain not in _LEGS:
-        raise SymkinError(f'has chain "{chain}"; expected one of {", ".join(_LEGS)}')
+    chains, platform = known["chain"], known["platform"]
+    if isinstance(chains, str):
+        chains = [chains] * len(known["gains"])
     legs = []
-    sensors = zip(known["working_modes"], known["gains"], strict=True)
-    for number, (mode, gain) in enumerate(sensors, 1):
+    sensors = zip(chains, known["working_modes"], known["gains"], strict=True)
+    for number, (chain, mode, gain) in enumerate(sensors, 1):
+        if chain not in _LEGS:
+            raise SymkinError(f'has chain "{chain}"; expected one of {", ".join(_LEGS)}')
         own = _LEGS[chain](tree, f"leg{number}") | {"sensor_gain": gain}
         if platform == "rigid":
             own |= _coordinates("platform", tree.points[f"leg{number}_end"], chain)

@@ -33,7 +33,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     Parameters
     ----------
     mechanism : Mechanism
-        Of a chain `[R]RR`, `[P]RR`, `R[P]R`, `U[P]S`, `[P]US` or `[R]US`, with straight sensors.
+        Of chains `[R]RR`, `[P]RR`, `R[P]R`, `U[P]S`, `[P]US` or `[R]US`, with straight sensors.
     poses : array_like, shape (N, coordinates), optional
         Where the values of all joints are wanted.
 
@@ -46,11 +46,12 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     SymkinError
         For another chain, curved sensors, or a leg that does not reach home.
     """
-    if mechanism.chain not in LEGS:
-        raise MechanismError(
-            f'a model of bodies and joints is not written for chain "{mechanism.chain}"; expected '
-            f"one of {', '.join(LEGS)}"
-        )
+    for chain in mechanism.chains:
+        if chain not in LEGS:
+            raise MechanismError(
+                f'a model of bodies and joints is not written for chain "{chain}"; expected one of '
+                f"{', '.join(LEGS)}"
+            )
     if mechanism.curvature is not None:
         raise MechanismError(
             f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
@@ -71,7 +72,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         travel = gain * readings[:, leg]
         point = platform_point(own)
         ends = platform.translation + platform.rotation @ point
-        links, tip, passive = LEGS[mechanism.chain](f"leg{leg + 1}", own, travel, ends)
+        links, tip, passive = LEGS[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
         bodies += links
         closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
         values |= {f"leg{leg + 1}_active": travel, **passive}

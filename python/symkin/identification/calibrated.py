@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import chain_info
 from symkin.errors import FailedFitError, MechanismError, SymkinError
 from symkin.frames import anchor, with_moved_workspace
 from symkin.mechanism import Mechanism
@@ -85,7 +84,8 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
             f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
         )
-    given = np.array([role.is_given for role in nominal.parameter_roles])
+    legs = range(len(nominal.legs))
+    given = np.array([[role.is_given for role in nominal.parameter_roles(leg)] for leg in legs])
     known = nominal.is_estimated | (given & (deviations > 0))  # given, but freed
     deviations = np.where(known, deviations, np.nan)
     try:
@@ -106,9 +106,9 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     mechanism : Mechanism
-        Whose chain it is, and whose angles are stayed near.
+        Whose chains they are, and whose angles are stayed near.
     parameters : ndarray, shape (legs, p)
-        Of the same chain; or of many robots, leg by leg, robot by robot.
+        Of the same chains; or of many robots, leg by leg, robot by robot.
 
     Returns
     -------
@@ -117,35 +117,41 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     signs : ndarray, shape (legs p,)
         Derivative of each value by its parameter: -1 where a sign changed.
     """
-    names, roles = list(mechanism.parameter_names), mechanism.parameter_roles
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)
-    near = np.tile(mechanism.parameters, (len(values) // len(mechanism.legs), 1))
-    signed = chain_info(mechanism.chain, mechanism.platform).signed_radius
+    count = len(mechanism.legs)
+    for leg in range(count):
+        _make_canonical(mechanism, leg, values[leg::count], signs[leg::count])
+    return values, signs.ravel()
+
+
+def _make_canonical(mechanism: Mechanism, leg: int, values: Array, signs: Array) -> None:
+    """Do so with a leg (from 0) of robots, shape (robots, p); in place."""
+    names, roles = list(mechanism.parameter_names), mechanism.parameter_roles(leg)
+    info, near = mechanism.leg_info(leg), mechanism.parameters[leg]
     for end in ("base", "platform"):
-        if anchor(mechanism, end) != "point" or signed:
+        if anchor(info, end) != "point" or info.signed_radius:
             continue
         radius = roles.index((end, "radius"))
         azimuth = roles.index((end, "azimuth"))
-        for leg in np.flatnonzero(values[:, radius] < 0):
-            values[leg, [radius, azimuth]] = -values[leg, radius], values[leg, azimuth] + np.pi
-            signs[leg, radius] = -1
+        for row in np.flatnonzero(values[:, radius] < 0):
+            values[row, [radius, azimuth]] = -values[row, radius], values[row, azimuth] + np.pi
+            signs[row, radius] = -1
             if (end, "polar_angle") in roles:
                 polar = roles.index((end, "polar_angle"))
-                values[leg, polar] = np.pi - values[leg, polar]
-                signs[leg, polar] = -1
+                values[row, polar] = np.pi - values[row, polar]
+                signs[row, polar] = -1
     angles = [
         index
         for index, role in enumerate(roles)
         if role.kind in ("polar_angle", "swing") or role.kind.endswith(("azimuth", "_elevation"))
     ]
-    values[:, angles] = _nearest_turn(values[:, angles], near[:, angles])
+    values[:, angles] = _nearest_turn(values[:, angles], near[angles])
     for end in ("base", "platform"):
         # The angle of a link is counted from its axis' meridian, which would be another one.
-        counted = end == "base" and anchor(mechanism, end) == "axis"
+        counted = end == "base" and anchor(info, end) == "axis"
         if (end, "polar_angle") in roles and not counted:
             _take_nearer_polar_angle(values, signs, near, names, end)
-    return values, signs.ravel()
 
 
 def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
@@ -177,8 +183,8 @@ def _take_nearer_polar_angle(
     """Of the two ways to write a direction, take the one that is nearer; in place."""
     columns = [names.index(f"{end}_polar_angle"), names.index(f"{end}_azimuth")]
     found = values[:, columns]
-    other = _nearest_turn(found * [-1, 1] + [0, np.pi], near[:, columns])
-    apart = [np.abs(each - near[:, columns]).sum(axis=1) for each in (found, other)]
+    other = _nearest_turn(found * [-1, 1] + [0, np.pi], near[columns])
+    apart = [np.abs(each - near[columns]).sum(axis=1) for each in (found, other)]
     nearer = apart[1] < apart[0]
     values[np.ix_(nearer, columns)] = other[nearer]
     signs[nearer, columns[0]] *= -1

@@ -290,8 +290,8 @@ def _gross_errors(found: Fit) -> list[str]:
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:
     """Too few poses, or poses too much alike."""
-    parameters = found.nominal.estimated_count
-    for number, leg in enumerate(found.legs, 1):
+    counts = found.nominal.estimated_counts
+    for number, (leg, parameters) in enumerate(zip(found.legs, counts, strict=True), 1):
         if not np.isfinite(leg.condition) or leg.condition > _CONDITION_LIMIT:
             yield (
                 f"leg {number}: the poses hardly tell its parameters apart "

@@ -229,16 +229,19 @@ measurements, options
 
     def columns(self) -> Mapping[str, Any]:
         """Return the parameters, a row each."""
-        nominal, names = self.nominal, self.nominal.parameter_names
-        legs = len(self.legs)
+        nominal, has = self.nominal, self.nominal.has_parameter
+        legs, indices = np.nonzero(has)
         return {
-            "leg": np.repeat(np.arange(1, legs + 1), len(names)),
-            "parameter": names * legs,
-            "unit": nominal.parameter_units * legs,
-            "nominal": nominal.parameters.ravel(),
-            "value": self.mechanism.parameters.ravel(),
-            "change": self.changes.ravel(),
-            "standard_deviation": self.deviations.ravel(),
+            "leg": legs + 1,
+            "parameter": tuple(nominal.parameter_names[index] for index in indices),
+            "unit": tuple(
+                nominal.parameter_units(leg)[index]
+                for leg, index in zip(legs.tolist(), indices, strict=True)
+            ),
+            "nominal": nominal.parameters[has],
+            "value": self.mechanism.parameters[has],
+            "change": self.changes[has],
+            "standard_deviation": self.deviations[has],
         }
 
     def write_files(self, folder: Path) -> None:
@@ -273,6 +276,7 @@ measurements, options
             "parameters": {
                 name: plain({"nominal": drawn, "value": value, "standard_deviation": deviation})
                 for name, drawn, value, deviation in parameters
+                if name in nominal.legs[leg].parameters
             },
         }
 

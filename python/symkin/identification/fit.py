@@ -14,7 +14,7 @@ from symkin.errors import NotIdentifiableError, named_legs, one_of
 from symkin.identification.calibrated import calibrated_mechanism
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.observability import noise_of, tolerances_of, with_combinations
+from symkin.observability import noise_of, parameter_tolerances, with_combinations
 from symkin.result import Value, field, record
 from symkin.settings import NoiseSettings
 
@@ -282,7 +282,7 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
         raise NotIdentifiableError(
             f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
         )
-    used.require(mechanism.least_poses)
+    used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 
 
 def _require_deviations(calibrated: Mechanism) -> None:
@@ -299,16 +299,11 @@ def _require_deviations(calibrated: Mechanism) -> None:
 def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
     names = list(mechanism.parameter_names)
-    scale = tolerances_of(mechanism.tolerances).deviations(mechanism.core, 0)
-    legs = len(mechanism.legs)
-    if len(getattr(error, "null_directions", ())) == legs * len(names):  # of all legs together
+    scales = parameter_tolerances(mechanism)
+    legs, scale = len(mechanism.legs), scales.max(axis=0)
+    if len(getattr(error, "null_directions", ())) == scales.size:  # of all legs together
         names = [f"{name} of leg {leg + 1}" for leg in range(legs) for name in names]
-        scale = np.concatenate(
-            [
-                tolerances_of(mechanism.tolerances).deviations(mechanism.core, leg)
-                for leg in range(legs)
-            ]
-        )
+        scale = scales.ravel()
     named = with_combinations(error, names, scale)
     causes = [
         each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)

@@ -129,10 +129,12 @@ class Fleet(Result):
             columns[f"degrees_of_freedom{which}"] = self.degrees_of_freedom[:, number]
         columns[f"residual_rms_{self.nominal.space.closure_unit}"] = self.residual_rms
         columns["rejected"] = self.rejected
-        units = self.nominal.parameter_units
+        has = self.nominal.has_parameter
         for what, values in (("", self.parameters), ("_deviation", self.deviations)):
             for leg in legs:
-                for index, name in enumerate(self.nominal.parameter_names):
+                units = self.nominal.parameter_units(leg - 1)
+                for index in np.flatnonzero(has[leg - 1]):
+                    name = self.nominal.parameter_names[index]
                     unit = f"_{units[index]}" if units[index] in ("m", "rad") else ""
                     columns[f"{name}_{leg}{what}{unit}"] = values[:, leg - 1, index]
         return columns
@@ -426,11 +428,12 @@ def _chunk(
 
 def _suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArray[np.intp]:
     """Robots whose parameters may be no mechanism's, or whose deviations are unknown."""
-    kinds = [role.kind for role in nominal.parameter_roles]
+    legs = range(len(nominal.legs))
+    kinds = np.array([[role.kind for role in nominal.parameter_roles(leg)] for leg in legs])
     sized = np.isfinite(parameters).all(axis=(1, 2))
-    lengths = parameters[:, :, [kind == "length" for kind in kinds]]
-    strange = (lengths <= 0).any(axis=(1, 2)) | (np.abs(parameters) > _LARGEST_ANGLE).any((1, 2))
-    strange |= (parameters[:, :, [kind == "gain" for kind in kinds]] == 0).any(axis=(1, 2))
+    strange = (parameters[:, kinds == "length"] <= 0).any(axis=1)
+    strange |= (np.abs(parameters) > _LARGEST_ANGLE).any(axis=(1, 2))
+    strange |= (parameters[:, kinds == "gain"] == 0).any(axis=1)
     return np.flatnonzero(sized & (strange | ~np.isfinite(deviations).all(axis=(1, 2))))
 
 

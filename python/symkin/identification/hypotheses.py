@@ -317,14 +317,14 @@ def _readings(stated: _Correction) -> Iterator[_Correction]:
             if ("metres" in unit) == (nominal.reading_unit == "m"):
                 words = f"the readings of {named_legs(legs)} look like {unit}"
                 yield _with_readings(stated, words, changed(legs, partial(_over, factor)))
-        turn = turn_of(nominal, legs[0])
-        if turn is not None:
+        turns = [turn_of(nominal, leg) for leg in legs]
+        if None not in turns:
             words = (
                 f"the sensor{'s' * (len(legs) > 1)} of {named_legs(legs)} "
                 f"{'was' if len(legs) == 1 else 'were'} set to zero {turns_in_words(0.5)} off the "
                 "drawing's zero"
             )
-            half = np.array([turn_of(nominal, leg) or 0.0 for leg in legs]) / 2
+            half = np.array(turns, dtype=float) / 2
             yield _with_readings(stated, words, changed(legs, partial(np.add, -half)))
 
 
@@ -337,10 +337,12 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
     nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
     gains = nominal.sensor_gains
     named = list(nominal.parameter_names)
-    angular = dict(zip(named, nominal.parameter_units, strict=True))["sensor_offset"] == "rad"
+    angular = np.array([nominal.leg_info(leg).reading_unit == "rad" for leg in range(count)])
+    # Gains of angles are compared with each other, and so are those of lengths.
+    largest = [np.abs(gains[angular == each]).max() for each in angular]
     widths = {
-        "sensor_gain": _WIDE_GAIN * float(np.abs(gains).max()),
-        "sensor_offset": math.pi if angular else nominal.characteristic_length,
+        "sensor_gain": _WIDE_GAIN * np.array(largest),
+        "sensor_offset": np.where(angular, math.pi, nominal.characteristic_length),
     }
 
     def words(legs: Sequence[int], name: str) -> Callable[[_core.JointFit], str]:
@@ -369,7 +371,8 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
     for legs in _sets(count, alone=True):
         for name, width in widths.items():
             if name in named:
-                priors = {**given, **{f"leg{leg + 1}.{name}": width for leg in legs}}
+                wide = {f"leg{leg + 1}.{name}": float(width[leg]) for leg in legs}
+                priors = {**given, **wide}
                 options = dataclasses.replace(stated.options, prior=priors)
                 yield stated._replace(words=words(legs, name), options=options, wide=len(legs))
 

@@ -269,7 +269,7 @@ def _better_readings(
     measurements fit much better than those of `found`, or there is no estimate from them at all.
     """
     complete = np.isfinite(measurements.readings).all(axis=1)
-    if complete.sum() < nominal.estimated_count:
+    if complete.sum() < max(nominal.estimated_counts):
         return []
     readings = measurements.readings[complete]
     trials: list[tuple[str, Array, list[_Match]]] = []

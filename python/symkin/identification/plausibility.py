@@ -53,7 +53,7 @@ def implausible_parameters(found: Fit) -> Iterator[str]:
         order = np.argsort(-distances[tuple(far.T)])
         named = ", ".join(
             f"{nominal.parameter_names[parameter]} of leg {leg + 1} by "
-            f"{moved[leg, parameter]:+.3g} {nominal.parameter_units[parameter]}".rstrip()
+            f"{moved[leg, parameter]:+.3g} {nominal.parameter_units(leg)[parameter]}".rstrip()
             + f" ({distances[leg, parameter]:.3g} times what tolerance and noise allow)"
             for leg, parameter in far[order[:3]]
         )

@@ -306,7 +306,15 @@ def layout_of(
         prior=options.prior,
         frames=options.frames,
         sensor=options.sensor,
-        largest_reading=float(np.nanmax(np.abs(readings), initial=0.0)),
+        largest_readings=_largest_readings(mechanism, readings),
+    )
+
+
+def _largest_readings(mechanism: Mechanism, readings: Array) -> tuple[float, ...]:
+    """For each leg the largest reading of the legs whose joints are of the same unit."""
+    units = np.array([mechanism.leg_info(leg).reading_unit for leg in range(readings.shape[1])])
+    return tuple(
+        float(np.nanmax(np.abs(readings[:, units == unit]), initial=0.0)) for unit in units
     )
 
 

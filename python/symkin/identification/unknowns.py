@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.chains import ABSENT
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.io.quantities import evaluate_quantity
 from symkin.observability import parameter_tolerances
@@ -95,11 +96,12 @@ class Layout(Value):
         prior: Priors | None = None,
         frames: Sequence[str] = (),
         sensor: Sensor = "linear",
-        largest_reading: float = 1.0,
+        largest_readings: Sequence[float],
     ) -> Layout:
         """Lay out what is unknown; the arguments are those of `identify`.
 
-        `largest_reading` makes a length or an angle comparable with a sensor's quadratic term.
+        `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
+        quadratic term.
 
         Raises
         ------
@@ -107,13 +109,14 @@ class Layout(Value):
             For a pattern that matches nothing, naming the nearest name; for a prior of what is not
             free; if nothing is free.
         """
-        scalars = tuple(_core.unknown_names(mechanism.core, setup))
+        scalars = _scalar_names(mechanism, setup)
         units = _units(mechanism, scalars)
         one_of("sensor", sensor, Sensor)
         always_held = _always_held(mechanism, scalars)
         given = [
             name
-            for name, role in zip(mechanism.parameter_names, mechanism.parameter_roles, strict=True)
+            for leg in range(len(mechanism.legs))
+            for name, role in mechanism.leg_info(leg).parameter_roles.items()
             if role.is_given
         ]
         names = _Names(scalars, _CURVATURE[sensor], always_held, given)
@@ -123,14 +126,14 @@ class Layout(Value):
         chosen = chosen.union(*ties) - names.matching("fixed", fixed)
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
-        groups = _groups(names, ties, chosen)
+        groups = _groups(names, ties, chosen, _sorts(mechanism, scalars, units))
         column = np.full(len(scalars), -1, dtype=np.intp)
         for number, members in enumerate(groups):
             column[members] = number
         made = cls(
             scalars=scalars,
             units=units,
-            tolerances=_tolerances(mechanism, scalars, largest_reading),
+            tolerances=_tolerances(mechanism, scalars, largest_readings),
             always_held=always_held,
             column=column,
             names=tuple(_name(names, members) for members in groups),
@@ -297,15 +300,16 @@ def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
     return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
 
 
-def _groups(names: _Names, ties: Sequence[set[int]], chosen: set[int]) -> list[list[int]]:
-    """Scalars of each column, in the order of the scalars: tied where the own names are alike."""
-    group_of: dict[int, tuple[int, str]] = {}
+def _groups(
+    names: _Names, ties: Sequence[set[int]], chosen: set[int], sorts: Sequence[object]
+) -> list[list[int]]:
+    """Scalars of each column, in the order of the scalars: tied where they are of one sort."""
+    group_of: dict[int, tuple[int, object]] = {}
     for number, tie in enumerate(ties):
         for scalar in tie & chosen:
-            own = names.scalars[scalar].partition(".")[2]
             if scalar in group_of:
                 raise SymkinError(f"{names.scalars[scalar]} is shared twice; expected once")
-            group_of[scalar] = (number, own)
+            group_of[scalar] = (number, sorts[scalar])
     groups: dict[object, list[int]] = {}
     for scalar in sorted(chosen):
         groups.setdefault(group_of.get(scalar, scalar), []).append(scalar)
@@ -323,20 +327,49 @@ def _name(names: _Names, members: Sequence[int]) -> str:
     return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
 
 
+def _scalar_names(mechanism: Mechanism, setup: _core.Setup) -> tuple[str, ...]:
+    """Names of all scalars, empty where a leg has no such parameter."""
+    has = mechanism.has_parameter
+    absent = {
+        f"leg{leg + 1}.{mechanism.parameter_names[column]}" for leg, column in np.argwhere(~has)
+    }
+    names = _core.unknown_names(mechanism.core, setup)
+    return tuple("" if name in absent else name for name in names)
+
+
+def _sorts(
+    mechanism: Mechanism, scalars: Sequence[str], units: Sequence[str]
+) -> tuple[object, ...]:
+    """What scalars have in common that can be shared: name and unit, and what the name means."""
+    sorts: list[object] = []
+    for name, unit in zip(scalars, units, strict=True):
+        block, _, own = name.partition(".")
+        leg = int(block[3:]) - 1 if block.startswith("leg") else None
+        roles = {} if leg is None else mechanism.leg_info(leg).parameter_roles
+        role = roles.get(own, ABSENT)
+        # A radius beside a height is another one than beside a polar angle.
+        beside = frozenset(each.kind for each in roles.values() if each.end == role.end != "none")
+        sorts.append((own, unit, role, beside))
+    return tuple(sorts)
+
+
 def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
     """Of each scalar."""
-    of_legs = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
-    joint = of_legs["sensor_offset"]
-    of_legs |= {
-        "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
-        "sensor_cosine": joint,
-        "sensor_sine": joint,
-    }
+    of_legs = []
+    for leg in range(len(mechanism.legs)):
+        own = dict(zip(mechanism.parameter_names, mechanism.parameter_units(leg), strict=True))
+        joint = own["sensor_offset"]
+        own |= {
+            "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
+            "sensor_cosine": joint,
+            "sensor_sine": joint,
+        }
+        of_legs.append(own)
 
     def unit(name: str) -> str:
         block, _, own = name.partition(".")
         if block.startswith("leg"):
-            return of_legs[own]
+            return of_legs[int(block[3:]) - 1][own]
         if block == "plane":
             return "m" if own == "c0" else ""
         return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
@@ -346,34 +379,34 @@ def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
 
 def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
     columns = {name: i for i, name in enumerate(mechanism.parameter_names)}
-    roles, estimated = mechanism.parameter_roles, mechanism.is_estimated
+    roles = [mechanism.parameter_roles(leg) for leg in range(len(mechanism.legs))]
+    estimated = mechanism.is_estimated
     reasons = []
     for name in scalars:
         block, _, own = name.partition(".")
         reason = ""
         if block.startswith("leg") and own in columns:
-            if roles[columns[own]].is_constant:
+            leg, column = int(block[3:]) - 1, columns[own]
+            if roles[leg][column].is_constant:
                 reason = CONSTANT
-            elif (
-                not estimated[int(block[3:]) - 1, columns[own]] and not roles[columns[own]].is_given
-            ):
+            elif not (estimated[leg, column] or roles[leg][column].is_given):
                 reason = REDUNDANT
         reasons.append(reason)
     return tuple(reasons)
 
 
-def _tolerances(mechanism: Mechanism, scalars: Sequence[str], largest_reading: float) -> Array:
+def _tolerances(
+    mechanism: Mechanism, scalars: Sequence[str], largest_readings: Sequence[float]
+) -> Array:
     """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
-    names = mechanism.parameter_names
-    angular = mechanism.parameter_units[names.index("sensor_offset")] == "rad"
-    joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
-    curved = dict.fromkeys(_TERMS, joint) | {
-        "sensor_quadratic": joint / max(largest_reading, 1e-9) ** 2
-    }
-    by_leg = [
-        dict(zip(names, row, strict=True)) | curved
-        for row in parameter_tolerances(mechanism).tolist()
-    ]
+    by_leg = []
+    for leg, row in enumerate(parameter_tolerances(mechanism).tolist()):
+        angular = mechanism.leg_info(leg).reading_unit == "rad"
+        joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
+        curved = dict.fromkeys(_TERMS, joint) | {
+            "sensor_quadratic": joint / max(largest_readings[leg], 1e-9) ** 2
+        }
+        by_leg.append(dict(zip(mechanism.parameter_names, row, strict=True)) | curved)
     values = np.zeros(len(scalars))
     for i, name in enumerate(scalars):
         block, _, own = name.partition(".")

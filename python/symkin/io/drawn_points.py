@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo
 from symkin.errors import QuantityError, did_you_mean
 from symkin.io.kinds import Kind, Schema, WrongValueError, quantity, table
 from symkin.io.toml_file import TomlSource
@@ -138,69 +138,126 @@ def _is_nan(value: Any) -> bool:
 
 
 def read_points(
-    source: TomlSource, file: _Values, info: ChainInfo
-) -> tuple[_Values, DrawnPoints | None]:
-    """The values of a file with all points by parameters, and in which frames they were given."""
-    listed = "legs" in file
-    legs = list(file["legs"]) if listed else [file["reference_leg"]]
-    ends = {
-        end: names
-        for end, names in ends_of(info).items()
-        if any(f"{end}_point" in leg for leg in legs)
-    }
-    given = {end: file.get("frames", {}).get(f"{end}_centre") for end in _ENDS}
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    infos: Sequence[ChainInfo],
+    frames: _Values,
+) -> tuple[list[_Values], DrawnPoints | None]:
+    """The tables of legs with all points by parameters, and in which frames they were given.
+
+    Parameters
+    ----------
+    source : TomlSource
+        For errors.
+    section : str
+        That the legs are of: those of "legs" have values with standard deviations.
+    legs : list of dict
+        As they were read.
+    infos : sequence of ChainInfo
+        Of each leg.
+    frames : dict
+        The section with the centres.
+    """
+    listed = section == "legs"
+    ends = {}
+    for end in _ENDS:
+        if any(f"{end}_point" in leg for leg in legs):
+            ends[end] = [ends_of(info).get(end, {}) for info in infos]
+    given = {end: frames.get(f"{end}_centre") for end in _ENDS}
     for end, centre in given.items():
-        if centre is not None and end not in ends:
+        if centre is None:
+            continue
+        if end not in ends:
             raise source.error(
                 ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
             )
+        if any(centre) and not all(ends[end]):
+            raise source.error(
+                ("frames", f"{end}_centre"),
+                f"goes with legs whose {end} ends are all points; leg "
+                f"{ends[end].index({}) + 1} ({infos[ends[end].index({})].name}) has a guide, which "
+                "is given about the origin as the others are",
+            )
     if not ends:
-        return file, None
+        return legs, None
     for end, names in ends.items():
-        _require_everywhere(source, legs, end, names["radius"])
-    points = {end: np.array([leg[f"{end}_point"]["value"] for leg in legs]) for end in ends}
-    missing = any(given[end] is None for end in ends)
-    found = _centres(info, legs, points, listed=listed) if missing else {}
-    about = {end: found[end] if given[end] is None else np.array(given[end]) for end in ends}
+        _require_everywhere(source, section, legs, end, names)
+    points = {
+        end: np.array(
+            [
+                leg[f"{end}_point"]["value"] if f"{end}_point" in leg else [np.nan] * _size(names)
+                for leg in legs
+            ]
+        )
+        for end, names in ends.items()
+    }
+    # A guide is given about the origin, and points beside it are too.
+    fixed = {
+        end: np.zeros(each.shape[1])
+        for end, each in points.items()
+        if not listed or np.isnan(each).any()
+    }
+    fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
+    about = fixed if len(fixed) == len(ends) else _centres(infos, legs, points, fixed)
     made = [
         {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
     ]
     correlations = {}
     for end, names in ends.items():
-        values = polar(points[end] - about[end], names)
         matrices = []
-        for number, leg in enumerate(legs):
-            own = {kind: float(each[number]) for kind, each in values.items()}
+        for number, (leg, own_names) in enumerate(zip(legs, names, strict=True)):
+            if not own_names:
+                matrices.append(np.empty((0, 0)))
+                continue
+            values = polar(points[end][number] - about[end], own_names)
+            own = {kind: float(each) for kind, each in values.items()}
             deviations, matrix = _errors_of_parameters(own, leg[f"{end}_point"])
             matrices.append(matrix)
-            for (kind, name), deviation in zip(names.items(), deviations, strict=True):
+            for (kind, name), deviation in zip(own_names.items(), deviations, strict=True):
                 made[number][name] = (own[kind], deviation) if listed else own[kind]
-        if any(np.any(matrix != np.eye(len(names))) for matrix in matrices):
+        if any(np.any(matrix != np.eye(len(matrix))) for matrix in matrices):
             correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
-    replaced = {"legs": made} if listed else {"reference_leg": made[0]}
     base, platform = (tuple(about[end].tolist()) if end in about else None for end in _ENDS)
-    return file | replaced, DrawnPoints(base, platform, correlations=correlations)
+    return made, DrawnPoints(base, platform, correlations=correlations)
 
 
-def _require_everywhere(source: TomlSource, legs: list[_Values], end: str, radius: str) -> None:
+def _size(names: Sequence[Mapping[str, str]]) -> int:
+    """How many coordinates the points of an end have."""
+    return max(map(len, names))
+
+
+def _require_everywhere(
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    end: str,
+    names: Sequence[Mapping[str, str]],
+) -> None:
     """Refuse legs some of which give a point by coordinates and some not."""
     drawn = [f"{end}_point" in leg for leg in legs]
-    if not all(drawn):
-        number = drawn.index(False)
-        raise source.error(
-            ("legs", number, radius),
-            f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in none",
-        )
+    for number, (has, own) in enumerate(zip(drawn, names, strict=True)):
+        if own and not has:
+            raise source.error(
+                (section, number, own["radius"]),
+                f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in "
+                "none",
+            )
 
 
 def _centres(
-    info: ChainInfo, legs: list[_Values], points: dict[str, Array], *, listed: bool
+    infos: Sequence[ChainInfo],
+    legs: list[_Values],
+    points: dict[str, Array],
+    fixed: dict[str, Array],
 ) -> dict[str, Array]:
-    """About which places the points become parameters: the origin, for a reference leg."""
-    if not listed:
-        return {end: np.zeros(each.shape[1]) for end, each in points.items()}
-    known = [{name: leg[name][0] for name in info.parameter_names if name in leg} for leg in legs]
-    return centres(info, known, [leg.get("working_mode", -1) for leg in legs], points)
+    """About which places the points become parameters."""
+    known = [
+        {name: leg[name][0] for name in info.parameter_names if name in leg}
+        for leg, info in zip(legs, infos, strict=True)
+    ]
+    modes = [leg.get("working_mode", -1) for leg in legs]
+    return centres(infos, known, modes, points, fixed)
 
 
 def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array]:
@@ -230,7 +287,7 @@ def point_value(mechanism: Mechanism, leg: int, end: str) -> Any:
     """
     drawn = mechanism.points
     assert drawn is not None
-    names = ends_of(chain_info(mechanism.chain, mechanism.platform))[end]
+    names = ends_of(mechanism.leg_info(leg))[end]
     own = {kind: mechanism.legs[leg].parameters[name] for kind, name in names.items()}
     at = cartesian({kind: np.array(each) for kind, each in own.items()})
     point = (at + np.array(getattr(drawn, end))).tolist()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import os
 from pathlib import Path
@@ -18,7 +19,7 @@ from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
 from symkin.io.drawn_points import read_points
-from symkin.io.kinds import read_table, table
+from symkin.io.kinds import read_table, table, text
 from symkin.io.mechanism_schema import (
     HEADER,
     MEASUREMENTS,
@@ -27,6 +28,7 @@ from symkin.io.mechanism_schema import (
 )
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_toml
+from symkin.legs import common_reading_unit, union_of_names
 from symkin.mechanism import Leg, Mechanism
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
@@ -41,11 +43,12 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.symmetry import generate_legs, verify_declared
+from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
 __all__ = ["load", "load_columns", "load_mechanism", "shipped_mechanisms"]
 
 _Values = dict[str, Any]
+_SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
 
 
 def load_mechanism(
@@ -75,25 +78,29 @@ def load_mechanism(
     source = read_toml(_located(path_or_name))
     header = read_table(source, HEADER)
     stated: ReadingUnit | None = header.get("reading_unit")
+    platform = header.get("platform", "rigid")
+    chains = _chains(source, header, platform)
     expected = source.call(
-        ("chain",),
+        ("reading_unit",) if len(chains) > 1 else ("chain",),
         lambda: mechanism_table(
-            header["chain"], header.get("platform", "rigid"), stated.unit if stated else None
+            chains, platform, stated.unit if stated else None, header.get("chain")
         ),
     )
     file = read_table(source, expected)
-    info = chain_info(file["chain"], file.get("platform", "rigid"))
-    reading = stated or ReadingUnit(info.reading_unit)
-    _require_legs(source, file)
-    file, points = read_points(source, file, info)
-    legs, symmetry, deviations, curvature = _legs(source, file)
+    section = _section_of_legs(source, file)
+    entries = [file[section]] if section == "reference_leg" else file[section]
+    infos = [chain_info(each["chain"], platform) for each in entries]
+    reading = stated or ReadingUnit(common_reading_unit(infos))
+    entries, points = read_points(source, section, entries, infos, file.get("frames", {}))
+    legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
+    info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
     mechanism = source.call(
-        ("reference_leg",) if "legs" not in file else ("legs",),
+        (section,),
         lambda: Mechanism(
             file.get("name") or printable(source.path.stem),
             legs,
-            platform=file.get("platform", "rigid"),
+            platform=platform,
             reading_unit=reading.unit,
             reading_step=reading.step,
             symmetry=symmetry,
@@ -139,7 +146,7 @@ def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
         With the file, the line and the key.
     """
     source = read_toml(Path(path))
-    if "chain" not in source.values:
+    if not {"chain", *_SECTIONS_OF_LEGS} & set(source.values):
         alone = table({"measurements": MEASUREMENTS}, ("measurements",))
         return _mapping(read_table(source, alone)["measurements"])
     if "measurements" not in source.values:
@@ -187,46 +194,82 @@ def _identification(file: _Values) -> IdentificationSettings | None:
     return IdentificationSettings(**section) if section else None
 
 
-def _require_legs(source: TomlSource, file: _Values) -> None:
-    """Refuse a file without legs, or with two descriptions of them."""
-    listed, reference = "legs" in file, "reference_leg" in file
-    if not listed and not reference:
+def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:
+    """The chains that legs have, each its own or the one at the top of the file."""
+    default = header.get("chain")
+    if default is not None:
+        source.call(("chain",), lambda: chain_info(default, platform))
+    found: dict[str, None] = {}
+    for section in _SECTIONS_OF_LEGS:
+        listed = header.get(section, [])
+        legs = listed if isinstance(listed, list) else [listed]
+        named = [isinstance(leg, dict) and "chain" in leg for leg in legs]
+        for number, leg in enumerate(legs):
+            place = (section, number, "chain") if isinstance(listed, list) else (section, "chain")
+            if named[number]:
+                chain = source.call(place, functools.partial(text().read, leg["chain"]))
+                source.call(place, functools.partial(chain_info, chain, platform))
+                found[chain] = None
+            elif default is not None:
+                found[default] = None
+            elif any(named):
+                raise source.error(place, "this key is missing, as there is no chain at the top")
+    if not found and default is None:
+        raise source.error(("chain",), "this key is missing")
+    return (*found,) or (str(default),)
+
+
+def _section_of_legs(source: TomlSource, file: _Values) -> str:
+    """Which describes the legs; refuse a file with none, or with two of them."""
+    given = [section for section in _SECTIONS_OF_LEGS if section in file]
+    if not given:
         raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
-    if listed and reference:
-        raise source.error(("reference_leg",), "stands beside [[legs]]; expected one of the two")
+    if len(given) > 1:
+        named = {"reference_leg": "[reference_leg]"}
+        other = named.get(given[1], f"[[{given[1]}]]")
+        raise source.error((given[0],), f"stands beside {other}; expected one of the two")
+    return given[0]
 
 
 def _legs(
-    source: TomlSource, file: _Values
+    source: TomlSource, file: _Values, section: str, entries: list[_Values]
 ) -> tuple[
     list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
 ]:
     """The legs, the declared symmetry, and where the file has them deviations and curvature."""
-    chain, reference, listed = file["chain"], file.get("reference_leg"), file.get("legs")
-    symmetry = _symmetry(source, file)
-    if listed is not None:
-        names = chain_info(chain, file.get("platform", "rigid")).parameter_names
+    symmetry, platform = _symmetry(source, file), file.get("platform", "rigid")
+    infos = [chain_info(each["chain"], platform) for each in entries]
+    if section == "legs":
         legs = [
             Leg(
-                chain,
-                {name: leg[name][0] for name in names if name in leg},
+                info.name,
+                {name: leg[name][0] for name in info.parameter_names if name in leg},
                 leg.get("working_mode", -1),
             )
-            for leg in listed
+            for leg, info in zip(entries, infos, strict=True)
         ]
-        unknown = math.nan, math.nan
-        deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in listed])
+        unknown, names = (math.nan, math.nan), union_of_names(infos)
+        deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in entries])
         terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
-        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in listed])
+        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in entries])
         return legs, symmetry, None if np.isnan(deviations).all() else deviations, curvature
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")
-    if "legs" not in file["symmetry"]:
+    references = []
+    for entry, info in zip(entries, infos, strict=True):
+        given = {name: entry[name] for name in info.parameter_names if name in entry}
+        references.append(Leg(info.name, given, entry.get("working_mode", -1)))
+    count = file["symmetry"].get("legs")
+    if section == "reference_legs":
+        legs = source.call((section,), lambda: generate_orbits(references, symmetry, platform))
+        if count not in (None, len(legs)):
+            raise source.error(
+                ("symmetry", "legs"), f"is {count}; the reference legs have {len(legs)} images"
+            )
+        return legs, symmetry, None, None
+    if count is None:
         raise source.error(("symmetry", "legs"), "this key is missing")
-    parameters = dict(reference or {})
-    first = Leg(chain, parameters, parameters.pop("working_mode", -1))
-    count = file["symmetry"]["legs"]
-    legs = list(source.call(("symmetry",), lambda: generate_legs(first, symmetry, count)))
+    legs = source.call(("symmetry",), lambda: generate_legs(references[0], symmetry, count))
     return legs, symmetry, None, None
 
 
@@ -244,7 +287,8 @@ def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
     else:
         place, order = ("symmetry", "legs"), int(group[1:])
         expected = [order] if group[0] == "C" else [order, 2 * order]
-    if count is not None and count not in expected:
+    # Of several orbits each has as many legs as it has images.
+    if "reference_leg" in file and count is not None and count not in expected:
         counts = " or ".join(map(str, expected))
         what = f"group {group} carries one leg to {counts} legs"
         if elements is not None:

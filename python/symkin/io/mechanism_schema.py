@@ -14,6 +14,8 @@ import json
 import math
 import re
 import sys
+from collections import defaultdict
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
@@ -34,6 +36,7 @@ from symkin.io.kinds import (
 )
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import MOST_ROWS
+from symkin.legs import common_reading_unit, require_mixable
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -211,8 +214,8 @@ IDENTIFICATION = table(
     },
 )
 _SECTIONS = (
-    "symmetry", "reference_leg", "legs", "workspace", "noise", "tolerances", "joint_limits",
-    "protocol", "measurements", "frames", "identification", "sensor_table",
+    "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "noise", "tolerances",
+    "joint_limits", "protocol", "measurements", "frames", "identification", "sensor_table",
 )  # fmt: skip
 
 
@@ -246,33 +249,36 @@ _HEADER_KINDS: dict[str, Kind] = {
     "platform": choice(*PLATFORMS),
     "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
 }
-HEADER = table(
-    _HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema", "chain")
-)
+HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema",))
 
 
 @functools.cache
-def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind:
-    """Describe the files of mechanisms with this chain.
+def mechanism_table(
+    chains: tuple[str, ...], platform: str, reading_unit: str | None, default: str | None
+) -> Kind:
+    """Describe the files of mechanisms whose legs are of these chains.
+
+    Parameters
+    ----------
+    chains : tuple of str
+        One or more.
+    platform : str
+        See `chain_info`.
+    reading_unit : {"rad", "m"}, optional
+        By default that of the joints.
+    default : str, optional
+        The chain of legs that name none.
 
     Raises
     ------
     SymkinError
-        If there is no such chain, or it cannot carry the platform.
+        If there is no such chain, if it cannot carry the platform, or not with the others.
     """
-    info = chain_info(chain, platform)
-    unit = reading_unit or info.reading_unit
-    units = info.units_of_sensor(unit)
-    parameters = {name: _parameter(info, name, units[name]) for name in units}
-    estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
-    mode: dict[str, Kind] = {"working_mode": choice(-1, 1)}
-    joint = units["sensor_offset"]
-    # Plain numbers: the quadratic term's unit is one that expressions do not know.
-    terms = {f"sensor_{term}": quantity("1", note=each) for term, each in (
-        ("quadratic", f"{joint} per square of the reading"),
-        ("cosine", joint),
-        ("sine", joint),
-    )}  # fmt: skip
+    infos = [chain_info(chain, platform) for chain in chains]
+    require_mixable(infos)
+    info = infos[0]
+    unit = reading_unit or common_reading_unit(infos)
+    reference = _leg_of_chains(infos, unit, default, listed=False)
     space = POSE_SPACES[info.pose_space]
     coordinates = info.box
     limit = quantity(unit, note="in the sensor's unit")
@@ -296,11 +302,12 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         settings=NoiseSettings,
     )
     sections: dict[str, Kind] = {
-        "chain": choice(chain),
+        "chain": choice(*chains),
         "platform": choice(platform),
         "symmetry": _SYMMETRY,
-        "reference_leg": leg_kind(info, parameters, mode, estimated=False),
-        "legs": list_of(leg_kind(info, estimates, mode | terms, estimated=True), 1, _MOST_LEGS),
+        "reference_leg": reference,
+        "reference_legs": list_of(reference, 1, _MOST_LEGS),
+        "legs": list_of(_leg_of_chains(infos, unit, default, listed=True), 1, _MOST_LEGS),
         "workspace": workspace,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -315,15 +322,49 @@ def mechanism_table(chain: str, platform: str, reading_unit: str | None) -> Kind
         frames |= dict.fromkeys(("points", "anchors"), list_of(_coordinates(*place)))
     if space.size == 3:
         frames["plane"] = _coordinates("m", "1", "1")
-    frames |= {f"{end}_centre": _coordinates(*place) for end in ends_of(info)}
+    ends = dict.fromkeys(end for each in infos for end in ends_of(each))
+    frames |= {f"{end}_centre": _coordinates(*place) for end in ends}
     rows = list_of(_row(unit), 2, MOST_ROWS)
     sections |= {
         "frames": table(frames),
         "identification": IDENTIFICATION,
         "sensor_table": table({"file": text(), "rows": rows, "legs": list_of(rows, 1, _MOST_LEGS)}),
     }
-    required = ("schema", "chain") + (("platform",) if platform != "rigid" else ())
+    required = ("schema",) + (("chain",) if default is not None else ())
+    required += ("platform",) if platform != "rigid" else ()
     return table(_HEADER_KINDS | sections, required)
+
+
+def _leg_of_chains(
+    infos: Sequence[ChainInfo], unit: str, default: str | None, *, listed: bool
+) -> Kind:
+    """A leg's table, whose keys are those of its chain; values have deviations where `listed`."""
+    kinds = {info.name: _leg(info, unit, listed=listed) for info in infos}
+
+    def read(raw: Any) -> Any:
+        given = raw.get("chain", default) if isinstance(raw, dict) else default
+        made = kinds[given if given in kinds else infos[0].name].read(raw)
+        return {"chain": given, **made}
+
+    schemas = [kind.schema for kind in kinds.values()]
+    return Kind(read, schemas[0] if len(schemas) == 1 else {"anyOf": schemas})
+
+
+def _leg(info: ChainInfo, unit: str, *, listed: bool) -> Kind:
+    units = info.units_of_sensor(unit)
+    parameters = {name: _parameter(info, name, units[name]) for name in units}
+    others: dict[str, Kind] = {"chain": choice(info.name), "working_mode": choice(-1, 1)}
+    if not listed:
+        return leg_kind(info, parameters, others, estimated=False)
+    joint = units["sensor_offset"]
+    # Plain numbers: the quadratic term's unit is one that expressions do not know.
+    others |= {f"sensor_{term}": quantity("1", note=each) for term, each in (
+        ("quadratic", f"{joint} per square of the reading"),
+        ("cosine", joint),
+        ("sine", joint),
+    )}  # fmt: skip
+    estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
+    return leg_kind(info, estimates, others, estimated=True)
 
 
 def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
@@ -343,16 +384,25 @@ def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
 
 
 def mechanism_schema() -> Schema:
-    """Return the JSON Schema (draft 2020-12) of mechanism files, one alternative per chain.
+    """Return the JSON Schema (draft 2020-12) of mechanism files.
+
+    One alternative per chain, and one for the mixed legs of every kind of platform.
 
     Returns
     -------
     dict
     """
-    files = [
-        mechanism_table(chain, platform, None).schema
-        for platform in PLATFORMS
-        for chain in chains(platform)
+    files, alike = [], defaultdict[tuple[str, str], list[str]](list)
+    for platform in PLATFORMS:
+        for chain in chains(platform):
+            info = chain_info(chain, platform)
+            files.append(mechanism_table((chain,), platform, None, chain).schema)
+            if info.closures == 1:
+                alike[platform, info.pose_space].append(chain)
+    files += [
+        mechanism_table(tuple(mixed), platform, "rad", None).schema
+        for (platform, _), mixed in alike.items()
+        if len(mixed) > 1
     ]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

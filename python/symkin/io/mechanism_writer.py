@@ -6,12 +6,11 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from symkin.chains import chain_info
 from symkin.drawing import drawn_frames, drawn_workspace
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
@@ -19,10 +18,11 @@ from symkin.io.drawn_points import point_value
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
-from symkin.mechanism import Mechanism
+from symkin.mechanism import Leg, Mechanism
 from symkin.points import point_parameters
 from symkin.sensor_table import SensorTable
-from symkin.symmetry import generate_legs, verify_declared
+from symkin.settings import DeclaredSymmetry
+from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
 __all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
 
@@ -31,6 +31,7 @@ SCHEMA_LINE = "#:schema mechanism.schema.json"
 
 _Values = dict[str, Any]
 _ROWS_IN_LINE = 4
+_CHAIN_NOTE = "joints from base to platform, the actuated one in brackets"
 _SI = "# Lengths are m and angles rad unless a unit is written."
 
 
@@ -84,14 +85,11 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     start = {
         "schema": 1,
         "name": mechanism.name,
-        "chain": mechanism.chain,
+        **({} if mechanism.mixed else {"chain": mechanism.chain}),
         "platform": mechanism.platform,
         "reading_unit": mechanism.step or mechanism.reading_unit,
     }
-    notes = {
-        "chain": "joints from base to platform, the actuated one in brackets",
-        "reading_unit": "of the sensors",
-    }
+    notes = {"chain": _CHAIN_NOTE, "reading_unit": "of the sensors"}
     above = [f"# {line}".rstrip() for line in header.splitlines()]
     parts = ["\n".join([SCHEMA_LINE, *above, *(["#"] if above else []), _SI]) + "\n"]
     parts += [_section("", start, notes), *_legs(mechanism)]
@@ -140,42 +138,64 @@ def _legs(mechanism: Mechanism) -> list[str]:
         if mechanism.symmetry.elements is not None:
             values["elements"] = list(mechanism.symmetry.elements)
         sections = [_section("[symmetry]", values, {"axis": "rad"})]
-    info = chain_info(mechanism.chain, mechanism.platform)
-    notes = dict(zip(mechanism.parameter_names, mechanism.parameter_units, strict=True))
-    notes["working_mode"] = info.description
-    for end in () if mechanism.points is None else mechanism.points.ends:
-        notes[f"{end}_point"] = "m"
-    if _is_generated(mechanism):
-        return [*sections, _section("[reference_leg]", _leg_values(mechanism, 0), notes)]
-    for leg in range(len(mechanism.legs)):
-        heading = f"[[legs]]  # leg {leg + 1}"
-        sections.append(_section(heading, _leg_values(mechanism, leg), notes))
+    heading, written = _written_legs(mechanism)
+    for leg in written:
+        number = "" if heading == "[reference_leg]" else f"  # leg {leg + 1}"
+        values, notes = _leg_values(mechanism, leg), _leg_notes(mechanism, leg)
+        sections.append(_section(heading + number, values, notes))
     return sections
 
 
-def _is_generated(mechanism: Mechanism) -> bool:
-    """Whether the declared symmetry generates exactly these legs from the first."""
-    if mechanism.symmetry is None or mechanism.deviations is not None:
-        return False
-    if mechanism.curvature is not None:
-        return False
-    legs = mechanism.legs
-    return tuple(generate_legs(legs[0], mechanism.symmetry, len(legs))) == legs
+def _written_legs(mechanism: Mechanism) -> tuple[str, Sequence[int]]:
+    """Those (from 0) from which the declared symmetry generates exactly the others, else all."""
+    legs, symmetry, every = mechanism.legs, mechanism.symmetry, range(len(mechanism.legs))
+    if symmetry is None or mechanism.deviations is not None or mechanism.curvature is not None:
+        return "[[legs]]", every
+    if not mechanism.mixed and _from_one(mechanism, symmetry) == list(legs):
+        return "[reference_leg]", [0]
+    references: list[int] = []
+    made: list[Leg] = []
+    while len(made) < len(legs):
+        references.append(len(made))
+        made += generate_orbits([legs[references[-1]]], symmetry, mechanism.platform)
+    return ("[[reference_legs]]", references) if made == list(legs) else ("[[legs]]", every)
+
+
+def _from_one(mechanism: Mechanism, symmetry: DeclaredSymmetry) -> list[Leg]:
+    """What the symmetry makes of the first leg; nothing where it makes another number of them."""
+    try:
+        return generate_legs(mechanism.legs[0], symmetry, len(mechanism.legs))
+    except SymkinError:
+        return []
+
+
+def _leg_notes(mechanism: Mechanism, leg: int) -> dict[str, str]:
+    notes = dict(zip(mechanism.parameter_names, mechanism.parameter_units(leg), strict=True))
+    for end in () if mechanism.points is None else mechanism.points.ends:
+        notes[f"{end}_point"] = "m"
+    return {
+        **notes,
+        "chain": _CHAIN_NOTE,
+        "working_mode": mechanism.leg_info(leg).description,
+    }
 
 
 def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
     """The table of a leg (from 0), each standard deviation beside its parameter."""
-    values: _Values = {"working_mode": mechanism.legs[leg].working_mode}
+    values: _Values = {"chain": mechanism.chains[leg]} if mechanism.mixed else {}
+    values["working_mode"] = mechanism.legs[leg].working_mode
     ends = () if mechanism.points is None else mechanism.points.ends
-    info = chain_info(mechanism.chain, mechanism.platform)
+    info, units = mechanism.leg_info(leg), mechanism.parameter_units(leg)
     drawn = {name: end for end in ends for name in point_parameters(info, end).values()}
     for index, name in enumerate(mechanism.parameter_names):
+        if name not in info.parameter_names:
+            continue
         if name in drawn:
             end = drawn[name]
             values.setdefault(f"{end}_point", point_value(mechanism, leg, end))
             continue
         value: float | str = mechanism.legs[leg].parameters[name]
-        if mechanism.parameter_units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
+        if units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
             value = f"{value!r} rad"  # without its unit a file with it would be refused
         values[name] = value
         if mechanism.deviations is not None and mechanism.deviations[leg, index] < MOST:
@@ -191,7 +211,7 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
 def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str]]]:
     """The other sections with notes; one that the mechanism does not have is empty."""
     workspace: _Values = {}
-    coordinates = chain_info(mechanism.chain, mechanism.platform).box
+    coordinates = mechanism.leg_info(0).box
     settings = drawn_workspace(mechanism)
     if settings is not None:
         free = mechanism.free

@@ -3,13 +3,32 @@
 
 from __future__ import annotations
 
-from symkin.chains import chain_info
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from itertools import permutations
+
+import numpy as np
+
+from symkin.chains import ChainInfo, chain_info
 from symkin.errors import MechanismError
 from symkin.io.mechanism_writer import SCHEMA_LINE, toml_value
+from symkin.io.quantities import evaluate_quantity
+from symkin.legs import Leg, require_mixable
+from symkin.mechanism import Mechanism
 from symkin.poses import POSE_SPACES
+from symkin.settings import DeclaredSymmetry, WorkspaceSettings
+from symkin.symmetry import generate_legs
 
 __all__ = ["mechanism_template"]
 
+_CHAIN = "joints from base to platform, the actuated one in brackets"
+_PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
+_SAME = 1e-9
+_WORST = 15.0  # condition number at home, which the limit of the file must leave room
+_LENGTH = 0.2  # m, that makes turns of mixed legs' platforms comparable with ways
+_TURNS = range(0, 360, 30)  # degrees, of a chain's platform points
 # Value and meaning; turned by 60 degrees against the base, no platform is singular at home.
 _PARAMETERS = {
     "proximal_length": ('"0.4 m"', "link on the side of the base"),
@@ -117,14 +136,15 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     """Return the text of a mechanism file to begin with.
 
     It describes a mechanism that has a workspace, with symmetrical legs, so that every command
-    works on it before a dimension is changed.
+    works on it before a dimension is changed. Legs of several chains are listed one by one.
 
     Parameters
     ----------
     chain : str
-        Such as ``"[R]RR"``; `chains` lists them.
+        Such as ``"[R]RR"``; `chains` lists them. Or several with how many legs have each,
+        ``"2 [R]RR + 1 [P]RP"``, as `Mechanism.chain` says it.
     legs : int, optional
-        By default as few as the platform needs.
+        By default as few as the platform needs. Several chains say it themselves.
     platform : {"rigid", "point", "translating", "spherical"}
         A platform that turns, a point that only moves in the plane, one that moves in space and
         never turns, or one that only turns.
@@ -134,57 +154,245 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
     SymkinError
         For an unknown chain, or a number of legs that the platform does not go with.
     """
+    counted = _counted(chain)
+    if len(counted) == 1:
+        (only, given), *_ = counted.items()
+        if legs is not None and given is not None and legs != given:
+            raise MechanismError(f'"{chain}" has {given} legs, not {legs}')
+        return _symmetric_template(only, given if legs is None else legs, platform)
+    if legs is not None:
+        raise MechanismError(f'"{chain}" says how many legs there are; expected no other number')
+    return _mixed_template({name: count or 1 for name, count in counted.items()}, platform)
+
+
+def _counted(chain: str) -> dict[str, int | None]:
+    """Chains with their numbers of legs, None where none is said."""
+    found: dict[str, int | None] = {}
+    for part in map(str.strip, chain.split("+")):
+        number = re.match("[0-9]{1,2} +", part)
+        name = part if number is None else part[number.end() :]
+        if name in found:
+            raise MechanismError(f'"{chain}" names {name} twice; expected once')
+        found[name] = None if number is None else int(number[0])
+    return found
+
+
+def _symmetric_template(chain: str, legs: int | None, platform: str) -> str:
     info = chain_info(chain, platform)
     pose_space = info.pose_space
     space = POSE_SPACES[pose_space]
-    least = len(info.free)
-    paired = space.size == 3 and space.turns and info.closures == 1
-    most = least if paired or info.closures > 1 else 64
-    legs = least if legs is None else legs
-    if not least <= legs <= most:
-        expected = str(least) if least == most else f"{least} to {most}"
-        raise MechanismError(f"{legs} legs for a {pose_space} platform; expected {expected}")
-    joints = chain.replace("[", "").replace("]", "")
+    legs = _checked(legs, info)
     no_radius = space.moves and not any(name.endswith("_radius") for name in info.parameter_names)
     if no_radius and legs % 2 == 0 and legs > 2:
         raise MechanismError(
             f"{legs} legs {chain}: two of them would be the same; expected 2 or an odd number"
         )
+    symmetry, axis, carried = _symmetry(info, legs)
+    described = f"""# Leg 1 is carried to the others {carried}.
+# Legs that differ are listed instead, as tables [[legs]] with the keys of [reference_leg].
+[symmetry]
+group = "{symmetry.group}"
+legs = {legs}
+{axis}
+[reference_leg]
+{_mode_line(info, _mode(info))}{_lines(_texts(info))}"""
+    head = f'chain = "{chain}"  # {_CHAIN}\n'
+    return _file(head, [info], info.reading_unit, described)
+
+
+def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
+    """Legs in a ring; where each chain stands, and how its platform points, suits home best."""
+    infos = [chain_info(chain, platform) for chain, count in counts.items() for _ in range(count)]
+    require_mixable(infos)
+    number = _checked(len(infos), infos[0])
+    unit = infos[0].reading_unit
+    if any(info.reading_unit != unit for info in infos):
+        unit = "rad"
+    symmetry, _, _ = _symmetry(infos[0], number)
+    texts = {info.name: _mixed_texts(info, unit) for info in infos}
+    given = {info.name: _values(info, unit, texts[info.name]) for info in infos}
+    rings = {
+        (chain, turn): generate_legs(
+            _turned(chain_info(chain, platform), given[chain], turn), symmetry, number
+        )
+        for chain in counts
+        for turn in _TURNS
+    }
+    # The order of the legs is that of the chains: of places in the ring each has some.
+    chains = [info.name for info in infos]
+    orders = {tuple(np.argsort(each, kind="stable")) for each in permutations(_ranks(chains))}
+    best, least = None, math.inf
+    for places in sorted(orders):
+        for turn in _TURNS:
+            legs = [
+                rings[chain, turn if chain != chains[0] else 0][place]
+                for chain, place in zip(chains, places, strict=True)
+            ]
+            condition = _condition(legs, infos, platform, unit)
+            if condition < least * (1 - _SAME):
+                best, least = legs, condition
+    if best is None or least > _WORST:
+        raise MechanismError(
+            f"there is no file to begin with for {' and '.join(counts)} together: begin with that "
+            "of one chain, list the [[legs]], and give each its chain"
+        )
+    parts = []
+    for leg, info in zip(best, infos, strict=True):
+        own = dict(texts[info.name])
+        for name, value in given[info.name].items():
+            found, of = leg.parameters[name], info.units_of_sensor(unit)[name]
+            if abs(found - value) > _SAME:  # an angle, or what a reflection turns round
+                said = f'"{math.degrees(found):.6g} deg"' if of == "rad" else f"{found!r}"
+                own[name] = (said, own[name][1])
+        head = f'[[legs]]\nchain = "{info.name}"  # {_CHAIN}\n'
+        parts.append(head + _mode_line(info, leg.working_mode) + _lines(own))
+    return _file("", infos, unit, "# Each leg names its chain.\n" + "\n".join(parts))
+
+
+def _ranks(chains: Sequence[str]) -> list[int]:
+    """Of each leg, the number of its chain."""
+    known = list(dict.fromkeys(chains))
+    return [known.index(chain) for chain in chains]
+
+
+def _mixed_texts(info: ChainInfo, unit: str) -> dict[str, tuple[str, str]]:
+    texts = _texts(info)
+    if info.reading_unit != unit:
+        texts["sensor_gain"] = ('"5 mm/rev"', "pitch of the screw that the motor turns")
+    return texts
+
+
+def _values(info: ChainInfo, unit: str, texts: Mapping[str, tuple[str, str]]) -> dict[str, float]:
+    units = info.units_of_sensor(unit)
+    return {
+        name: evaluate_quantity(text.strip('"'), units[name], direction=units[name] == "rad")
+        for name, (text, _) in texts.items()
+    }
+
+
+def _turned(info: ChainInfo, values: Mapping[str, float], degrees: float) -> Leg:
+    """The first leg of a chain with its platform point, or guide, turned."""
+    kinds = ("azimuth", "direction_azimuth")
+    turned = {
+        name: values[name] + math.radians(degrees)
+        for name, role in info.parameter_roles.items()
+        if role.end == "platform" and role.kind in kinds
+    }
+    return Leg(info.name, {**values, **turned}, _mode(info))
+
+
+def _condition(legs: Sequence[Leg], infos: Sequence[ChainInfo], platform: str, unit: str) -> float:
+    """The condition number at home; infinite where home is out of reach."""
+    _, height = _common_box(infos)
+    at = dict.fromkeys(infos[0].box, 0.0)
+    if "z" in at:
+        at["z"] = evaluate_quantity(height, "m")
+    home = infos[0].whole([*at.values()])
+    workspace = WorkspaceSettings(home, home, characteristic_length=_LENGTH)
+    robot = Mechanism("ring", legs, platform=platform, reading_unit=unit, workspace=workspace)
+    found = float(robot.singularity_measures(robot.poses_at(home))[2][0])
+    return found if math.isfinite(found) else math.inf
+
+
+def _checked(legs: int | None, info: ChainInfo) -> int:
+    """The number of legs, by default the least."""
+    least = len(info.free)
+    space = POSE_SPACES[info.pose_space]
+    most = least if (space.size == 3 and space.turns) or info.closures > 1 else 64
+    legs = least if legs is None else legs
+    if not least <= legs <= most:
+        expected = str(least) if least == most else f"{least} to {most}"
+        raise MechanismError(f"{legs} legs for a {info.pose_space} platform; expected {expected}")
+    return legs
+
+
+def _symmetry(info: ChainInfo, legs: int) -> tuple[DeclaredSymmetry, str, str]:
+    """What carries a leg to as many, the line of the file that says its axis, and how it does."""
+    space = POSE_SPACES[info.pose_space]
+    if space.size == 3 and space.turns and info.closures == 1:
+        return (
+            DeclaredSymmetry("D3", math.radians(210)),
+            'axis = "210 deg"  # of the mirror between legs 1 and 2\n',
+            "by turns and reflections, in mirrored pairs",
+        )
+    if legs == 2:
+        mirror = DeclaredSymmetry("D1", math.radians(90))
+        return mirror, 'axis = "90 deg"  # of the mirror\n', "by a reflection"
+    return DeclaredSymmetry(f"C{legs}"), "", f"by turns of 360/{legs} degrees"
+
+
+def _texts(info: ChainInfo) -> dict[str, tuple[str, str]]:
+    """Value and meaning of each parameter of the first leg, but for those with a default."""
+    joints = info.name.replace("[", "").replace("]", "")
+    space = POSE_SPACES[info.pose_space]
     known = _PARAMETERS | (_BASE_GUIDE if joints[0] == "P" else {})
     known |= _PLATFORM_GUIDE if joints[-1] == "P" else {}
     known |= {} if space.moves else _AXES
-    special = (_SPATIAL if space.in_space else {}) | _OF_CHAIN.get((chain, pose_space), {})
+    special = (_SPATIAL if space.in_space else {}) | _OF_CHAIN.get((info.name, info.pose_space), {})
     known |= {name: (value, known[name][1]) for name, value in special.items()}
-    group, axis, carried = f"C{legs}", "", f"by turns of 360/{legs} degrees"
-    if paired:
-        group, axis = "D3", 'axis = "210 deg"  # of the mirror between legs 1 and 2\n'
-        carried = "by turns and reflections, in mirrored pairs"
-    elif legs == 2:
-        group, axis = "D1", 'axis = "90 deg"  # of the mirror\n'
-        carried = "by a reflection"
-    parameters = "".join(
-        f"{name} = {known[name][0]}  # {known[name][1]}\n"
-        for name in info.parameter_names
-        if name not in info.defaults
-    )
-    box, height = {name: _BOXES[pose_space][name] for name in info.box}, _HEIGHT
-    if chain == "[R]US":
-        other, height = _CARRIED if space.turns else _HANGING
+    return {name: known[name] for name in info.parameter_names if name not in info.defaults}
+
+
+def _mode(info: ChainInfo) -> int:
+    return _MODES.get(info.name, 1) if POSE_SPACES[info.pose_space].moves else -1
+
+
+def _mode_line(info: ChainInfo, mode: int) -> str:
+    return f"working_mode = {mode}  # -1 or 1: {info.description}\n"
+
+
+def _lines(texts: Mapping[str, tuple[str, str]]) -> str:
+    return "".join(f"{name} = {value}  # {meaning}\n" for name, (value, meaning) in texts.items())
+
+
+def _box(info: ChainInfo) -> tuple[dict[str, str], str]:
+    """Limits of the coordinates that can be chosen, and the height of home."""
+    box, height = {name: _BOXES[info.pose_space][name] for name in info.box}, _HEIGHT
+    if info.name == "[R]US":
+        other, height = _CARRIED if POSE_SPACES[info.pose_space].turns else _HANGING
         box = box | other
-    if chain == "[P]RS":
+    if info.name == "[P]RS":
         box, height = box | {"z": '["0.42 m", "0.6 m"]'}, "0.52 m"
+    return box, height
+
+
+def _common_box(infos: Sequence[ChainInfo]) -> tuple[dict[str, str], str]:
+    """That of one chain, or what the boxes of several have in common."""
+    boxes = [_box(info) for info in infos]
+    if len({info.name for info in infos}) == 1:
+        return boxes[0]
+    found = {}
+    middle = 0.0
+    for name, unit in infos[0].box.items():
+        sides = [tomllib.loads(f"sides = {box[name]}")["sides"] for box, _ in boxes]
+        lower = max((each[0] for each in sides), key=lambda text: evaluate_quantity(text, unit))
+        upper = min((each[1] for each in sides), key=lambda text: evaluate_quantity(text, unit))
+        if evaluate_quantity(lower, unit) >= evaluate_quantity(upper, unit):
+            chains = " and ".join(dict.fromkeys(info.name for info in infos))
+            raise MechanismError(f"there is no file to begin with for {chains} together")
+        found[name] = toml_value([lower, upper])
+        if name == "z":
+            middle = (evaluate_quantity(lower, unit) + evaluate_quantity(upper, unit)) / 2
+    return found, f"{middle:g} m"
+
+
+def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -> str:
+    """The whole: what is at the top, the legs' text, and the settings that suit them."""
+    info = infos[0]
+    space = POSE_SPACES[info.pose_space]
+    box, height = _common_box(infos)
     bounds = "".join(f"{name} = {limits}\n" for name, limits in box.items())
     home = ""
     if space.size == 3:
         at = dict(zip(space.units, ["0 m", "0 m", height] + ["0 deg"] * 3, strict=False))
-        values = [at[name] for name in info.box]
-        home = f"home = {toml_value(values)}  # well inside\n"
+        home = f"home = {toml_value([at[name] for name in info.box])}  # well inside\n"
     noise = ('position = "0.1 mm"\n' if space.moves else "") + 'orientation = "0.1 mrad"\n'
-    length = 'length = "1 mm"\n' if space.moves else ""
-    # What is redundant, or constant, is held.
-    held = chain in ("[P]US", "[P]RS", "R[P]S")
-    identified = len(info.parameter_names) - len(info.defaults) - held
-    identified -= "pulley_radius" in info.parameter_names
+    made = 'length = "1 mm"\n' if space.moves else ""
+    length = ""
+    if space.turns and len({each.name for each in infos}) > 1:
+        length = f"characteristic_length = {_LENGTH}  # counts as much as one radian below\n"
+    identified = max(_identified(each) for each in infos)
+    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
     return f"""{SCHEMA_LINE}
 #
 # A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.
@@ -192,22 +400,13 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
 # an expression, such as "6 m / sqrt(3)".
 
 schema = 1
-chain = "{chain}"  # joints from base to platform, the actuated one in brackets
-platform = "{platform}"  # "rigid" if it moves and turns, "point" or "translating" if it only moves
-reading_unit = "{info.reading_unit}"  # what the sensors read: "rad" or "m"
+{head}platform = "{platform}"  # {_PLATFORM}
+reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 
-# Leg 1 is carried to the others {carried}.
-# Legs that differ are listed instead, as tables [[legs]] with the keys of [reference_leg].
-[symmetry]
-group = "{group}"
-legs = {legs}
-{axis}
-[reference_leg]
-working_mode = {_MODES.get(chain, 1) if space.moves else -1}  # -1 or 1: {info.description}
-{parameters}
+{legs}
 # The box of poses in which to measure; home, by default the origin, says which assembly is meant.
 [workspace]
-{bounds}{home}conditioning_limit = 20  # leaves out poses near singularities
+{bounds}{home}{length}conditioning_limit = 20  # leaves out poses near singularities
 
 # Standard deviations of what is measured.
 [noise]
@@ -215,7 +414,7 @@ working_mode = {_MODES.get(chain, 1) if space.moves else -1}  # -1 or 1: {info.d
 
 # Standard deviations of the parts as they are made.
 [tolerances]
-{length}angle = "1 mrad"
+{made}angle = "1 mrad"
 gain = 1e-3
 
 [protocol]
@@ -223,3 +422,14 @@ pose_count = {3 * identified}  # for each leg: three times its {identified} para
 candidates = 20000
 seed = 1
 """
+
+
+def _identified(info: ChainInfo) -> int:
+    """How many parameters are: what is redundant, or constant, is held."""
+    held = info.name in ("[P]US", "[P]RS", "R[P]S")
+    return (
+        len(info.parameter_names)
+        - len(info.defaults)
+        - held
+        - ("pulley_radius" in info.parameter_names)
+    )

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +92,7 @@ def mechanism(
         Where it is drawn; if it is in space and from above, the latter.
     """
     skeleton = skeleton_of(mechanism, mechanism.home if pose is None else np.asarray(pose, float))
-    handles = _joint_handles(skeleton.joints)
+    handles = _joint_handles(itertools.chain(*skeleton.joints))
     labels = ("x", "y", "z") if skeleton.on_sphere else ("x, m", "y, m", "z, m")
     if ax is not None:
         x, y, _ = labels
@@ -145,7 +146,7 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
     shown = slice(None) if isinstance(axes, Axes3D) else slice(2)
     links = arcs(centres) if skeleton.on_sphere else centres
     axes.plot(*links[:, shown].T, color=colour, linewidth=2.4, solid_capstyle="round", zorder=3)
-    for joint, centre in zip(skeleton.joints, centres[:, shown], strict=True):
+    for joint, centre in zip(skeleton.joints[leg], centres[:, shown], strict=True):
         axes.plot(
             *([value] for value in centre),
             markerfacecolor=colour if joint.actuated else PAPER,
@@ -184,7 +185,7 @@ def _body_style(body: str) -> dict[str, Any]:
     return {"facecolor": colour + "40", "edgecolor": colour, "linewidth": 1, "zorder": 1}
 
 
-def _joint_handles(joints: tuple[Joint, ...]) -> list[Any]:
+def _joint_handles(joints: Iterable[Joint]) -> list[Any]:
     """Legend entries of the joints that occur, of the bodies and the origin."""
     handles: list[Any] = []
     for joint in dict.fromkeys(joints):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 
 from symkin.checks import CheckResult
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.points import axis_of_drawing
 from symkin.report.content import Headline, Page, Section
@@ -52,7 +53,7 @@ def check_summary(result: CheckResult) -> Page:
     source = mechanism.source
     return Page(
         title=f"{mechanism.name}: check",
-        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}, {mechanism.pose_space}",
+        subtitle=f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}",
         headlines=_headlines(result),
         verdict="bad" if bad else "doubtful" if doubts or not exact else "good",
         judgement=result.verdict,
@@ -65,16 +66,19 @@ def check_summary(result: CheckResult) -> Page:
 
 def _headlines(result: CheckResult) -> list[Headline]:
     mechanism, home = result.mechanism, result.home
-    settings, total = mechanism.workspace, mechanism.estimated_count
+    settings, counts = mechanism.workspace, mechanism.estimated_counts
     limit = "" if settings is None else f"at most {settings.conditioning_limit:g}; "
     condition = ("Condition number at home", significant(home.condition), f"{limit}1 is best")
     if result.sample is None:
         return [("Parameters that poses show", NONE, "not tested"), condition]
-    least = min(leg.rank for leg in result.observability)
+    ranks = [leg.rank for leg in result.observability]
+    # Of the leg that misses most.
+    worst = max(range(len(counts)), key=lambda leg: counts[leg] - ranks[leg])
+    all_shown = "all " + " or ".join(map(str, sorted(set(counts))))
     return [
         (
             "Parameters that poses show",
-            f"all {total}" if least == total else f"{least} of {total}",
+            all_shown if ranks[worst] == counts[worst] else f"{ranks[worst]} of {counts[worst]}",
             "of every leg",
         ),
         (

@@ -26,6 +26,7 @@ from symkin.report.evaluation import (
 )
 from symkin.report.wording import (
     NONE,
+    chain_subtitle,
     decimals_of,
     fixed,
     milli,
@@ -83,7 +84,7 @@ def identification_summary(found: Identification) -> Page:
     verdict, words = judgement(found)
     return Page(
         title=f"{nominal.name}: identification from measurements",
-        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        subtitle=chain_subtitle(nominal),
         headlines=headlines,
         verdict=verdict,
         judgement=words,
@@ -159,7 +160,7 @@ def _done(found: Identification) -> str:
     poses = len(measurements.poses)
     return (
         f"{plural(poses, 'measured pose')}{source} {'was' if poses == 1 else 'were'} used to "
-        f"identify the {nominal.parameters.size} parameters of "
+        f"identify the {int(nominal.has_parameter.sum())} parameters of "
         f"{plural(len(nominal.legs), 'leg')} with the estimator {quoted(found.estimator)}."
     )
 
@@ -326,7 +327,9 @@ def _parameter_rows(found: Identification, actual: Mechanism | None, leg: int) -
     nominal, names = found.nominal, found.nominal.parameter_names
     errors = None if actual is None else _in_deviations(found, actual)
     rows = []
-    for i, (name, unit) in enumerate(zip(names, nominal.parameter_units, strict=True)):
+    for i, (name, unit) in enumerate(zip(names, nominal.parameter_units(leg), strict=True)):
+        if name not in nominal.legs[leg].parameters:
+            continue
         drawn, value = nominal.parameters[leg, i], found.mechanism.parameters[leg, i]
         deviation = float(found.deviations[leg, i])
         decimals = decimals_of(deviation)

@@ -17,7 +17,16 @@ from symkin.report.content import Group, Headline, Image, Page, Section, Table, 
 from symkin.report.evaluation import before_and_after, error_table
 from symkin.report.heights import heights_headlines, heights_section
 from symkin.report.identification import quoted, sources
-from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, ratio, significant
+from symkin.report.wording import (
+    NONE,
+    chain_subtitle,
+    decimals_of,
+    fixed,
+    milli,
+    plural,
+    ratio,
+    significant,
+)
 
 __all__ = ["joint_page", "joint_summary"]
 
@@ -54,7 +63,7 @@ def joint_summary(found: JointIdentification) -> Page:
     verdict: Verdict = "good" if found.trustworthy else "doubtful" if found.converged else "bad"
     return Page(
         title=f"{nominal.name}: identification from what was observed",
-        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        subtitle=chain_subtitle(nominal),
         headlines=list(_headlines(found)),
         verdict=verdict,
         judgement={

@@ -10,12 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import chain_info
 from symkin.errors import named_legs
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table
 from symkin.report.movable import movable
-from symkin.report.wording import plural, pose_coordinates, quantity, setting
+from symkin.report.wording import (
+    NONE,
+    has_lengths,
+    plural,
+    pose_coordinates,
+    quantity,
+    setting,
+)
 from symkin.symmetry import SymmetryGroup
 from symkin.workspace.sample import least_reach_margin
 
@@ -61,17 +68,29 @@ def mechanism_section(
     drawing = _drawing(mechanism, poses, symmetry, keeps_modes, nearly)
     paragraph = " ".join(
         [
-            f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the chain "
-            f"{mechanism.chain}, and {mechanism.estimated_count} parameters to identify on each.",
+            f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the "
+            f"chain{'s' * mechanism.mixed} "
+            f"{mechanism.chain}, and {_identified(mechanism)}.",
             *held_parameters(mechanism),
         ]
     )
     return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
 
 
+def _identified(mechanism: Mechanism) -> str:
+    """How many parameters each leg has to identify."""
+    legs_of: dict[int, list[int]] = {}
+    for leg, count in enumerate(mechanism.estimated_counts):
+        legs_of.setdefault(count, []).append(leg)
+    if len(legs_of) == 1:
+        return f"{next(iter(legs_of))} parameters to identify on each"
+    each = [f"{count} of {named_legs(legs)}" for count, legs in legs_of.items()]
+    return f"to be identified are {' and '.join(each)}"
+
+
 def mechanism_title(mechanism: Mechanism) -> str:
     """Return its name and kind in a line."""
-    words = [f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}", mechanism.pose_space]
+    words = [legs_in_words(mechanism.legs), mechanism.pose_space]
     words += [] if mechanism.symmetry is None else [mechanism.symmetry.group]
     words += [] if mechanism.curvature is None else ["curved sensors"]
     words += [] if mechanism.sensor_table is None else ["sensors with a table"]
@@ -90,35 +109,52 @@ def legs_table(
     before: Sequence[Sequence[str]] = (),
     after: Sequence[Sequence[str]] = (),
 ) -> Table:
-    """Return the parameters of all legs, a column a leg, between what else is said of each."""
-    units = zip(mechanism.parameter_names, mechanism.parameter_units, strict=True)
-    labels = [f"{name}, {unit}" if unit else name for name, unit in units]
+    """Return the parameters of all legs, a column a leg, between what else is said of each.
+
+    A parameter whose unit is not that of leg 1 says so in its cell; one that a leg does not have
+    has an empty one.
+    """
     rows = [
+        *([("chain", *mechanism.chains)] if mechanism.mixed else []),
         *before,
         ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
-        *(
-            (label, *(setting(value, digits=6) for value in mechanism.parameters[:, index]))
-            for index, label in enumerate(labels)
-        ),
+        *(_parameter_row(mechanism, index) for index in range(len(mechanism.parameter_names))),
         *after,
     ]
     columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
     return Table("The legs", columns, [Group(rows)], brief=True)
 
 
+def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
+    legs = range(len(mechanism.legs))
+    has = mechanism.has_parameter[:, index]
+    units = [mechanism.parameter_units(leg)[index] for leg in legs]
+    same = len({unit for unit, own in zip(units, has, strict=True) if own}) == 1
+    unit = units[int(np.argmax(has))] if same else ""
+    name = mechanism.parameter_names[index]
+    values = mechanism.parameters[:, index].tolist()
+    return [
+        f"{name}, {unit}" if unit else name,
+        *(
+            setting(values[leg], "" if same else units[leg], digits=6) if has[leg] else NONE
+            for leg in legs
+        ),
+    ]
+
+
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
     why = "it makes upright legs longer"
-    if "guide_elevation" in mechanism.parameter_names:
-        why = "it moves a point along its guide"
-    legs: dict[tuple[str, ...], list[int]] = {}
+    along = "it moves a point along its guide"
+    legs: dict[tuple[tuple[str, ...], str], list[int]] = {}
     for leg, names in enumerate(mechanism.held):
-        legs.setdefault(names, []).append(leg)
+        guided = "guide_elevation" in mechanism.legs[leg].parameters
+        legs.setdefault((names, along if guided else why), []).append(leg)
     return [
         f"Held as it was drawn is {' and '.join(names)}"
         + ("" if len(legs) == 1 else f" of {named_legs(which)}")
-        + f": {why}, as the sensor's offset does."
-        for names, which in legs.items()
+        + f": {reason}, as the sensor's offset does."
+        for (names, reason), which in legs.items()
         if names
     ]
 
@@ -160,7 +196,6 @@ def _drawing(
 
 
 def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
-    info = chain_info(mechanism.chain, mechanism.platform)
     rows: list[Sequence[str]] = [
         ("legs", str(len(mechanism.legs))),
         ("chain (actuated joint in brackets)", mechanism.chain),
@@ -169,9 +204,14 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
     ]
     if mechanism.sensor_table is not None:
         rows.append(("readings shown here", "those of straight sensors, by the sensors' table"))
-    if not info.description.startswith("without meaning"):
-        modes = ", ".join(setting(mode) for mode in mechanism.working_modes)
-        rows.append(("working modes", f"{modes} ({info.description})"))
+    legs_of: dict[str, list[int]] = {}
+    for leg in range(len(mechanism.legs)):
+        legs_of.setdefault(mechanism.leg_info(leg).description, []).append(leg)
+    for description, legs in legs_of.items():
+        if not description.startswith("without meaning"):
+            modes = ", ".join(setting(mechanism.working_modes[leg]) for leg in legs)
+            whose = f" of {named_legs(legs)}" if mechanism.mixed else ""
+            rows.append((f"working modes{whose}", f"{modes} ({description})"))
     limits = mechanism.joint_limits
     if math.isfinite(limits.lower) or math.isfinite(limits.upper):
         unit = mechanism.reading_unit
@@ -231,7 +271,7 @@ def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:
     tolerances = mechanism.tolerances
     lengths = [("lengths", setting(1e3 * tolerances.length, "mm"))]
     return [
-        *(lengths if "m" in mechanism.parameter_units else []),
+        *(lengths if has_lengths(mechanism) else []),
         ("angles", setting(1e3 * tolerances.angle, "mrad")),
         ("sensor gains", setting(100 * tolerances.gain, "%")),
     ]

@@ -73,24 +73,23 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     Returns
     -------
     dict
-        With axes, the corners of base and platform and their joints, and the nodes as text: for
-        each a character for its state, two for the logarithm of its condition number, for each leg
-        and inner joint two for each of its coordinates, and two for each coordinate of the pose
-        that the legs bind.
+        With axes, the corners of base and platform, each leg's joints, how many of them lie
+        between its ends, and the nodes as text: for each a character for its state, two for the
+        logarithm of its condition number, for each leg and inner joint two for each of its
+        coordinates, and two for each coordinate of the pose that the legs bind.
     """
-    joints = joints_of(mechanism)
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]
     ends = [drawn_centres(mechanism, leg, home, reading) for leg, reading in enumerate(readings)]
-    inner = len(ends[0]) - 2
+    inner = [len(centres) - 2 for centres in ends]
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
     dimensions = base.shape[1]
     bound = _bound(mechanism)
-    axes = _axes(mechanism, 3 + 2 * (dimensions * inner * len(mechanism.legs) + len(bound)))
+    axes = _axes(mechanism, 3 + 2 * (dimensions * sum(inner) + len(bound)))
     poses = _poses(mechanism, _nodes(axes))
     followed = _coordinates(mechanism, poses)[:, bound]
-    codes, offset, step = _codes(mechanism, poses, (inner, dimensions), followed)
+    codes, offset, step = _codes(mechanism, poses, inner, dimensions, followed)
     names = pose_coordinates(mechanism.space)
     home_values = _home_values(mechanism)[list(mechanism.free)]
     assert mechanism.workspace is not None
@@ -110,9 +109,12 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
         "base": _rounded(base),
         "platform": _rounded(platform),
         "outlines": [_rounded(outline(base)), _rounded(outline(platform))],
-        "joints": [[joint.kind == "P", joint.actuated] for joint in joints],
+        "joints": [
+            [[joint.kind == "P", joint.actuated] for joint in joints_of(chain)]
+            for chain in mechanism.chains
+        ],
         "inner": inner,
-        "error": _interpolation_error(mechanism, axes, poses) if inner == 0 else 0,
+        "error": _interpolation_error(mechanism, axes, poses) if not any(inner) else 0,
         "offset": np.round(offset, 9).tolist(),
         "step": step,
         "decades": _DECADES,
@@ -197,11 +199,11 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
 
 
 def _codes(
-    mechanism: Mechanism, poses: Array, inner: tuple[int, int], followed: Array
+    mechanism: Mechanism, poses: Array, inner: list[int], dimensions: int, followed: Array
 ) -> tuple[NDArray[np.int64], Array, float]:
     """Characters of every node, and the scale of the inner joints' coordinates among them."""
     readings = mechanism.inverse_kinematics(poses)
-    centres = _inner_centres(mechanism, poses, readings, inner)
+    centres = _inner_centres(mechanism, poses, readings, inner, dimensions)
     inside = inside_workspace(mechanism, poses)
     offset, step = _scale(centres[inside] if inside.any() else centres)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -221,14 +223,15 @@ def _codes(
 
 
 def _inner_centres(
-    mechanism: Mechanism, poses: Array, readings: Array, inner: tuple[int, int]
+    mechanism: Mechanism, poses: Array, readings: Array, inner: list[int], dimensions: int
 ) -> Array:
-    """Of the joints between the first and the last of each leg, (N, legs, inner, 2 or 3), m."""
-    centres = np.full((len(poses), len(mechanism.legs), *inner), np.nan)
-    if inner[0]:
-        for row, leg in zip(*np.nonzero(np.isfinite(readings)), strict=True):
+    """Of the joints between the first and the last of each leg, leg by leg: (N, joints, 2 or 3)."""
+    centres = np.full((len(poses), sum(inner), dimensions), np.nan)
+    behind = np.cumsum(inner)
+    for leg in np.flatnonzero(inner).tolist():
+        for row in np.flatnonzero(np.isfinite(readings[:, leg])):
             drawn = drawn_centres(mechanism, leg, poses[row], readings[row, leg])
-            centres[row, leg] = drawn[1:-1]
+            centres[row, behind[leg] - inner[leg] : behind[leg]] = drawn[1:-1]
     return centres
 
 

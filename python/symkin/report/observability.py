@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -18,7 +20,7 @@ from symkin.observability import (
     observability_rows,
 )
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import plural, significant
+from symkin.report.wording import NONE, plural, significant
 from symkin.symmetry import observability_group
 
 if TYPE_CHECKING:
@@ -96,8 +98,11 @@ def observability_section(
         legs = [analyse_observability(mechanism, leg, poses) for leg, poses in enumerate(reached)]
     except SymkinError as error:
         return Section("observability", "Observability", [f"Not analysed: {error}."])
-    diagonals = np.array([leg.r_diagonal for leg in legs])
-    deviations = _largest_deviations(diagonals)
+    shown = {name for leg in legs for name in leg.parameter_names}
+    names = [name for name in mechanism.parameter_names if name in shown]
+    values = [dict(zip(leg.parameter_names, leg.r_diagonal, strict=True)) for leg in legs]
+    diagonals = np.array([[leg.get(name, math.nan) for name in names] for leg in values])
+    deviations = _largest_deviations(diagonals, mechanism.chains)
     indices = [
         analyse_observability(mechanism, leg, poses, rows).indices
         for leg, poses in enumerate(reached)
@@ -105,7 +110,7 @@ def observability_section(
     left_out = sum(map(len, sets)) - sum(map(len, reached))
     paragraphs = [_EXPLANATION]
     if symmetric and observability_group(mechanism) is not None:
-        paragraphs.append(_symmetrical(_names(legs), deviations))
+        paragraphs.append(_symmetrical(names, deviations))
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
 
@@ -113,9 +118,9 @@ def observability_section(
         "observability",
         f"Bars of {_R} for every parameter, all legs side by side.",
         f"{_R} of every parameter, all legs at their own poses.",
-        plotted("observability", _names(legs), diagonals),
+        plotted("observability", names, diagonals),
     )
-    groups = _groups(legs, diagonals, deviations, Group(_indices(indices), _of(rows)))
+    groups = _groups(legs, names, diagonals, deviations, Group(_indices(indices), _of(rows)))
     columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
     table = Table(title, columns, groups, brief=brief)
@@ -124,9 +129,10 @@ def observability_section(
 
 def singular_values_table(legs: Sequence[Observability]) -> Table:
     """Show the singular values of every leg's rows, columns scaled to length one."""
+    all_values = itertools.zip_longest(*(leg.singular_values for leg in legs))
     rows = [
-        (f"s_{number}", *map(significant, values))
-        for number, values in enumerate(zip(*(leg.singular_values for leg in legs), strict=True), 1)
+        (f"s_{number}", *(NONE if value is None else significant(value) for value in values))
+        for number, values in enumerate(all_values, 1)
     ]
     columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))))
     return Table("Singular values, columns scaled to length one", columns, [Group(rows)])
@@ -139,14 +145,8 @@ _EXPLANATION = (
 )
 
 
-def _names(legs: Sequence[Observability]) -> tuple[str, ...]:
-    """Names of the columns, which may be others on another leg."""
-    columns = zip(*(leg.parameter_names for leg in legs), strict=True)
-    return tuple(" / ".join(dict.fromkeys(names)) for names in columns)
-
-
 def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
-    worst = int(np.argmax(deviations))
+    worst = int(np.nanargmax(deviations))
     if deviations[worst] == 0:
         return "All legs have exactly the same values: their observability is symmetrical."
     verdict = (
@@ -169,11 +169,17 @@ def _within_reach(
     return reached
 
 
-def _largest_deviations(diagonals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of each parameter between any leg and leg 1, relative to leg 1."""
-    scale = np.where(diagonals[0] > 0, diagonals[0], 1.0)
-    deviations: NDArray[np.float64] = np.abs(diagonals - diagonals[0]).max(axis=0) / scale
-    return deviations
+def _largest_deviations(
+    diagonals: NDArray[np.float64], chains: Sequence[str]
+) -> NDArray[np.float64]:
+    """Of each parameter between any leg and the first of its chain, relative to that."""
+    of_chain = np.array(chains)
+    largest = np.full(diagonals.shape[1], np.nan)
+    for chain in dict.fromkeys(chains):
+        own = diagonals[of_chain == chain]
+        scale = np.where(own[0] > 0, own[0], 1.0)
+        largest = np.fmax(largest, np.abs(own - own[0]).max(axis=0) / scale)
+    return largest
 
 
 def _indices(legs: Sequence[Mapping[str, float]]) -> list[tuple[str, ...]]:
@@ -189,18 +195,18 @@ def _of(rows: RowKind) -> str:
 
 def _groups(
     legs: Sequence[Observability],
+    names: Sequence[str],
     diagonals: NDArray[np.float64],
     deviations: NDArray[np.float64],
     indices: Group,
 ) -> list[Group]:
-    names = _names(legs)
     visible = [
         (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
         for i, name in enumerate(names)
     ]
     ranks = [
         ("condition number, free of units", *(significant(leg.condition) for leg in legs), ""),
-        ("rank", *(f"{leg.rank} of {len(names)}" for leg in legs), ""),
+        ("rank", *(f"{leg.rank} of {len(leg.parameter_names)}" for leg in legs), ""),
         ("not shown at all", *("; ".join(leg.unseen) or "nothing" for leg in legs), ""),
     ]
     return [

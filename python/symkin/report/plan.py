@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.planning import ChosenPoses, Plan, PlanBasis, Survey
 from symkin.planning.plan import set_name
@@ -94,7 +95,7 @@ def plan_page(plan: Plan) -> Page:
         errors += " They are of the target in the device's frame; what is held has none."
     return Page(
         title=f"{mechanism.name}: plan",
-        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
+        subtitle=legs_in_words(mechanism.legs),
         headlines=headlines,
         verdict="" if basis is None else "good",
         judgement=judgement,

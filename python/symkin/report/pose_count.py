@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING
 
+from symkin.legs import legs_in_words
 from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.plan import expected_headlines, survey_text
@@ -36,7 +37,7 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
     ]
     return Page(
         title=f"{mechanism.name}: number of poses",
-        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}",
+        subtitle=legs_in_words(mechanism.legs),
         headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
         verdict="good",
         judgement=enough,

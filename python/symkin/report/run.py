@@ -23,7 +23,7 @@ from symkin.report.identification import (
     quoted,
     sources,
 )
-from symkin.report.wording import NONE, count, milli, plural, setting
+from symkin.report.wording import NONE, chain_subtitle, count, has_lengths, milli, plural, setting
 
 if TYPE_CHECKING:
     from symkin.pipeline import ProtocolResult
@@ -60,7 +60,7 @@ def run_summary(result: ProtocolResult) -> Page:
     verdict, words = judgement(found)
     return Page(
         title=f"{nominal.name}: identification of a simulated robot",
-        subtitle=f"{plural(len(nominal.legs), 'leg')}, chain {nominal.chain}",
+        subtitle=chain_subtitle(nominal),
         headlines=before_and_after(result.before, result.after, result.after, result.expected),
         verdict=verdict,
         judgement=words,
@@ -107,11 +107,11 @@ def _done(result: ProtocolResult) -> str:
     lengths = f"{setting(1e3 * tolerances.length, 'mm')}, "
     return (
         f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
-        f"allow (standard deviations {lengths if 'm' in nominal.parameter_units else ''}"
+        f"allow (standard deviations {lengths if has_lengths(nominal) else ''}"
         f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
         f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
         f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
-        f"{noise}; from these the {nominal.parameters.size} parameters of its "
+        f"{noise}; from these the {int(nominal.has_parameter.sum())} parameters of its "
         f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
         f"{quoted(result.identification.estimator)}."
     )

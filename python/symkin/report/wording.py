@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import math
 
+from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 
 __all__ = [
     "NONE",
+    "chain_subtitle",
     "count",
     "decimals_of",
     "fixed",
+    "has_lengths",
     "milli",
     "plural",
     "pose_coordinates",
@@ -95,6 +98,17 @@ def share(part: int, whole: int) -> str:
 def plural(number: int, noun: str, many: str | None = None) -> str:
     """A counted noun: ``1 pose``, ``72 poses``."""
     return f"{count(number)} {noun if number == 1 else many or noun + 's'}"
+
+
+def chain_subtitle(mechanism: Mechanism) -> str:
+    """Number and chain of the legs: ``3 legs, chain [R]RR``."""
+    legs = plural(len(mechanism.legs), "leg")
+    return f"{legs}, chain{'s' * mechanism.mixed} {mechanism.chain}"
+
+
+def has_lengths(mechanism: Mechanism) -> bool:
+    """Whether any parameter is a length."""
+    return any("m" in mechanism.parameter_units(leg) for leg in range(len(mechanism.legs)))
 
 
 def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.legs import legs_in_words
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
@@ -118,7 +119,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
     worst = max(check.reading_deviation for check in study.elements)
     return Page(
         title=f"{mechanism.name}: workspace",
-        subtitle=f"{plural(len(mechanism.legs), 'leg')} {mechanism.chain}, structure "
+        subtitle=f"{legs_in_words(mechanism.legs)}, structure "
         f"{structure.title}, with its working modes {study.symmetry.with_modes.title}",
         headlines=[
             ("Workspace", f"{100 * study.share:.1f}%", "of its box"),

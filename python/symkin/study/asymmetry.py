@@ -179,7 +179,7 @@ def _blind(plan: Plan, candidates: Array, noise: float) -> float:
         LegRows(noisy, 0, candidates, "noise_aware"), len(poses), plan.basis.seed, threads=1
     )
     gain = _log_information(noisy, 0, poses) - told.log_det
-    return math.exp(gain / len(mechanism.parameter_names))
+    return math.exp(gain / len(mechanism.legs[0].parameters))
 
 
 def _series(result: StudyResult, what: str) -> list[list[Cell]]:
@@ -262,8 +262,9 @@ def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...
         own = select_poses(
             LegRows(robot, leg, reached, "noise_aware"), len(poses), plan.basis.seed, threads=1
         )
-        gains.append(_log_information(robot, leg, poses) - own.log_det)
-    return float(np.exp(min(gains) / len(robot.parameter_names)))
+        gain = _log_information(robot, leg, poses) - own.log_det
+        gains.append(gain / len(robot.legs[leg].parameters))
+    return float(np.exp(min(gains)))
 
 
 def _log_information(mechanism: Mechanism, leg: int, poses: Array) -> float:

@@ -127,7 +127,7 @@ def with_legs(mechanism: Mechanism, count: int) -> Mechanism:
     """
     symmetry = DeclaredSymmetry(f"C{count}")
     if count == 2:
-        azimuth = mechanism.parameter_roles.index(("base", "azimuth"))
+        azimuth = mechanism.parameter_roles(0).index(("base", "azimuth"))
         symmetry = DeclaredSymmetry("D1", axis=mechanism.parameters[0, azimuth] + math.pi / 3)
     legs = generate_legs(mechanism.legs[0], symmetry, count)
     return mechanism.replace(legs=legs, symmetry=symmetry, name=f"{mechanism.name} x {count}")

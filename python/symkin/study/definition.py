@@ -408,7 +408,7 @@ def _counted(count: int | str | None, mechanism: Mechanism) -> int:
         return count
     factor = _PER_PARAMETER.fullmatch(count)
     assert factor is not None  # it was checked
-    return max(1, round(float(factor[1]) * len(mechanism.parameter_names)))
+    return max(1, round(float(factor[1]) * max(len(leg.parameters) for leg in mechanism.legs)))
 
 
 def _identifier(cell: Cell) -> str:

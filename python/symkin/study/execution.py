@@ -182,8 +182,8 @@ def require_version(version: str) -> None:
 
 def _unknowns(definition: StudyDefinition, cell: Cell) -> int:
     """For how many parameters poses are chosen at once."""
-    mechanism = definition.loaded[cell.mechanism]
-    return len(mechanism.parameter_names) * (1 if cell.design == "legs" else len(mechanism.legs))
+    counts = [len(leg.parameters) for leg in definition.loaded[cell.mechanism].legs]
+    return max(counts) if cell.design == "legs" else sum(counts)
 
 
 def _plan(

@@ -276,7 +276,8 @@ def _deviations(
     known, scales = mechanism.deviations, parameter_tolerances(mechanism)
     # What is held has no tolerance of its own, but legs may differ in it.
     made = mechanism.tolerances
-    held = [made.angle if unit == "rad" else made.length for unit in mechanism.parameter_units]
+    units = [mechanism.parameter_units(leg) for leg in range(len(mechanism.legs))]
+    held = [[made.angle if unit == "rad" else made.length for unit in each] for each in units]
     scales = np.where(scales > 0, scales, held)
     structure: list[ParameterDeviation] = []
     sensors: list[ParameterDeviation] = []
@@ -287,9 +288,10 @@ def _deviations(
             deviation=float(values[leg, index]),
             in_tolerances=float(abs(values[leg, index]) / scales[leg, index]),
             standard_deviation=float("nan" if known is None else known[leg, index]),
-            unit=mechanism.parameter_units[index],
+            unit=units[leg][index],
         )
-        (sensors if mechanism.parameter_roles[index].of_sensor else structure).append(found)
+        of_sensor = mechanism.parameter_roles(leg)[index].of_sensor
+        (sensors if of_sensor else structure).append(found)
     return _largest_first(structure), _largest_first(sensors)
 
 
@@ -383,18 +385,26 @@ def _about_the_origins(mechanism: Mechanism, found: SymmetryGroup) -> SymmetryGr
 def _axes(mechanism: Mechanism, found: SymmetryGroup) -> list[float]:
     """The axis that was found, and those near it on which pairs of legs mirror each other."""
     axis = found.frame.base_axis
-    turning = [
-        index
-        for index, (end, kind) in enumerate(mechanism.parameter_roles)
-        if end == "base" and kind in ("azimuth", "direction_azimuth")
-    ]
-    if not found.dihedral or not turning:
+    if not found.dihedral:
         return [axis]
-    azimuths = mechanism.parameters[:, turning[0]]
-    between = (azimuths[:, np.newaxis] + azimuths).ravel() / 2 - axis
+    chains = np.array(mechanism.chains)
+    alike = chains[:, np.newaxis] == chains
+    azimuths = np.array([_base_azimuth(mechanism, leg) for leg in range(len(chains))])
+    between = (azimuths[:, np.newaxis] + azimuths)[alike] / 2 - axis
+    between = between[np.isfinite(between)]
     offsets = np.remainder(between + math.pi / (2 * found.rotations), math.pi / found.rotations)
     offsets -= math.pi / (2 * found.rotations)
     return [axis, *(axis + offsets[np.abs(offsets) < 0.1]).tolist()]
+
+
+def _base_azimuth(mechanism: Mechanism, leg: int) -> float:
+    """Of the base point or the guide of a leg; NaN if it has none."""
+    for value, (end, kind) in zip(
+        mechanism.parameters[leg], mechanism.parameter_roles(leg), strict=True
+    ):
+        if end == "base" and kind in ("azimuth", "direction_azimuth"):
+            return float(value)
+    return math.nan
 
 
 def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
@@ -402,7 +412,11 @@ def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> floa
     tolerance = scaled_tolerance(mechanism, multiple)
     deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
     units = _manufacturing(mechanism, 1)
-    structure = [not role.of_sensor for role in mechanism.parameter_roles]
-    scale = [units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units]
-    shares = np.abs(deviations / scale)[:, structure]
+    legs = range(len(mechanism.legs))
+    structure = [[not role.of_sensor for role in mechanism.parameter_roles(leg)] for leg in legs]
+    scale = [
+        [units.angle if unit == "rad" else units.length for unit in mechanism.parameter_units(leg)]
+        for leg in legs
+    ]
+    shares = np.abs(deviations / np.array(scale))[np.array(structure)]
     return float(np.sqrt(shares).round(9).sum())

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.chains import chain_info
+from symkin.legs import parameter_values
 from symkin.mechanism import Leg, Mechanism
+from symkin.poses import POSE_SPACES
 from symkin.result import Result, field, record
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry.group import NamedGroup, SymmetryElement, SymmetryGroup, named_group
@@ -22,6 +25,7 @@ __all__ = [
     "detect_symmetry",
     "detect_within",
     "generate_legs",
+    "generate_orbits",
     "leg_carriers",
     "map_poses",
     "mechanism_groups",
@@ -64,7 +68,68 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
         elements = _core.generating_elements(group.core, count)
     else:
         elements = [group.parse(label) for label in symmetry.elements]
-    platform = _platform_of(reference)
+    return _images(reference, _platform_of(reference), group, elements)
+
+
+def generate_orbits(
+    references: Sequence[Leg], symmetry: DeclaredSymmetry, platform: str = "rigid"
+) -> list[Leg]:
+    """Carry each reference leg to its orbit: the legs of a mechanism, orbit by orbit.
+
+    Parameters
+    ----------
+    references : sequence of Leg
+        One of each orbit; they may have different chains.
+    symmetry : DeclaredSymmetry
+        Its `elements`, or all of its group in the order r0, s0, r1, s1, ... carry each of them.
+        Where an image of a leg is the leg itself, or another image, as that of a leg on a mirror,
+        it is not doubled; rotations, which keep the working mode, go before reflections.
+    platform : {"rigid", "point", "translating", "spherical"}
+        See `Mechanism`.
+
+    Returns
+    -------
+    list of Leg
+    """
+    group = declared_group(symmetry)
+    if symmetry.elements is None:
+        elements = _core.generating_elements(group.core, group.size)
+    else:
+        elements = [group.parse(label) for label in symmetry.elements]
+    legs = []
+    for number, leg in enumerate(references, 1):
+        info = chain_info(leg.chain, platform)
+        whole = dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
+        fixed = _stabiliser(whole, group, platform)
+        kept: list[SymmetryElement] = []
+        for element in sorted(elements, key=lambda each: each.reflection):
+            back = group.inverse(element)
+            if not any(group.compose(back, other) in fixed for other in kept):
+                kept.append(element)
+        own = [element for element in elements if element in kept]
+        legs += _images(whole, platform, group, own)
+    return legs
+
+
+def _stabiliser(leg: Leg, group: SymmetryGroup, platform: str) -> set[SymmetryElement]:
+    """The elements that carry a leg onto itself, working mode and sensor aside."""
+    info = chain_info(leg.chain, platform)
+    # No mechanism has one leg alone; so many of the same are compared like one.
+    copies = [leg] * (POSE_SPACES[info.pose_space].dof // info.closures)
+    core = Mechanism("orbit", copies, platform=platform).core
+    return {
+        element
+        for element in group.elements
+        if _core.image_of_legs(core, group.core, element, _core.SymmetryTolerance())
+        .deviations[0]
+        .in_tolerances
+        <= _core.IMAGE_TOLERANCES
+    }
+
+
+def _images(
+    reference: Leg, platform: str, group: SymmetryGroup, elements: Sequence[SymmetryElement]
+) -> list[Leg]:
     info = chain_info(reference.chain, platform)
     names = info.parameter_names
     # Mechanism checks the names; here the values are only put in order.
@@ -72,7 +137,7 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
     defaults = {name: given.get(other, np.nan) for name, other in info.defaults.items()}
     values = np.array([given.get(name, defaults.get(name, np.nan)) for name in names])
     parameters, modes = _core.generate_legs(
-        group.core, reference.chain, platform, values, reference.working_mode, elements
+        group.core, reference.chain, platform, values, reference.working_mode, list(elements)
     )
     return [
         Leg(reference.chain, dict(zip(names, row, strict=True)), mode)

@@ -226,10 +226,17 @@ def slice_coordinates(mechanism: Mechanism) -> tuple[list[int], int]:
 
 
 def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
-    """Return the mechanism with every leg in its other mode; None if the chain has only one."""
-    if not mechanism.core.chains[0].mode_is_orientation:
+    """Return the mechanism with every leg in its other mode; None if no chain has another."""
+    has_other = [
+        _core.chain_info(chain, mechanism.platform).mode_is_orientation
+        for chain in mechanism.chains
+    ]
+    if not any(has_other):
         return None
-    legs = [dataclasses.replace(leg, working_mode=-leg.working_mode) for leg in mechanism.legs]
+    legs = [
+        dataclasses.replace(leg, working_mode=-leg.working_mode if other else leg.working_mode)
+        for leg, other in zip(mechanism.legs, has_other, strict=True)
+    ]
     return mechanism.replace(legs=legs)
 
 

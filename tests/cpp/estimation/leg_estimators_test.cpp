@@ -149,9 +149,12 @@ Vector by_ceres(const LegData& data, Vector parameters, const IdentificationOpti
 }
 
 LegData leg_data(const Mechanism& mechanism, const MeasurementSet& measured, Index leg) {
-  return {
-      mechanism.model(leg), mechanism.leg(leg).working_mode, rows_of_leg(measured, leg, PoseUse::all),
-      measured.poses,    measured.readings.col(leg),      mechanism.estimated_parameters(leg)};
+  return {mechanism.model(leg),
+          mechanism.leg(leg).working_mode,
+          rows_of_leg(measured, leg, PoseUse::all),
+          measured.poses,
+          measured.readings.col(leg),
+          mechanism.estimated_parameters(leg)};
 }
 
 MeasurementSet measure(const Case& robot, const MeasurementNoise& noise, int gross) {

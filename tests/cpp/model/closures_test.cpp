@@ -137,7 +137,8 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   readings << kReadings, kReadings.reverse();
   readings(1, 0) = std::numeric_limits<double>::quiet_NaN();  // a pose of one leg alone
   const MeasurementSet measurements{open_poses(), readings, {-1, -1, -1}};
-  const Mechanism mechanism("2-RP", model(), {{kParameters, 1}, {parameters.row(1).transpose(), 1}});
+  const Mechanism mechanism("2-RP", model(),
+                            {{kParameters, 1}, {parameters.row(1).transpose(), 1}});
   const WhitenedClosures system =
       whiten_closures(mechanism, measurements, {0, 1}, PoseUse::all, noise);
   ASSERT_EQ(system.residual.size(), 4 + 2 + 4);

@@ -67,7 +67,7 @@ def refused(folder: Path, text: str) -> str:
 def differences(one: Any, another: Any) -> Any:
     """Of parameters, angles by the shortest turn."""
     apart = one.parameters - another.parameters
-    angles = [unit == "rad" for unit in one.parameter_units]
+    angles = [unit == "rad" for unit in one.parameter_units(0)]
     apart[:, angles] = np.angle(np.exp(1j * apart[:, angles]))
     return apart
 

@@ -5,13 +5,14 @@
 function movable(figure) {
   const data = JSON.parse(figure.querySelector("script").textContent);
   const { axes, inner } = data;
+  const allInner = inner.reduce((sum, each) => sum + each, 0);
   const legs = data.base.length;
-  const free = inner === 0;
+  const free = allInner === 0;
   const spatial = data.dimensions === 3;
   const alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   const code = new Map([...alphabet].map((character, value) => [character, value]));
   const room = 2 * data.dimensions; // characters of a joint
-  const width = 3 + room * inner * legs + 2 * data.bound.length;
+  const width = 3 + room * allInner + 2 * data.bound.length;
   const place = [...data.home]; // on each axis, in nodes
   const view = { azimuth: -65, elevation: 22 };
 
@@ -92,7 +93,7 @@ function movable(figure) {
   const wandering = [];
   for (let row = 0; row < data.nodes.length; row += width) {
     if (data.nodes[row] !== alphabet[0]) continue;
-    for (let start = row + 3; start < row + 3 + room * inner * legs; start += room) {
+    for (let start = row + 3; start < row + 3 + room * allInner; start += room) {
       wandering.push(data.offset.map((low, k) => low + pair(start + 2 * k) * data.step));
     }
   }
@@ -115,9 +116,10 @@ function movable(figure) {
   }
 
   function innerJoints(leg) {
-    const start = at(place) + 3 + room * inner * leg;
+    const before = inner.slice(0, leg).reduce((sum, each) => sum + each, 0);
+    const start = at(place) + 3 + room * before;
     const joints = [];
-    for (let j = 0; j < inner; j += 1) {
+    for (let j = 0; j < inner[leg]; j += 1) {
       const numbers = data.offset.map((_, k) => pair(start + room * j + 2 * k));
       if (numbers.includes(4095)) return null;
       joints.push(numbers.map((number, k) => data.offset[k] + number * data.step));
@@ -179,8 +181,8 @@ function movable(figure) {
   }
 
   // A telescopic leg has its actuator half-way.
-  function spread(centres) {
-    const missing = data.joints.length - centres.length;
+  function spread(centres, leg) {
+    const missing = data.joints[leg].length - centres.length;
     const between = Array.from({ length: missing }, (_, j) =>
       centres[0].map((each, k) => each + ((j + 1) / (missing + 1)) * (centres[1][k] - each)));
     return [centres[0], ...between, ...centres.slice(1)];
@@ -211,13 +213,13 @@ function movable(figure) {
       const name = number(leg);
       if (between === null) {
         lost.push(leg + 1);
-        parts.push(name + drawnJoint(data.joints[0], data.base[leg], leg));
+        parts.push(name + drawnJoint(data.joints[leg][0], data.base[leg], leg));
         continue;
       }
-      const centres = spread([data.base[leg], ...between, platform[leg]]);
+      const centres = spread([data.base[leg], ...between, platform[leg]], leg);
       parts.push(
         `<g class="leg" stroke="${colour(leg)}"><polyline points="${listed(data.moves ? centres : arcs(centres))}"/>` +
-        `${centres.map((each, j) => drawnJoint(data.joints[j], each, leg)).join("")}</g>${name}`);
+        `${centres.map((each, j) => drawnJoint(data.joints[leg][j], each, leg)).join("")}</g>${name}`);
     }
     if (!spatial) {
       const [x, y] = screen(moved([[0, 0]])[0]);
