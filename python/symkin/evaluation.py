@@ -127,11 +127,11 @@ class Evaluation(Result):
         row_numbers: NDArray[np.intp] | None = None,
     ) -> Evaluation:
         """Return the figures of single differences; poses count from 1 without `row_numbers`."""
-        failed = len(differences) - int(np.count_nonzero(_complete(differences)))
+        good = differences[_complete(differences)]
         return cls(
-            *_figures(differences, mechanism.space),
-            evaluated=len(differences) - failed,
-            failed=failed,
+            *_figures(good, mechanism.space),
+            evaluated=len(good),
+            failed=len(differences) - len(good),
             differences=differences,
             poses=poses,
             row_numbers=np.arange(1, len(poses) + 1) if row_numbers is None else row_numbers,
@@ -193,10 +193,11 @@ class Evaluation(Result):
         )
         if frames is None:
             return None
+        left = moved(frames[0], taken, frames[1], wanted)[:, components]
         differences = np.full_like(self.differences, np.nan)
-        differences[rows] = moved(frames[0], taken, frames[1], wanted)[:, components]
+        differences[rows] = left
         base, tool = (_tangent(frame)[space.frame_components] for frame in frames)
-        return AlignedErrors(*_figures(differences, space), base, tool, differences)
+        return AlignedErrors(*_figures(left, space), base, tool, differences)
 
     def to_dict(self) -> dict[str, Any]:
         """Return its figures, without the single poses."""
@@ -237,9 +238,8 @@ def _complete(rows: Array) -> NDArray[np.bool_]:
 
 def _figures(differences: Array, space: PoseSpace) -> tuple[float, float, float, float]:
     """Root mean square and maximum of the distance (m), and of the angle (rad)."""
-    good = differences[_complete(differences)]
     figures: list[float] = []
-    for part in (good[:, : space.size], good[:, space.size :]):
+    for part in (differences[:, : space.size], differences[:, space.size :]):
         squares = np.einsum("ij,ij->i", part, part)
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
     return figures[0], figures[1], figures[2], figures[3]

@@ -46,7 +46,9 @@ PoseErrors compare(PoseSpace space, const ForwardKinematicsResult& taken, ConstR
 PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, ConstRows commanded) {
   const RowMatrix poses = on_constraint(model, commanded);
   const RowMatrix readings = inverse_kinematics(model, poses);
-  return compare(actual.pose_space(), forward_kinematics(actual, readings, poses), poses);
+  ForwardKinematicsResult taken;
+  forward_kinematics(actual, readings, poses, {}, taken);
+  return compare(actual.pose_space(), taken, poses);
 }
 
 PoseErrors measurement_errors(const Mechanism& model, ConstRows measured, ConstRows readings) {

@@ -18,7 +18,7 @@ namespace {
 constexpr Index kChunk = 1024;
 constexpr Index kHopeless = 20000;  // drawn for each pose taken
 
-using Mask = std::vector<bool>;
+using Mask = std::vector<char>;  // not bool: bits cost a branch each, which no one foresees
 
 // Poses that are still admitted, with their readings, their condition numbers and where they came
 // from.
@@ -27,11 +27,11 @@ struct Block {
   RowMatrix poses, readings;
   Vector conditions;
 
-  Block(ConstRows all, Index legs)
+  Block(RowMatrix all, Index legs)
       : origin(static_cast<std::size_t>(all.rows())),
-        poses(all),
-        readings(all.rows(), legs),
-        conditions(all.rows()) {
+        poses(std::move(all)),
+        readings(poses.rows(), legs),
+        conditions(poses.rows()) {
     std::iota(origin.begin(), origin.end(), Index{0});
   }
 
@@ -39,16 +39,12 @@ struct Block {
 
   void keep(const Mask& mask) {
     Index kept = 0;
-    for (Index row = 0; row < size(); ++row) {
-      if (mask[static_cast<std::size_t>(row)]) {
-        if (kept != row) {
-          origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
-          move_row(poses, row, kept);
-          move_row(readings, row, kept);
-          conditions[kept] = conditions[row];
-        }
-        ++kept;
-      }
+    for (Index row = 0; row < size(); ++row) {  // the next overwrites what is not kept
+      origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
+      move_row(poses, row, kept);
+      move_row(readings, row, kept);
+      conditions[kept] = conditions[row];
+      kept += mask[static_cast<std::size_t>(row)];
     }
     origin.resize(static_cast<std::size_t>(kept));
     poses.conservativeResize(kept, Eigen::NoChange);
@@ -58,7 +54,10 @@ struct Block {
 
  private:
   static void move_row(RowMatrix& rows, Index from, Index to) {
-    std::copy_n(rows.data() + from * rows.cols(), rows.cols(), rows.data() + to * rows.cols());
+    const Index columns = rows.cols();
+    for (Index k = 0; k < columns; ++k) {
+      rows.data()[to * columns + k] = rows.data()[from * columns + k];
+    }
   }
 };
 
@@ -91,8 +90,14 @@ class Filter {
     const RowMatrix margins = reach_margin(mechanism_, block.poses);
     Mask mask(static_cast<std::size_t>(block.size()));
     for (Index i = 0; i < block.size(); ++i) {
-      mask[static_cast<std::size_t>(i)] =
-          (margins.row(i).array() >= options_.reach_margin).all() && block.poses.row(i).allFinite();
+      bool good = true;
+      for (Index leg = 0; leg < margins.cols(); ++leg) {
+        good &= margins(i, leg) >= options_.reach_margin;
+      }
+      for (Index k = 0; k < block.poses.cols(); ++k) {
+        good &= std::isfinite(block.poses(i, k));
+      }
+      mask[static_cast<std::size_t>(i)] = good;
     }
     block.keep(mask);
     rejections.reach += before - block.size();
@@ -143,14 +148,18 @@ RowMatrix draw_block(const WorkspaceOptions& options, const Mechanism& mechanism
   const PoseSpace space = mechanism.pose_space();
   Random random(seed, stream);
   const Vector origin = identity_pose(space);
-  Vector step(options.lower.size());
-  RowMatrix poses(kChunk, origin.size());
+  RowMatrix steps(kChunk, options.lower.size());
   for (Index i = 0; i < kChunk; ++i) {
-    for (Index k = 0; k < step.size(); ++k) {
-      step[k] = options.lower[k] + random.uniform() * (options.upper[k] - options.lower[k]);
+    for (Index k = 0; k < steps.cols(); ++k) {
+      steps(i, k) = options.lower[k] + random.uniform() * (options.upper[k] - options.lower[k]);
     }
-    poses.row(i) = origin.transpose();
-    move_pose(space, step.data(), poses.row(i).data());
+  }
+  if (!has_quaternion(space)) {
+    return steps;  // from the origin, and nothing binds such poses
+  }
+  RowMatrix poses = origin.transpose().replicate(kChunk, 1);
+  for (Index i = 0; i < kChunk; ++i) {
+    move_pose(space, steps.row(i).data(), poses.row(i).data());
   }
   return on_constraint(mechanism, poses);
 }

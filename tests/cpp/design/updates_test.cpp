@@ -50,21 +50,36 @@ TEST(Updates, ALowerRootOfASingularMatrixMultipliesBack) {
   EXPECT_EQ(RowMatrix(root.triangularView<Eigen::StrictlyUpper>()).norm(), 0);
 }
 
-class Kernel : public ::testing::TestWithParam<Index> {
+struct Known {
+  Index rows;
+  bool apart;  // each row knows parameters of its own alone, as those of a whole mechanism's legs
+};
+
+class Kernel : public ::testing::TestWithParam<Known> {
  protected:
   static constexpr Index kParameters = 5;
   static constexpr Index kCandidates = 300;  // more than a block
 
   Kernel()
-      : shape{GetParam(), kParameters},
-        rows(random_rows(kCandidates * shape.rows, kParameters, 4)),
+      : shape{GetParam().rows, kParameters},
+        rows(made_rows(kCandidates * shape.rows, 4)),
         x(kCandidates, shape),
         products(x) {
     for (Index j = 0; j < kCandidates; ++j) {
       x.set(j, candidate(j).data());
     }
-    const RowMatrix start = random_rows(30, kParameters, 5);
+    const RowMatrix start = made_rows(30, 5);
     matrix = start.transpose() * start;
+  }
+
+  RowMatrix made_rows(Index count, std::uint64_t seed) const {
+    RowMatrix made = random_rows(count, kParameters, seed);
+    for (Index i = 0; i < made.size() && GetParam().apart; ++i) {
+      const Index row = i / kParameters % shape.rows;
+      const Index column = i % kParameters;
+      made.data()[i] *= column * shape.rows / kParameters == row ? 1 : 0;
+    }
+    return made;
   }
 
   RowMatrix candidate(Index j) const { return rows.middleRows(j * shape.rows, shape.rows); }
@@ -101,7 +116,7 @@ TEST_P(Kernel, ProductsAgreeWithDenseAlgebra) {
 TEST_P(Kernel, UpdatedProductsAgreeWithDenseAlgebra) {
   products.compute(inverse_factor(matrix));
   Information information(matrix);
-  const RowMatrix added = random_rows(2, kParameters, 6);
+  const RowMatrix added = made_rows(2, 6);
   information.add(added.data(), 2, 0.5, &products);
   matrix += 0.5 * added.transpose() * added;
   expect_products_of(matrix.inverse());
@@ -138,7 +153,9 @@ TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminantAndNotOfAHiddenCandidate
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Updates, Kernel, ::testing::Values(1, 2, 3));
+INSTANTIATE_TEST_SUITE_P(Updates, Kernel,
+                         ::testing::Values(Known{1, false}, Known{2, false}, Known{3, false},
+                                           Known{2, true}, Known{3, true}));
 
 }  // namespace
 }  // namespace symkin::testing

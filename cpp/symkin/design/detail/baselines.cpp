@@ -14,6 +14,7 @@ namespace symkin::design::detail {
 namespace {
 
 constexpr double kRidge = 1e-6;  // until the poses of the start show every parameter
+constexpr double kRounding = 1e-12;
 
 // Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one,
 // each the best; then the best is added and the least useful dropped until these are the same. All
@@ -89,15 +90,18 @@ class ActiveCalibration {
 
   bool add_best() {
     check_interrupt();
+    const auto r = static_cast<double>(shape_.rows);
     double best = -1;
+    double least_trace = -1;
     Index candidate = -1;
     for (Index j = 0; j < rows_.count(); ++j) {
-      // log det(I + D) <= trace D: most need no determinant.
-      if (products_.trace(j) > best && allowed(j)) {
+      if (products_.trace(j) > least_trace && allowed(j)) {
         const double gain = log_ratio(j, 1);
         if (gain > best) {
           best = gain;
           candidate = j;
+          // det(I + D) <= (1 + trace D / r)^r: most need no determinant.
+          least_trace = (1 - kRounding) * r * std::expm1(best / r);
         }
       }
     }

@@ -209,12 +209,15 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
       [&](Index chunk, Index first, const double* columns) {
         alignas(64) double trace[kBlock], loss[kBlock];
         double group_max[kGroups], unused[kGroups];
+        Span spans[kMaxRows];
+        find_spans(columns, shape, spans);
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          kernels().compute({columns, shape, nullptr, trace, group_max}, screen.transform.data());
+          kernels().compute({columns, shape, spans, nullptr, trace, group_max},
+                            screen.transform.data());
           if (screen.loss.size() != 0) {
             // The largest traces of the groups remain above what is left of them.
-            kernels().compute({columns, shape, nullptr, loss, unused}, screen.loss.data());
+            kernels().compute({columns, shape, spans, nullptr, loss, unused}, screen.loss.data());
             for (Index lane = 0; lane < kBlock; ++lane) {
               trace[lane] = trace[lane] > 0 ? trace[lane] - screen.share * loss[lane] : kNever;
             }

@@ -95,7 +95,9 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
     AlignedArray gram(shape.gram_size() * kBlock);
     alignas(64) double trace[kBlock];
     double group_max[kGroups];
-    const BlockProducts block{columns, shape, gram.data(), trace, group_max};
+    Span spans[kMaxRows];
+    find_spans(columns, shape, spans);
+    const BlockProducts block{columns, shape, spans, gram.data(), trace, group_max};
     kernels().compute(block, transform.data());
     for (Index lane = 0; lane < kBlock; ++lane) {
       // No ratio is above one unless d_j > d_i.

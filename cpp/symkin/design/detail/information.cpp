@@ -24,8 +24,10 @@ Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
   Vector result(candidates.count());
   alignas(64) double trace[kBlock];
   double unused[kGroups];
+  Span spans[kMaxRows];
   for (Index b = 0; b < candidates.blocks(); ++b) {
-    kernels().compute({candidates.block(b), candidates.shape(), nullptr, trace, unused},
+    find_spans(candidates.block(b), candidates.shape(), spans);
+    kernels().compute({candidates.block(b), candidates.shape(), spans, nullptr, trace, unused},
                       factor.data());
     std::copy_n(trace, std::min(kBlock, result.size() - b * kBlock), result.data() + b * kBlock);
   }
@@ -34,14 +36,19 @@ Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
 
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
+      spans_(static_cast<std::size_t>(x_.blocks() * x_.shape().rows), {0, x_.shape().parameters}),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
       gram_(x_.blocks() * gram_size_ * kBlock),
       trace_(x_.blocks() * kBlock),
       group_max_(x_.blocks() * kGroups) {}
 
 BlockProducts Products::block(Index b) const {
-  return {x_.block(b), x_.shape(), gram_.data() + b * gram_size_ * kBlock,
-          trace_.data() + b * kBlock, group_max_.data() + b * kGroups};
+  return {x_.block(b),
+          x_.shape(),
+          &at(spans_, b * x_.shape().rows),
+          gram_.data() + b * gram_size_ * kBlock,
+          trace_.data() + b * kBlock,
+          group_max_.data() + b * kGroups};
 }
 
 double* Products::lane(Index candidate) const {
@@ -50,6 +57,7 @@ double* Products::lane(Index candidate) const {
 
 void Products::compute(const RowMatrix& factor) {
   for (Index b = 0; b < x_.blocks(); ++b) {
+    find_spans(x_.block(b), x_.shape(), &at(spans_, b * x_.shape().rows));
     kernels().compute(block(b), factor.data());
   }
 }

@@ -30,7 +30,8 @@ class Products {
   double* lane(Index candidate) const;  // of its first gram column
 
   const ColumnBlocks& x_;
-  Index gram_size_;  // columns a block; none with one row
+  std::vector<Span> spans_;  // of all blocks; all columns until products are computed
+  Index gram_size_;          // columns a block; none with one row
   mutable AlignedArray gram_, trace_, group_max_;
 };
 

@@ -46,6 +46,11 @@ struct Body {
     }
   }
 
+  // The coefficients that are not zero.
+  SYMKIN_INLINE Span nonzero(const double* coefficients, Index size) {
+    return without_zeros({0, size}, [&](Index c) { return coefficients[c] == 0; });
+  }
+
   // Traces from the gram columns if there are any, and the largest of each group.
   SYMKIN_INLINE void summarise(const double* gram, Shape shape, double* trace, double* group_max) {
     for (Index lane = 0; gram != nullptr && lane < kBlock; lane += kWidth) {
@@ -61,26 +66,33 @@ struct Body {
   }
 
   SYMKIN_INLINE void compute(const BlockProducts& block, const double* t) {
-    const auto [x, shape, gram, trace, group_max] = block;
+    const auto [x, shape, spans, gram, trace, group_max] = block;
     const Index p = shape.parameters;
-    const Index pair_rows = shape.rows == 1 || gram == nullptr ? 0 : shape.rows;
+    const bool has_pairs = shape.rows > 1 && gram != nullptr;
+    std::fill_n(gram, has_pairs ? shape.gram_size() * kBlock : 0, 0.0);
     Lanes z[kMaxRows * kParts];
+    Index known_rows[kMaxRows];
     for (Index lane = 0; lane < kBlock; lane += kStep) {
       Lanes sum[kParts] = {};
       for (Index a = 0; a < p; ++a) {  // one column of z at a time
+        const Span known = nonzero(t + a * p, a + 1);
+        Index count = 0;
         for (Index row = 0; row < shape.rows; ++row) {
-          combine(x + row * p * kBlock + lane, t + a * p, a + 1, z + row * kParts);
+          const Span span = common(spans[row], known);
+          if (span.empty()) {
+            continue;
+          }
+          combine(x + (row * p + span.first) * kBlock + lane, t + a * p + span.first, span.size(),
+                  z + row * kParts);
           for (Index k = 0; k < kParts; ++k) {
             sum[k] += z[row * kParts + k] * z[row * kParts + k];
           }
-        }
-        Index pair = 0;
-        for (Index row = 0; row < pair_rows; ++row) {
-          for (Index other = 0; other <= row; ++other, ++pair) {
-            Lanes* to = store(gram + pair * kBlock + lane);
+          known_rows[count++] = row;
+          for (Index i = 0; i < count && has_pairs; ++i) {
+            const Index other = known_rows[i];
+            Lanes* to = store(gram + (row * (row + 1) / 2 + other) * kBlock + lane);
             for (Index k = 0; k < kParts; ++k) {
-              const Lanes product = z[row * kParts + k] * z[other * kParts + k];
-              to[k] = a == 0 ? product : to[k] + product;
+              to[k] += z[row * kParts + k] * z[other * kParts + k];
             }
           }
         }
@@ -93,20 +105,27 @@ struct Body {
   }
 
   SYMKIN_INLINE void update(const BlockProducts& block, const double* u, double scale) {
-    const auto [x, shape, gram, trace, group_max] = block;
+    const auto [x, shape, spans, gram, trace, group_max] = block;
     const Index p = shape.parameters;
+    const Span known = nonzero(u, p);
     double* products = shape.rows == 1 ? trace : gram;
     Lanes v[kMaxRows * kParts];
+    Index known_rows[kMaxRows];
     for (Index lane = 0; lane < kBlock; lane += kStep) {
+      Index count = 0;
       for (Index row = 0; row < shape.rows; ++row) {
-        combine(x + row * p * kBlock + lane, u, p, v + row * kParts);
-      }
-      Index pair = 0;
-      for (Index row = 0; row < shape.rows; ++row) {
-        for (Index other = 0; other <= row; ++other, ++pair) {
+        const Span span = common(spans[row], known);
+        if (span.empty()) {
+          continue;
+        }
+        combine(x + (row * p + span.first) * kBlock + lane, u + span.first, span.size(),
+                v + row * kParts);
+        known_rows[count++] = row;
+        for (Index i = 0; i < count; ++i) {
+          const Index other = known_rows[i];
+          Lanes* to = store(products + (row * (row + 1) / 2 + other) * kBlock + lane);
           for (Index k = 0; k < kParts; ++k) {
-            store(products + pair * kBlock + lane)[k] +=
-                scale * (v[row * kParts + k] * v[other * kParts + k]);
+            to[k] += scale * (v[row * kParts + k] * v[other * kParts + k]);
           }
         }
       }
@@ -156,7 +175,7 @@ struct Body {
   // With one row the ratio is (1 + d_j)(1 - d_i) + d_ij^2, never above 1 + d_j - d_i. With more,
   // A = I + Z, Z of rank q = 2 r at most and trace d_j - d_i: det A <= (1 + (d_j - d_i) / q)^q.
   SYMKIN_INLINE void best_pair(const BlockProducts& block, const Leaving& leaving, BestPair& best) {
-    const auto [x, shape, gram, trace, group_max] = block;
+    const auto [x, shape, spans, gram, trace, group_max] = block;
     const Index r = shape.rows;
     const Index p = shape.parameters;
     const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, p));
@@ -180,7 +199,7 @@ struct Body {
       for (Index lane = 0; r > 1 && lane < kGroup; lane += kWidth) {
         for (Index ab = 0; ab < r * r; ++ab) {
           Lanes sum{};
-          for (Index c = 0; c < p; ++c) {
+          for (Index c = spans[ab / r].first; c < spans[ab / r].end; ++c) {
             sum += leaving.y[ab % r * p + c] * *load(x + (ab / r * p + c) * kBlock + first + lane);
           }
           cross[ab] = sum;
