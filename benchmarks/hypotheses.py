@@ -5,7 +5,8 @@
 
 Simulates robots with errors and noise as declared, makes one mistake with each robot's data, and
 identifies. A row prints in how many of the robots the right correction was proposed (alone, or with
-others that the data cannot tell from it), only wrong ones, or none. A case is a word of its row.
+others that the data cannot tell from it), only wrong ones, or none, and of the last two (and of
+doubts about sound robots) the numbers of the first robots. A case is a word of its row.
 """
 
 import collections
@@ -29,6 +30,7 @@ from symkin.settings import Frames, NoiseSettings
 
 SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
 ANCHOR = ((2.0, 1.0),)
+_LISTED = 12
 MOVED = {"planar": (0.3, -0.2, 0.5), "point": (0.3, -0.2, 0.5)}
 MOVED_IN_SPACE = (0.3, -0.2, 0.1, 0.1, 0.0, 0.5)
 FAR = {"base": (1.0, -0.5, 3.0), "target": (0.05, 0.0, 0.17)}
@@ -107,7 +109,7 @@ def same(_: object, measured: symkin.Measurements, __: int) -> symkin.Measuremen
     return measured
 
 
-LEGS = "the readings of leg {} "
+PROPOSED = ("likely cause: ", "part of what is wrong may be: ")
 MISTAKES = [
     Mistake("none", same, lambda _: ""),
     Mistake("a sign", of_leg(np.negative), lambda leg: f"of leg {leg + 1} have the opposite sign"),
@@ -178,10 +180,11 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
             mechanism.replace(frames=case.known), measured, max_iterations=40, **case.options
         )
     except symkin.SymkinError as error:
-        said = [str(error).partition("Likely cause: ")[2]]
+        words = [each[0].upper() + each[1:] for each in PROPOSED]
+        said = [str(error).partition(each)[2] for each in words if each in str(error)]
     else:
         assert isinstance(found, JointIdentification)
-        said = [each for each in found.doubts[:1] if each.startswith(("likely cause", "leg"))]
+        said = [each for each in found.doubts[:1] if each.startswith((*PROPOSED, "leg"))]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
     if not any(said):
@@ -215,8 +218,14 @@ def main() -> None:
                 if not possible[mistake.needs] or (asked and not any(a in row for a in asked)):
                     continue
                 task = partial(outcome, CASES.index(case), MISTAKES.index(mistake))
-                counts = collections.Counter(pool.map(task, range(robots)))
-                print(f"{row:42}" + "".join(f"{counts[name]:14}" for name in columns), flush=True)
+                found = list(pool.map(task, range(robots)))
+                counts = collections.Counter(found)
+                missed = [str(i) for i, each in enumerate(found) if each in columns[2:5]]
+                print(
+                    f"{row:42}{''.join(f'{counts[name]:14}' for name in columns)}  "
+                    f"{' '.join(missed[:_LISTED])}",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

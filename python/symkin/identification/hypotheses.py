@@ -23,7 +23,14 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
-from symkin.identification.mistakes import FACTORS, conventions, turns_in_words, with_modes
+from symkin.identification.mistakes import (
+    FACTORS,
+    Taken,
+    conventions,
+    nearer_other_root,
+    turns_in_words,
+    with_modes,
+)
 from symkin.identification.problem import JointOptions, Problem
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -34,6 +41,7 @@ from symkin.workspace.sample import best_homes
 
 __all__ = [
     "Hypothesis",
+    "cause_in_words",
     "explained_jointly",
     "frame_in_words",
     "hypotheses_of",
@@ -67,9 +75,12 @@ class Hypothesis(Value):
     what : str
         The mistake in words; empty for everything being as it is stated.
     chi_square : float
-        Of observations and tolerances together; infinite where no estimate was found.
+        Of observations and tolerances together; infinite where no estimate was found. Of what is
+        stated, the least that its solver reached from any start, converged or not.
     degrees_of_freedom : int
         Its degrees of freedom; 0 where no estimate was found.
+    limit : float
+        What chi-square exceeds in one of 1000 sound robots; 0 where no estimate was found.
     proposed : bool
         Whether it, or one that cannot be told from it, explains the data and what is stated does
         not.
@@ -78,7 +89,13 @@ class Hypothesis(Value):
     what: str
     chi_square: float
     degrees_of_freedom: int
+    limit: float
     proposed: bool
+
+    @property
+    def explained(self) -> bool:
+        """Whether the declared noise explains what it leaves."""
+        return self.chi_square <= self.limit
 
     @property
     def per_degree(self) -> float:
@@ -95,7 +112,9 @@ class _Correction(NamedTuple):
     options: JointOptions
     wide: int = 0
 
-    def fit(self, steps: int, *, whole: bool = True) -> _core.JointFit | None:
+    def fit(
+        self, steps: int, *, whole: bool = True, start: Array | None = None
+    ) -> _core.JointFit | None:
         """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
         options = dataclasses.replace(
             self.options, gauge="prior", loss="none", loss_per="pose", max_iterations=steps
@@ -104,7 +123,7 @@ class _Correction(NamedTuple):
             options = dataclasses.replace(options, noise=None)
         try:
             problem = Problem.of(self.mechanism, self.measurements, options)
-            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit()
+            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit(start=start)
         except SymkinError:
             return None
         explained = len(fit.aside) <= _ASIDE * len(self.measurements.poses)
@@ -127,12 +146,22 @@ def explained_jointly(
         yield
     except SymkinError as error:
         tried = hypotheses_of(mechanism, measurements, options)
-        causes = [each.what for each in tried if each.proposed]
-        if not causes:
+        cause = cause_in_words(tried)
+        if not cause:
             raise
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. Likely cause: {', or as well: '.join(causes)}",)
+        error.args = (f"{error}. {cause[0].upper()}{cause[1:]}",)
         raise
+
+
+def cause_in_words(tried: Sequence[Hypothesis]) -> str:
+    """The corrections that are proposed; a doubt where even they leave what nothing explains."""
+    proposed = [each for each in tried if each.proposed]
+    if not proposed:
+        return ""
+    whole = all(each.explained for each in proposed)
+    causes = ", or as well: ".join(each.what for each in proposed)
+    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {causes}"
 
 
 def hypotheses_of(
@@ -158,17 +187,53 @@ def hypotheses_of(
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each, _ in first]
     rivals = _rivals(tried)
-    settled = [(each, each.fit(_SECOND[1])) for each in (stated, *rivals)]
-    before = _per_degree(settled[0][1])
-    best = {id(each) for each in _rivals(settled[1:])}
-    told = []
-    for each, fit in (settled[0], *(pair for pair in settled[1:] if pair[1])):
-        after = _per_degree(fit)
-        explains = after * _MUCH_BETTER < before and after < max(_MUCH_BETTER, before / _HUGE)
-        told.append(_told(each, fit, proposed=id(each) in best and explains))
+    settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
+    best = {id(each) for each in _rivals(settled)}
+    as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in best])
+    told = [_told(stated, as_stated)]
+    for each, fit in settled:
+        proposed = id(each) in best and _explains(fit, as_stated)
+        told.append(_told(each, fit, proposed=proposed))
     kept = {id(each) for each in rivals}
     told += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(told, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
+    """What is stated, at the best that its solver reaches, or None.
+
+    From its own start, and from the poses that corrections found: that it did not converge, or to
+    no good end, is no evidence of the mistake. Most corrections set more free than is stated, and
+    would be proposed for a sound robot whose own start was poor. Poses in which the readings are
+    those of other working modes are another robot's than what is stated.
+    """
+    best = stated.fit(_SECOND[1], whole=False)
+    for fit in corrected:
+        if _explains(fit, best) and not _in_other_modes(stated, fit):
+            again = stated.fit(_SECOND[1], whole=False, start=fit.poses)
+            best = min(best, again, key=_per_degree)
+    return best
+
+
+def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
+    """Whether most readings of any leg are those of another mode than is stated, at fitted poses."""
+    measured = stated.measurements
+    taken = Taken(
+        stated.mechanism, stated.mechanism, fit.poses, measured.readings, measured.row_numbers
+    )
+    other = nearer_other_root(taken)
+    return any(
+        other[rows, leg].sum() > len(rows) // 2
+        for leg in range(other.shape[1])
+        if len(rows := taken.rows(leg))
+    )
+
+
+def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None) -> bool:
+    """Whether a correction explains what is not explained as it is stated."""
+    before, after = _per_degree(as_stated), _per_degree(fit)
+    tolerated = _MUCH_BETTER if as_stated is None else max(_MUCH_BETTER, before / _HUGE)
+    return after * _MUCH_BETTER < before and after < tolerated
 
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
@@ -204,6 +269,7 @@ def _told(
         what=words,
         chi_square=math.inf if fit is None else fit.goodness.chi_square,
         degrees_of_freedom=0 if fit is None else fit.goodness.degrees_of_freedom,
+        limit=0.0 if fit is None else fit.goodness.limit,
         proposed=proposed,
     )
 

@@ -213,8 +213,12 @@ class Problem:
             ) from error
         return dataclasses.replace(self, setup=setup)
 
-    def fit(self, *, nearest: bool = False, loss: Loss | None = None) -> _core.JointFit:
+    def fit(
+        self, *, nearest: bool = False, loss: Loss | None = None, start: Array | None = None
+    ) -> _core.JointFit:
         """Fit; `nearest` takes of all solutions the nearest to the start.
+
+        The latent poses start where forward kinematics has them, or at `start`.
 
         Raises
         ------
@@ -222,9 +226,10 @@ class Problem:
             Without `nearest`, naming combinations of unknowns that nothing shows.
         """
         layout, observations = self.layout, self.observations
-        start = _core.starting_poses(
-            self.mechanism.straight, self.setup, observations, self.mechanism.home
-        )
+        if start is None:
+            start = _core.starting_poses(
+                self.mechanism.straight, self.setup, observations, self.mechanism.home
+            )
         tolerances = layout.column_tolerances
         try:
             return _core.fit_jointly(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.hypotheses import frame_in_words, with_frames
+from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
 from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
 from symkin.identification.unknowns import scalar_values
@@ -103,11 +103,12 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
         return
     # What a mistake does to the estimate is not worth telling beside the mistake.
     before = next(each.per_degree for each in found.hypotheses if not each.what)
-    causes = ", or as well: ".join(each.what for each in proposed)
     after = max(each.per_degree for each in proposed)
     evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
     evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
-    yield f"likely cause: {causes} ({evidence})"
+    if not all(each.explained for each in proposed):
+        evidence += "; that is more than the noise explains"
+    yield f"{cause_in_words(proposed)} ({evidence})"
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
