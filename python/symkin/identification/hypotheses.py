@@ -216,7 +216,7 @@ def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _cor
 
 
 def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
-    """Whether most readings of any leg are those of another mode than is stated, at fitted poses."""
+    """Whether at fitted poses most readings of any leg are those of another mode than stated."""
     measured = stated.measurements
     taken = Taken(
         stated.mechanism, stated.mechanism, fit.poses, measured.readings, measured.row_numbers

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Literal
 
 import numpy as np
@@ -28,12 +29,25 @@ from symkin.probing import is_marked, ruler
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
-__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows", "layout_of"]
+__all__ = [
+    "KINDS",
+    "OBSERVED",
+    "UNSEEN",
+    "JointOptions",
+    "Problem",
+    "Rows",
+    "layout_of",
+    "without_pose",
+]
 
 Array = NDArray[np.float64]
 
 KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
+OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
+_STUCK = "no step lowers the cost"  # of the core's solver
+_RESTLESS = 0.05  # share of the poses that may be set aside since they do not come to rest
+_FAR = 4  # times as far as any other: a pose that does not
 
 
 @record
@@ -218,13 +232,32 @@ class Problem:
     ) -> _core.JointFit:
         """Fit; `nearest` takes of all solutions the nearest to the start.
 
-        The latent poses start where forward kinematics has them, or at `start`.
+        The latent poses start where forward kinematics has them, or at `start`. Poses that keep
+        the solver from coming to rest are set aside.
 
         Raises
         ------
         NotIdentifiableError
             Without `nearest`, naming combinations of unknowns that nothing shows.
         """
+        how = self.options.loss if loss is None else loss
+        first = fit = self._fitted(nearest, how, start)
+        problem = self
+        for _ in range(math.floor(_RESTLESS * len(self.measurements.poses))):
+            if fit.failure != _STUCK:
+                break
+            again = problem._fitted(nearest, how, fit.poses)
+            if again.converged:
+                return again
+            restless = _restless(fit, again)
+            if restless < 0:
+                break
+            kept = without_pose(problem.measurements, restless)
+            problem = dataclasses.replace(problem, measurements=kept)
+            fit = problem._fitted(nearest, how, start)
+        return fit if fit.converged else first
+
+    def _fitted(self, nearest: bool, loss: Loss, start: Array | None) -> _core.JointFit:
         layout, observations = self.layout, self.observations
         if start is None:
             start = _core.starting_poses(
@@ -238,7 +271,7 @@ class Problem:
                 observations,
                 layout.column.tolist(),
                 layout.prior,
-                _core.LossKind.__members__[self.options.loss if loss is None else loss],
+                _core.LossKind.__members__[loss],
                 self.options.loss_scale or 0.0,
                 0.0,
                 self.options.max_iterations,
@@ -287,6 +320,32 @@ class Problem:
             problem.fit(),
             f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
         )
+
+
+def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:
+    """The pose that a new start from where a fit got stuck moves far more than any other, or -1.
+
+    Of such a pose the observations hardly show a direction, along which their closures bend. It
+    moves as far whatever the unknowns do, and the cost, which is of first order in the poses,
+    rises with that: no step of the unknowns lowers it, however short.
+    """
+    moves = np.abs(again.poses - fit.poses).max(axis=1)
+    moves[np.array(fit.conditions) == 0] = 0  # it may wander, and says nothing
+    moves = np.nan_to_num(moves)
+    pose = int(np.argmax(moves))
+    others = np.delete(moves, pose)
+    return pose if len(others) and moves[pose] > _FAR * others.max() else -1
+
+
+def without_pose(measurements: Measurements, pose: int) -> Measurements:
+    """Without any observation of a pose, whose row stays."""
+    changes: dict[str, Array] = {}
+    for name in OBSERVED:
+        values = getattr(measurements, name)
+        if values is not None:
+            changes[name] = np.array(values)
+            changes[name][pose] = np.nan
+    return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 
 def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:

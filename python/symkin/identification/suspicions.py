@@ -16,7 +16,14 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
-from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
+from symkin.identification.problem import (
+    KINDS,
+    OBSERVED,
+    JointOptions,
+    Problem,
+    Rows,
+    without_pose,
+)
 from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
 
@@ -49,7 +56,6 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
-_OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 _POSES = ("poses", "reported")
 
 
@@ -165,7 +171,7 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
 def observed_count(taken: Measurements) -> NDArray[np.intp]:
     """How many scalars were observed of each row; a rotation in space counts as three."""
     count = np.zeros(len(taken.poses), dtype=np.intp)
-    for name in _OBSERVED:
+    for name in OBSERVED:
         values = getattr(taken, name)
         if values is not None:
             known = np.isfinite(values).reshape(len(values), -1)
@@ -447,21 +453,15 @@ def without_blunders(
 
 def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:
     """Without one observation of a pose, or without all (-1)."""
-    changes: dict[str, Array] = {}
-
-    def copied(name: str) -> Array:
-        return changes.setdefault(name, np.array(getattr(measurements, name)))
-
     if row < 0:
-        for name in _OBSERVED:
-            if getattr(measurements, name) is not None:
-                copied(name)[pose] = np.nan
-    else:
-        kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
-        values = copied(kind)[pose].reshape(-1)
-        space = measurements.space
-        whole = kind in _POSES and space.has_quaternion and index >= space.size
-        values[slice(space.size, None) if whole else index] = np.nan
+        return without_pose(measurements, pose)
+    kind, index = OBSERVED[rows.kind[row]], int(rows.index[row])
+    changed = np.array(getattr(measurements, kind))
+    values = changed[pose].reshape(-1)
+    space = measurements.space
+    whole = kind in _POSES and space.has_quaternion and index >= space.size
+    values[slice(space.size, None) if whole else index] = np.nan
+    changes = {kind: changed}
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 

@@ -9,7 +9,9 @@ import pytest
 
 import symkin
 from symkin.errors import FailedFitError
-from symkin.identification.hypotheses import in_modes
+from symkin.identification import problem
+from symkin.identification.hypotheses import hypotheses_of, in_modes
+from symkin.identification.problem import JointOptions
 from symkin.observed import Observed
 from symkin.settings import NoiseSettings
 
@@ -113,6 +115,52 @@ def test_a_turned_hexapod_drum_is_named():
     hexapod = symkin.load_mechanism("hexapod_jugglebot").replace(noise=quiet)
     taken = of_leg(4, np.negative)(measured(hexapod, hexapod.plan(9, seed=3), POSITIONS))
     assert "the readings of leg 5 have the opposite sign" in said_of(hexapod, taken)[0]
+
+
+@pytest.fixture(scope="module")
+def restless(paper):
+    """Positions of a sound robot with readings missing, of which one pose bends too much."""
+    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), 20)
+    return measured(paper, plan, Observed("position", missing=0.2), seed=1082)
+
+
+def test_a_pose_that_never_comes_to_rest_is_set_aside(paper, restless):
+    found = symkin.identify(paper, restless)
+    assert found.trustworthy
+    assert found.aside == (2, 22)
+    assert found.unexplained_rows == ()
+
+
+def test_a_solver_that_stands_still_is_no_evidence_of_a_mistake(paper, restless, monkeypatch):
+    monkeypatch.setattr(problem, "_RESTLESS", 0)
+    found = symkin.identify(paper, restless)
+    assert "no step lowers the cost" in found.failure
+    assert not any(each.proposed for each in found.hypotheses)
+    (stated,) = (each for each in found.hypotheses if not each.what)
+    assert stated.explained
+
+
+def test_what_is_stated_has_a_second_start_where_a_correction_ended(paper, plan, monkeypatch):
+    """Unknown frames explain all that a sound robot shows, and would be proposed without."""
+    starting_poses = problem._core.starting_poses
+    taken = measured(paper, plan, POSITIONS)
+
+    def none_as_stated(mechanism, setup, observations, home):
+        poses = starting_poses(mechanism, setup, observations, home)
+        return poses if np.any(setup.base.position) else np.full_like(poses, np.nan)
+
+    monkeypatch.setattr(problem._core, "starting_poses", none_as_stated)
+    tried = hypotheses_of(paper, taken, JointOptions())
+    assert any("the frame of the measurements is not" in each.what for each in tried)
+    assert not any(each.proposed for each in tried)
+
+
+def test_a_correction_that_leaves_more_than_noise_is_a_part_of_what_is_wrong(paper, plan):
+    taken = of_leg(1, np.negative)(measured(paper, plan, POSITIONS))
+    noise = 3e-4 * np.random.default_rng(1).standard_normal(taken.poses.shape)
+    (said,) = said_of(paper, replace(taken, poses=taken.poses + noise))
+    assert said.startswith("part of what is wrong may be: the readings of leg 2 have the opposite")
+    assert said.endswith("; that is more than the noise explains)")
 
 
 def test_sound_measurements_are_not_corrected(paper, plan):
