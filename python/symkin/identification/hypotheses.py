@@ -9,6 +9,7 @@ tolerances as priors, so that an estimate far from the drawing counts as much as
 from __future__ import annotations
 
 import dataclasses
+import heapq
 import itertools
 import math
 import operator
@@ -50,6 +51,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 
 # What a correction must leave less of chi-square than what is stated does, per degree of freedom.
 _MUCH_BETTER = 9.0
@@ -104,9 +106,9 @@ class Hypothesis(Value):
 
 
 class _Correction(NamedTuple):
-    """What to fit instead; `words` may depend on the fit. `wide` counts unknowns besides."""
+    """What to fit instead; `wide` counts unknowns besides."""
 
-    words: str | Callable[[_core.JointFit], str]
+    words: _Words
     mechanism: Mechanism
     measurements: Measurements
     options: JointOptions
@@ -178,12 +180,22 @@ def hypotheses_of(
         Among them that of no mistake.
     """
     stated = _Correction("", nominal, measurements, options)
+    alone = _judged(stated, _corrections(stated))
+    before = next(each.per_degree for each in alone if not each.what)
+    if any(each.proposed for each in alone) or before < _MUCH_BETTER:
+        return alone
+    pairs = _judged(stated, _pairs(stated))
+    return pairs if any(each.proposed for each in pairs) else alone
+
+
+def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
+    """What is stated and the best of corrections, each with what it leaves, the best first."""
     poses, steps = _FIRST
     looks = (
         (each, each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False))
-        for each in _corrections(stated)
+        for each in corrections
     )
-    first = sorted(looks, key=lambda look: _per_degree(look[1]))[:_FOLLOWED]
+    first = heapq.nsmallest(_FOLLOWED, looks, key=lambda look: _rank(look[1]))
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each, _ in first]
     rivals = _rivals(tried)
@@ -259,6 +271,12 @@ def _per_degree(fit: _core.JointFit | None) -> float:
     return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
 
 
+def _rank(fit: _core.JointFit | None) -> float:
+    """What a first look puts first: not where observations lost what they say."""
+    value = _per_degree(fit)
+    return value if value > _TOO_GOOD else math.inf
+
+
 def _told(
     correction: _Correction, fit: _core.JointFit | None, *, proposed: bool = False
 ) -> Hypothesis:
@@ -275,18 +293,30 @@ def _told(
 
 
 def _corrections(stated: _Correction) -> Iterator[_Correction]:
-    yield from _orders(stated)
-    yield from _modes(stated)
-    yield from _readings(stated)
+    yield from itertools.chain.from_iterable(kind(stated) for kind in _KINDS)
     yield from _sensors(stated)
-    yield from _observed(stated)
-    yield from _frames(stated)
     options = stated.options
     if options.free is not None or options.fixed or options.shared:
         yield stated._replace(
             words="parameters that are held or shared are not as they are said to be: free them",
             options=dataclasses.replace(options, free=None, fixed=(), shared=()),
         )
+
+
+def _pairs(stated: _Correction) -> Iterator[_Correction]:
+    """Two corrections of different kinds at once, without what has more unknowns."""
+    for number, kind in enumerate(_KINDS):
+        for one in kind(stated):
+            for other in itertools.chain.from_iterable(each(one) for each in _KINDS[number + 1 :]):
+                yield other._replace(words=_both(one.words, other.words))
+
+
+def _both(one: _Words, other: _Words) -> _Words:
+    if isinstance(one, str) and isinstance(other, str):
+        return f"{one}; with that corrected, {other}"
+    return lambda fit: "; with that corrected, ".join(
+        words if isinstance(words, str) else words(fit) for words in (one, other)
+    )
 
 
 def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
@@ -364,34 +394,39 @@ def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
     ]
 
 
-def _readings(stated: _Correction) -> Iterator[_Correction]:
-    """Signs, units and half turns."""
-    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
+def _changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    def of_all(values: Array) -> Array:
+        values[:, legs] = change(values[:, legs])
+        return values
 
-    def changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
-        def of_all(values: Array) -> Array:
-            values[:, legs] = change(values[:, legs])
-            return values
+    return of_all
 
-        return of_all
 
-    for legs in _sets(count):
+def _signs(stated: _Correction) -> Iterator[_Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1]):
         words = f"the readings of {named_legs(legs)} have the opposite sign"
-        yield _with_readings(stated, words, changed(legs, np.negative))
-    for legs in _sets(count, alone=True):
+        yield _with_readings(stated, words, _changed(legs, np.negative))
+
+
+def _units(stated: _Correction) -> Iterator[_Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
         for factor, unit in FACTORS.items():
-            if ("metres" in unit) == (nominal.reading_unit == "m"):
+            if ("metres" in unit) == (stated.mechanism.reading_unit == "m"):
                 words = f"the readings of {named_legs(legs)} look like {unit}"
-                yield _with_readings(stated, words, changed(legs, partial(_over, factor)))
-        turn = turn_of(nominal, legs[0])
-        if turn is not None:
+                yield _with_readings(stated, words, _changed(legs, partial(_over, factor)))
+
+
+def _half_turns(stated: _Correction) -> Iterator[_Correction]:
+    nominal = stated.mechanism
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
+        if turn_of(nominal, legs[0]) is not None:
             words = (
                 f"the sensor{'s' * (len(legs) > 1)} of {named_legs(legs)} "
                 f"{'was' if len(legs) == 1 else 'were'} set to zero {turns_in_words(0.5)} off the "
                 "drawing's zero"
             )
             half = np.array([turn_of(nominal, leg) or 0.0 for leg in legs]) / 2
-            yield _with_readings(stated, words, changed(legs, partial(np.add, -half)))
+            yield _with_readings(stated, words, _changed(legs, partial(np.add, -half)))
 
 
 def _over(factor: float, values: Array) -> Array:
@@ -519,3 +554,7 @@ def frame_in_words(
         f"the frame of the measurements is not the drawing's{why}: {moved}turned by about "
         f"{np.degrees(np.arccos(cosine)):.3g} degrees; identify with {' '.join(asked)}"
     )
+
+
+# Those of a pair are made in this order.
+_KINDS = (_orders, _modes, _signs, _units, _half_turns, _observed, _frames)
