@@ -3,10 +3,10 @@
 
     python benchmarks/hypotheses.py [ROBOTS] [PROCESSES] [CASE ...]
 
-Simulates robots with errors and noise as declared, makes one mistake with each robot's data, and
-identifies. A row prints in how many of the robots the right correction was proposed (alone, or with
-others that the data cannot tell from it), only wrong ones, or none, and of the last two (and of
-doubts about sound robots) the numbers of the first robots. A case is a word of its row.
+Simulates robots with errors and noise as declared, makes one mistake with each robot's data, or two
+at once, and identifies. A row prints in how many of the robots the right correction was proposed
+(alone, or with others that the data cannot tell from it), only wrong ones, or none, and the numbers
+of the first robots of the last two and of sound ones that are doubted. A case is a word of its row.
 """
 
 import collections
@@ -67,7 +67,7 @@ class Mistake(NamedTuple):
 
     name: str
     make: Callable[[symkin.Mechanism, symkin.Measurements, int], symkin.Measurements]
-    words: Callable[[int], str]
+    words: Callable[[int], str]  # parted by "|" if there are two
     needs: str = ""  # "turn" of a joint, "rad", "m", a "mode", or "frames" that nobody knows of
 
 
@@ -138,6 +138,34 @@ MISTAKES = [
     Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "turn"),
     Mistake("a frame", same, lambda _: "the frame of the measurements is not", "frames"),
 ]
+SINGLE = {(each.name, each.needs): each for each in MISTAKES}
+
+
+def both(one: Mistake, other: Mistake) -> Mistake:
+    """Two mistakes, in the order in which they are made."""
+
+    def made(
+        robot: symkin.Mechanism, measured: symkin.Measurements, leg: int
+    ) -> symkin.Measurements:
+        return other.make(robot, one.make(robot, measured, leg), leg)
+
+    return Mistake(
+        f"{one.name}, {other.name}",
+        made,
+        lambda leg: f"{one.words(leg)}|{other.words(leg)}",
+        one.needs or other.needs,
+    )
+
+
+A_SIGN, TWO_LEGS, LENGTHS = (SINGLE[each, ""] for each in ("a sign", "two legs", "lengths"))
+MISTAKES += [
+    both(A_SIGN, TWO_LEGS),
+    both(A_SIGN, LENGTHS),
+    both(A_SIGN, SINGLE["half a turn", "turn"]),
+    both(A_SIGN, SINGLE["a mode", "mode"]),
+    both(A_SIGN, SINGLE["a frame", "frames"]),
+    both(SINGLE["all units", "rad"], TWO_LEGS),
+]
 
 
 @cache
@@ -189,7 +217,7 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
             return "right" if not found.doubts else "wrong" if said else "doubt"
     if not any(said):
         return "none"
-    right = mistake.words(leg) in said[0]
+    right = all(words in said[0] for words in mistake.words(leg).split("|"))
     return ("shared" if " or as well: " in said[0] else "right") if right else "wrong"
 
 
