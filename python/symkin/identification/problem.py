@@ -46,7 +46,8 @@ KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
 OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
-_RESTLESS = 0.05  # share of the poses that may be set aside since they do not come to rest
+_FEW = 0.05  # of the poses: as many are looked at one by one
+_UNLIKELY = 1e-4  # probability of what a sound pose leaves unexplained
 _FAR = 4  # times as far as any other: a pose that does not
 
 
@@ -241,12 +242,27 @@ class Problem:
             Without `nearest`, naming combinations of unknowns that nothing shows.
         """
         how = self.options.loss if loss is None else loss
-        first = fit = self._fitted(nearest, how, start)
-        problem = self
-        for _ in range(math.floor(_RESTLESS * len(self.measurements.poses))):
-            if fit.failure != _STUCK:
-                break
-            again = problem._fitted(nearest, how, fit.poses)
+        if start is None:
+            start = _core.starting_poses(
+                self.mechanism.straight, self.setup, self.observations, self.mechanism.home
+            )
+        fit = self._fitted(nearest, how, start)
+        unlikely = _unlikely(fit, start) if how == "none" else []
+        if unlikely:
+            moved = fit.poses.copy()
+            moved[unlikely] = np.nan
+            again = self._fitted(nearest, how, moved)
+            better = again.goodness.chi_square < fit.goodness.chi_square
+            return again if again.converged and better and again.aside == fit.aside else fit
+        return fit if fit.failure != _STUCK else self._at_rest(fit, nearest, how, start)
+
+    def _at_rest(
+        self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
+    ) -> _core.JointFit:
+        """Fit without the few poses that keep the solver from coming to rest, if that does it."""
+        problem, fit = self, stuck
+        for _ in range(math.floor(_FEW * len(start))):
+            again = problem._fitted(nearest, loss, fit.poses)
             if again.converged:
                 return again
             restless = _restless(fit, again)
@@ -254,21 +270,19 @@ class Problem:
                 break
             kept = without_pose(problem.measurements, restless)
             problem = dataclasses.replace(problem, measurements=kept)
-            fit = problem._fitted(nearest, how, start)
-        return fit if fit.converged else first
+            fit = problem._fitted(nearest, loss, start)
+            if fit.failure != _STUCK:
+                break
+        return fit if fit.converged else stuck
 
-    def _fitted(self, nearest: bool, loss: Loss, start: Array | None) -> _core.JointFit:
-        layout, observations = self.layout, self.observations
-        if start is None:
-            start = _core.starting_poses(
-                self.mechanism.straight, self.setup, observations, self.mechanism.home
-            )
+    def _fitted(self, nearest: bool, loss: Loss, start: Array) -> _core.JointFit:
+        layout = self.layout
         tolerances = layout.column_tolerances
         try:
             return _core.fit_jointly(
                 self.mechanism.straight,
                 self.setup,
-                observations,
+                self.observations,
                 layout.column.tolist(),
                 layout.prior,
                 _core.LossKind.__members__[loss],
@@ -335,6 +349,22 @@ def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:
     pose = int(np.argmax(moves))
     others = np.delete(moves, pose)
     return pose if len(others) and moves[pose] > _FAR * others.max() else -1
+
+
+def _unlikely(fit: _core.JointFit, start: Array) -> list[int]:
+    """Poses, few, without a start of their own that a fit does not explain.
+
+    Where its observations bend, such a pose may have ended on the wrong side of a fold, since it
+    was taken in from its neighbours when the unknowns were not yet what they are.
+    """
+    if not fit.converged:
+        return []
+    tails = np.array([
+        _core.chi_square_tail(square, count) if count else 1.0
+        for square, count in zip(fit.chi_squares, fit.conditions, strict=True)
+    ])  # fmt: skip
+    poses = np.flatnonzero((tails < _UNLIKELY) & ~np.isfinite(start).all(axis=1)).tolist()
+    return poses if len(poses) <= _FEW * len(start) else []
 
 
 def without_pose(measurements: Measurements, pose: int) -> Measurements:
