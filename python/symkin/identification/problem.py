@@ -260,7 +260,7 @@ class Problem:
         self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
     ) -> _core.JointFit:
         """Fit without the few poses that keep the solver from coming to rest, if that does it."""
-        problem, fit = self, stuck
+        problem, fit, start = self, stuck, start.copy()
         for _ in range(math.floor(_FEW * len(start))):
             again = problem._fitted(nearest, loss, fit.poses)
             if again.converged:
@@ -270,6 +270,7 @@ class Problem:
                 break
             kept = without_pose(problem.measurements, restless)
             problem = dataclasses.replace(problem, measurements=kept)
+            start[restless] = np.nan
             fit = problem._fitted(nearest, loss, start)
             if fit.failure != _STUCK:
                 break

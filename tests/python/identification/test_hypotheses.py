@@ -13,7 +13,7 @@ from symkin.identification import problem
 from symkin.identification.hypotheses import hypotheses_of, in_modes
 from symkin.identification.problem import JointOptions
 from symkin.observed import Observed
-from symkin.settings import NoiseSettings
+from symkin.settings import Frames, NoiseSettings
 
 POSITIONS = Observed("position")
 TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
@@ -136,6 +136,26 @@ def test_a_pose_on_the_wrong_side_of_a_fold_is_taken_in_again(paper, missing):
     assert found.trustworthy
     assert found.aside == ()
     assert found.chi_square < 95
+
+
+def test_a_pose_with_a_start_of_its_own_is_set_aside_too():
+    """Of a trial that is stuck: without observations it must not stay where it started."""
+    arm = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((2.0, 1.0),)))
+    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
+    taken = measured(arm, plan, Observed("distance", anchors=((2.0, 1.0),)), seed=1000)
+    (said,) = said_of(arm, replace(taken, readings=-taken.readings))
+    assert "the readings of legs 1, 2 have the opposite sign" in said
+
+
+def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, plan):
+    """The sign is of the leg, not of the column that its readings stand in."""
+    taken = exchanged(of_leg(0, np.negative)(measured(paper, plan, POSITIONS)))
+    (said,) = said_of(paper, taken)
+    assert (
+        "the readings of legs 1, 2 are in the columns of legs 2, 1; with that corrected, "
+        "the readings of leg 1 have the opposite sign" in said
+    )
+    assert ", or as well: " not in said
 
 
 def test_a_solver_that_stands_still_is_no_evidence_of_a_mistake(paper, missing, monkeypatch):
