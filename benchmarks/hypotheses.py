@@ -3,9 +3,10 @@
 
     python benchmarks/hypotheses.py [ROBOTS] [PROCESSES] [CASE ...]
 
-Simulates robots with errors and noise as declared, makes one mistake with each robot's data, and
-identifies. A row prints in how many of the robots the right correction was proposed (alone, or with
-others that the data cannot tell from it), only wrong ones, or none. A case is a word of its row.
+Simulates robots with errors and noise as declared, makes one mistake with each robot's data, or two
+at once, and identifies. A row prints in how many of the robots the right correction was proposed
+(alone, or with others that the data cannot tell from it), only wrong ones, or none, and the numbers
+of the first robots of the last two and of sound ones that are doubted. A case is a word of its row.
 """
 
 import collections
@@ -29,6 +30,7 @@ from symkin.settings import Frames, NoiseSettings
 
 SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
 ANCHOR = ((2.0, 1.0),)
+_LISTED = 12
 MOVED = {"planar": (0.3, -0.2, 0.5), "point": (0.3, -0.2, 0.5)}
 MOVED_IN_SPACE = (0.3, -0.2, 0.1, 0.1, 0.0, 0.5)
 FAR = {"base": (1.0, -0.5, 3.0), "target": (0.05, 0.0, 0.17)}
@@ -65,7 +67,7 @@ class Mistake(NamedTuple):
 
     name: str
     make: Callable[[symkin.Mechanism, symkin.Measurements, int], symkin.Measurements]
-    words: Callable[[int], str]
+    words: Callable[[int], str]  # parted by "|" if there are two
     needs: str = ""  # "turn" of a joint, "rad", "m", a "mode", or "frames" that nobody knows of
 
 
@@ -107,7 +109,7 @@ def same(_: object, measured: symkin.Measurements, __: int) -> symkin.Measuremen
     return measured
 
 
-LEGS = "the readings of leg {} "
+PROPOSED = ("likely cause: ", "part of what is wrong may be: ")
 MISTAKES = [
     Mistake("none", same, lambda _: ""),
     Mistake("a sign", of_leg(np.negative), lambda leg: f"of leg {leg + 1} have the opposite sign"),
@@ -135,6 +137,34 @@ MISTAKES = [
     ),
     Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "turn"),
     Mistake("a frame", same, lambda _: "the frame of the measurements is not", "frames"),
+]
+SINGLE = {(each.name, each.needs): each for each in MISTAKES}
+
+
+def both(one: Mistake, other: Mistake) -> Mistake:
+    """Two mistakes, in the order in which they are made."""
+
+    def made(
+        robot: symkin.Mechanism, measured: symkin.Measurements, leg: int
+    ) -> symkin.Measurements:
+        return other.make(robot, one.make(robot, measured, leg), leg)
+
+    return Mistake(
+        f"{one.name}, {other.name}",
+        made,
+        lambda leg: f"{one.words(leg)}|{other.words(leg)}",
+        one.needs or other.needs,
+    )
+
+
+A_SIGN, TWO_LEGS, LENGTHS = (SINGLE[each, ""] for each in ("a sign", "two legs", "lengths"))
+MISTAKES += [
+    both(A_SIGN, TWO_LEGS),
+    both(A_SIGN, LENGTHS),
+    both(A_SIGN, SINGLE["half a turn", "turn"]),
+    both(A_SIGN, SINGLE["a mode", "mode"]),
+    both(A_SIGN, SINGLE["a frame", "frames"]),
+    both(SINGLE["all units", "rad"], TWO_LEGS),
 ]
 
 
@@ -178,15 +208,16 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
             mechanism.replace(frames=case.known), measured, max_iterations=40, **case.options
         )
     except symkin.SymkinError as error:
-        said = [str(error).partition("Likely cause: ")[2]]
+        words = [each[0].upper() + each[1:] for each in PROPOSED]
+        said = [str(error).partition(each)[2] for each in words if each in str(error)]
     else:
         assert isinstance(found, JointIdentification)
-        said = [each for each in found.doubts[:1] if each.startswith(("likely cause", "leg"))]
+        said = [each for each in found.doubts[:1] if each.startswith((*PROPOSED, "leg"))]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
     if not any(said):
         return "none"
-    right = mistake.words(leg) in said[0]
+    right = all(words in said[0] for words in mistake.words(leg).split("|"))
     return ("shared" if " or as well: " in said[0] else "right") if right else "wrong"
 
 
@@ -215,8 +246,14 @@ def main() -> None:
                 if not possible[mistake.needs] or (asked and not any(a in row for a in asked)):
                     continue
                 task = partial(outcome, CASES.index(case), MISTAKES.index(mistake))
-                counts = collections.Counter(pool.map(task, range(robots)))
-                print(f"{row:42}" + "".join(f"{counts[name]:14}" for name in columns), flush=True)
+                found = list(pool.map(task, range(robots)))
+                counts = collections.Counter(found)
+                missed = [str(i) for i, each in enumerate(found) if each in columns[2:5]]
+                print(
+                    f"{row:42}{''.join(f'{counts[name]:14}' for name in columns)}  "
+                    f"{' '.join(missed[:_LISTED])}",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,7 @@ _GROSS_CHI_SQUARE = 9.0
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
+_Unseen = Callable[[Sensor], float]
 
 
 @record
@@ -380,10 +382,16 @@ def _gross(found: Fit) -> bool:
 
 
 def _doubts_of_residuals(found: Fit, tests: Sequence[ResidualTest]) -> Iterator[str]:
+    @cache
+    def unseen(sensor: Sensor) -> float:
+        """Closures of `joint` with such sensors at poses that it did not see."""
+        options = JointOptions(poses=found.options.poses, noise=found.noise, sensor=sensor)
+        return unseen_rms(found, options)
+
     for suspect, meaning in _MEANINGS.items():
         alarms = [test for test in tests if test.suspect == suspect and test.alarms]
         if alarms:
-            yield f"{meaning(alarms, found)} {_evidence(alarms)}"
+            yield f"{meaning(alarms, found, unseen)} {_evidence(alarms)}"
 
 
 def _evidence(alarms: Sequence[ResidualTest]) -> str:
@@ -406,47 +414,44 @@ def _size(alarms: Sequence[ResidualTest]) -> str:
     return f"{max(test.size for test in alarms) * 1e3:.3g} m{alarms[0].closure_unit} rms"
 
 
-def _eccentric(found: Fit) -> str:
+def _eccentric(found: Fit, unseen: _Unseen) -> str:
     """What to ask for where `joint` can learn it: of sensors that read an angle."""
     if found.nominal.reading_unit != "rad":
         return ""
-    return f"; identify with --sensor eccentric{_help(found, 'eccentric')}"
+    return f"; identify with --sensor eccentric{_help(found, unseen, 'eccentric')}"
 
 
-def _help(found: Fit, sensor: Sensor) -> str:
+def _help(found: Fit, unseen: _Unseen, sensor: Sensor) -> str:
     """By how much `joint` does better with such sensors at poses that it did not see."""
-    straight = JointOptions(poses=found.options.poses, noise=found.noise)
-    models = straight, replace(straight, sensor=sensor)
-    before, after = (unseen_rms(found, each) for each in models)
-    return help_in_words(before, after, found.nominal.space.closure_unit)
+    return help_in_words(unseen("linear"), unseen(sensor), found.nominal.space.closure_unit)
 
 
-_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit], str]] = {
-    "sensor_curvature": lambda alarms, found: (
+_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit, _Unseen], str]] = {
+    "sensor_curvature": lambda alarms, found, unseen: (
         f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
         f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "
         "fills, a rope that stretches or a slipping drive; identify with --sensor quadratic"
-        f"{_help(found, 'quadratic')}"
+        f"{_help(found, unseen, 'quadratic')}"
     ),
-    "sensor_eccentricity": lambda alarms, found: (
+    "sensor_eccentricity": lambda alarms, found, unseen: (
         f"{_single_legs(alarms, found)}: the residuals repeat with each turn of the sensor "
         f"({_size(alarms)} of the closures): an encoder or a spool runs out of true"
-        + _eccentric(found)
+        + _eccentric(found, unseen)
     ),
-    "geometry": lambda alarms, found: (
+    "geometry": lambda alarms, found, _: (
         f"{_single_legs(alarms, found)}: the residuals depend on the pose, most on "
         f"{', '.join(dict.fromkeys(test.term for test in alarms))} ({_size(alarms)} of the "
         "closures): something bends or sags, a joint is not where the chain has it, or the "
         "measuring device is distorted"
     ),
-    "order": lambda alarms, _: (
+    "order": lambda alarms, *_: (
         "residuals of neighbouring rows are opposite: the rows alternate between two states, such "
         "as two directions of approach (backlash)"
         if alarms[0].statistic < 0
         else "residuals of neighbouring rows are alike: something drifts in the order of "
         "measuring, such as a warming structure, a slipping drive or a moving target"
     ),
-    "legs": lambda alarms, _: (
+    "legs": lambda alarms, *_: (
         "residuals of legs "
         f"{', '.join(f'{test.legs[0] + 1} and {test.legs[1] + 1}' for test in alarms)} vary "
         "together more than the declared noise of the pose explains: its position and orientation "

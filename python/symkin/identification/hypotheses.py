@@ -9,6 +9,7 @@ tolerances as priors, so that an estimate far from the drawing counts as much as
 from __future__ import annotations
 
 import dataclasses
+import heapq
 import itertools
 import math
 import operator
@@ -23,7 +24,14 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
-from symkin.identification.mistakes import FACTORS, conventions, turns_in_words, with_modes
+from symkin.identification.mistakes import (
+    FACTORS,
+    Taken,
+    conventions,
+    nearer_other_root,
+    turns_in_words,
+    with_modes,
+)
 from symkin.identification.problem import JointOptions, Problem
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -34,6 +42,7 @@ from symkin.workspace.sample import best_homes
 
 __all__ = [
     "Hypothesis",
+    "cause_in_words",
     "explained_jointly",
     "frame_in_words",
     "hypotheses_of",
@@ -42,6 +51,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 
 # What a correction must leave less of chi-square than what is stated does, per degree of freedom.
 _MUCH_BETTER = 9.0
@@ -67,9 +77,12 @@ class Hypothesis(Value):
     what : str
         The mistake in words; empty for everything being as it is stated.
     chi_square : float
-        Of observations and tolerances together; infinite where no estimate was found.
+        Of observations and tolerances together; infinite where no estimate was found. Of what is
+        stated, the least that its solver reached from any start, converged or not.
     degrees_of_freedom : int
         Its degrees of freedom; 0 where no estimate was found.
+    limit : float
+        What chi-square exceeds in one of 1000 sound robots; 0 where no estimate was found.
     proposed : bool
         Whether it, or one that cannot be told from it, explains the data and what is stated does
         not.
@@ -78,7 +91,13 @@ class Hypothesis(Value):
     what: str
     chi_square: float
     degrees_of_freedom: int
+    limit: float
     proposed: bool
+
+    @property
+    def explained(self) -> bool:
+        """Whether the declared noise explains what it leaves."""
+        return self.chi_square <= self.limit
 
     @property
     def per_degree(self) -> float:
@@ -87,15 +106,17 @@ class Hypothesis(Value):
 
 
 class _Correction(NamedTuple):
-    """What to fit instead; `words` may depend on the fit. `wide` counts unknowns besides."""
+    """What to fit instead; `wide` counts unknowns besides."""
 
-    words: str | Callable[[_core.JointFit], str]
+    words: _Words
     mechanism: Mechanism
     measurements: Measurements
     options: JointOptions
     wide: int = 0
 
-    def fit(self, steps: int, *, whole: bool = True) -> _core.JointFit | None:
+    def fit(
+        self, steps: int, *, whole: bool = True, start: Array | None = None
+    ) -> _core.JointFit | None:
         """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
         options = dataclasses.replace(
             self.options, gauge="prior", loss="none", loss_per="pose", max_iterations=steps
@@ -104,7 +125,7 @@ class _Correction(NamedTuple):
             options = dataclasses.replace(options, noise=None)
         try:
             problem = Problem.of(self.mechanism, self.measurements, options)
-            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit()
+            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit(start=start)
         except SymkinError:
             return None
         explained = len(fit.aside) <= _ASIDE * len(self.measurements.poses)
@@ -127,12 +148,22 @@ def explained_jointly(
         yield
     except SymkinError as error:
         tried = hypotheses_of(mechanism, measurements, options)
-        causes = [each.what for each in tried if each.proposed]
-        if not causes:
+        cause = cause_in_words(tried)
+        if not cause:
             raise
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. Likely cause: {', or as well: '.join(causes)}",)
+        error.args = (f"{error}. {cause[0].upper()}{cause[1:]}",)
         raise
+
+
+def cause_in_words(tried: Sequence[Hypothesis]) -> str:
+    """The corrections that are proposed; a doubt where even they leave what nothing explains."""
+    proposed = [each for each in tried if each.proposed]
+    if not proposed:
+        return ""
+    whole = all(each.explained for each in proposed)
+    causes = ", or as well: ".join(each.what for each in proposed)
+    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {causes}"
 
 
 def hypotheses_of(
@@ -149,26 +180,72 @@ def hypotheses_of(
         Among them that of no mistake.
     """
     stated = _Correction("", nominal, measurements, options)
+    alone = _judged(stated, _corrections(stated))
+    before = next(each.per_degree for each in alone if not each.what)
+    if any(each.proposed for each in alone) or before < _MUCH_BETTER:
+        return alone
+    pairs = _judged(stated, _pairs(stated))
+    return pairs if any(each.proposed for each in pairs) else alone
+
+
+def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
+    """What is stated and the best of corrections, each with what it leaves, the best first."""
     poses, steps = _FIRST
     looks = (
         (each, each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False))
-        for each in _corrections(stated)
+        for each in corrections
     )
-    first = sorted(looks, key=lambda look: _per_degree(look[1]))[:_FOLLOWED]
+    first = heapq.nsmallest(_FOLLOWED, looks, key=lambda look: _rank(look[1]))
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each, _ in first]
     rivals = _rivals(tried)
-    settled = [(each, each.fit(_SECOND[1])) for each in (stated, *rivals)]
-    before = _per_degree(settled[0][1])
-    best = {id(each) for each in _rivals(settled[1:])}
-    told = []
-    for each, fit in (settled[0], *(pair for pair in settled[1:] if pair[1])):
-        after = _per_degree(fit)
-        explains = after * _MUCH_BETTER < before and after < max(_MUCH_BETTER, before / _HUGE)
-        told.append(_told(each, fit, proposed=id(each) in best and explains))
+    settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
+    best = {id(each) for each in _rivals(settled)}
+    as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in best])
+    told = [_told(stated, as_stated)]
+    for each, fit in settled:
+        proposed = id(each) in best and _explains(fit, as_stated)
+        told.append(_told(each, fit, proposed=proposed))
     kept = {id(each) for each in rivals}
     told += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(told, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
+    """What is stated, at the best that its solver reaches, or None.
+
+    From its own start, and from the poses that corrections found: that it did not converge, or to
+    no good end, is no evidence of the mistake. Most corrections set more free than is stated, and
+    would be proposed for a sound robot whose own start was poor. Poses in which the readings are
+    those of other working modes are another robot's than what is stated.
+    """
+    best = stated.fit(_SECOND[1], whole=False)
+    for fit in corrected:
+        if _explains(fit, best) and not _in_other_modes(stated, fit):
+            again = stated.fit(_SECOND[1], whole=False, start=fit.poses)
+            best = min(best, again, key=_per_degree)
+    return best
+
+
+def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
+    """Whether at fitted poses most readings of any leg are those of another mode than stated."""
+    measured = stated.measurements
+    taken = Taken(
+        stated.mechanism, stated.mechanism, fit.poses, measured.readings, measured.row_numbers
+    )
+    other = nearer_other_root(taken)
+    return any(
+        other[rows, leg].sum() > len(rows) // 2
+        for leg in range(other.shape[1])
+        if len(rows := taken.rows(leg))
+    )
+
+
+def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None) -> bool:
+    """Whether a correction explains what is not explained as it is stated."""
+    before, after = _per_degree(as_stated), _per_degree(fit)
+    tolerated = _MUCH_BETTER if as_stated is None else max(_MUCH_BETTER, before / _HUGE)
+    return after * _MUCH_BETTER < before and after < tolerated
 
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
@@ -194,6 +271,12 @@ def _per_degree(fit: _core.JointFit | None) -> float:
     return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
 
 
+def _rank(fit: _core.JointFit | None) -> float:
+    """What a first look puts first: not where observations lost what they say."""
+    value = _per_degree(fit)
+    return value if value > _TOO_GOOD else math.inf
+
+
 def _told(
     correction: _Correction, fit: _core.JointFit | None, *, proposed: bool = False
 ) -> Hypothesis:
@@ -204,23 +287,36 @@ def _told(
         what=words,
         chi_square=math.inf if fit is None else fit.goodness.chi_square,
         degrees_of_freedom=0 if fit is None else fit.goodness.degrees_of_freedom,
+        limit=0.0 if fit is None else fit.goodness.limit,
         proposed=proposed,
     )
 
 
 def _corrections(stated: _Correction) -> Iterator[_Correction]:
-    yield from _orders(stated)
-    yield from _modes(stated)
-    yield from _readings(stated)
+    yield from itertools.chain.from_iterable(kind(stated) for kind in _KINDS)
     yield from _sensors(stated)
-    yield from _observed(stated)
-    yield from _frames(stated)
     options = stated.options
     if options.free is not None or options.fixed or options.shared:
         yield stated._replace(
             words="parameters that are held or shared are not as they are said to be: free them",
             options=dataclasses.replace(options, free=None, fixed=(), shared=()),
         )
+
+
+def _pairs(stated: _Correction) -> Iterator[_Correction]:
+    """Two corrections of different kinds at once, without what has more unknowns."""
+    for number, kind in enumerate(_KINDS):
+        for one in kind(stated):
+            for other in itertools.chain.from_iterable(each(one) for each in _KINDS[number + 1 :]):
+                yield other._replace(words=_both(one.words, other.words))
+
+
+def _both(one: _Words, other: _Words) -> _Words:
+    if isinstance(one, str) and isinstance(other, str):
+        return f"{one}; with that corrected, {other}"
+    return lambda fit: "; with that corrected, ".join(
+        words if isinstance(words, str) else words(fit) for words in (one, other)
+    )
 
 
 def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
@@ -298,25 +394,31 @@ def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
     ]
 
 
-def _readings(stated: _Correction) -> Iterator[_Correction]:
-    """Signs, units and half turns."""
-    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
+def _changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    def of_all(values: Array) -> Array:
+        values[:, legs] = change(values[:, legs])
+        return values
 
-    def changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
-        def of_all(values: Array) -> Array:
-            values[:, legs] = change(values[:, legs])
-            return values
+    return of_all
 
-        return of_all
 
-    for legs in _sets(count):
+def _signs(stated: _Correction) -> Iterator[_Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1]):
         words = f"the readings of {named_legs(legs)} have the opposite sign"
-        yield _with_readings(stated, words, changed(legs, np.negative))
-    for legs in _sets(count, alone=True):
+        yield _with_readings(stated, words, _changed(legs, np.negative))
+
+
+def _units(stated: _Correction) -> Iterator[_Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
         for factor, unit in FACTORS.items():
-            if ("metres" in unit) == (nominal.reading_unit == "m"):
+            if ("metres" in unit) == (stated.mechanism.reading_unit == "m"):
                 words = f"the readings of {named_legs(legs)} look like {unit}"
-                yield _with_readings(stated, words, changed(legs, partial(_over, factor)))
+                yield _with_readings(stated, words, _changed(legs, partial(_over, factor)))
+
+
+def _half_turns(stated: _Correction) -> Iterator[_Correction]:
+    nominal = stated.mechanism
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
         turns = [turn_of(nominal, leg) for leg in legs]
         if None not in turns:
             words = (
@@ -325,7 +427,7 @@ def _readings(stated: _Correction) -> Iterator[_Correction]:
                 "drawing's zero"
             )
             half = np.array(turns, dtype=float) / 2
-            yield _with_readings(stated, words, changed(legs, partial(np.add, -half)))
+            yield _with_readings(stated, words, _changed(legs, partial(np.add, -half)))
 
 
 def _over(factor: float, values: Array) -> Array:
@@ -456,3 +558,7 @@ def frame_in_words(
         f"the frame of the measurements is not the drawing's{why}: {moved}turned by about "
         f"{np.degrees(np.arccos(cosine)):.3g} degrees; identify with {' '.join(asked)}"
     )
+
+
+# Those of a pair are made in this order.
+_KINDS = (_orders, _modes, _signs, _units, _half_turns, _observed, _frames)

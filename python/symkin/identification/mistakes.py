@@ -33,6 +33,7 @@ __all__ = [
     "explained",
     "likely_causes",
     "lost_turns",
+    "nearer_other_root",
     "other_modes",
     "signs_of_mistakes",
     "turns_in_words",
@@ -120,17 +121,11 @@ def _taken(found: Fit) -> Taken:
 def other_modes(taken: Taken) -> Iterator[str]:
     """Readings that belong to the other root of the closure at the estimate."""
     calibrated = taken.calibrated
-    flipped = with_modes(calibrated, [-mode for mode in calibrated.working_modes])
-    own = calibrated.inverse_kinematics(taken.poses)
-    other = flipped.inverse_kinematics(taken.poses)
     all_wrong: dict[int, list[int]] = {}
+    of_other_root = nearer_other_root(taken)
     for leg, mode in enumerate(calibrated.working_modes):
         rows = taken.rows(leg)
-        turn = turn_of(calibrated, leg)
-        readings = taken.readings[rows, leg]
-        to_own = np.abs(shortest(readings - own[rows, leg], turn))
-        to_other = np.abs(shortest(readings - other[rows, leg], turn))
-        wrong = to_other < to_own
+        wrong = of_other_root[rows, leg]
         if wrong.sum() > len(rows) // 2:
             all_wrong.setdefault(mode, []).append(leg)
         elif wrong.any():
@@ -144,6 +139,21 @@ def other_modes(taken: Taken) -> Iterator[str]:
             f"{named_legs(legs)}: the readings are those of working mode {-mode:+d}, but the "
             f"mechanism has {mode:+d}: set working_mode = {-mode}"
         )
+
+
+def nearer_other_root(taken: Taken) -> NDArray[np.bool_]:
+    """Which readings, shape (N, legs), are nearer to the root of the other working mode."""
+    calibrated = taken.calibrated
+    flipped = with_modes(calibrated, [-mode for mode in calibrated.working_modes])
+    turns = [turn_of(calibrated, leg) for leg in range(len(calibrated.legs))]
+    own, other = (
+        np.column_stack([np.abs(shortest(*each)) for each in zip(away.T, turns, strict=True)])
+        for away in (
+            taken.readings - robot.inverse_kinematics(taken.poses)
+            for robot in (calibrated, flipped)
+        )
+    )
+    return np.asarray(other < own)
 
 
 def _out_of_reach(found: Fit) -> Iterator[str]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Literal
 
 import numpy as np
@@ -28,12 +29,26 @@ from symkin.probing import is_marked, ruler
 from symkin.result import Value, record
 from symkin.settings import Frames, NoiseSettings
 
-__all__ = ["KINDS", "UNSEEN", "JointOptions", "Problem", "Rows", "layout_of"]
+__all__ = [
+    "KINDS",
+    "OBSERVED",
+    "UNSEEN",
+    "JointOptions",
+    "Problem",
+    "Rows",
+    "layout_of",
+    "without_pose",
+]
 
 Array = NDArray[np.float64]
 
 KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
+OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
+_STUCK = "no step lowers the cost"  # of the core's solver
+_FEW = 0.05  # of the poses: as many are looked at one by one
+_UNLIKELY = 1e-4  # probability of what a sound pose leaves unexplained
+_FAR = 4  # times as far as any other: a pose that does not
 
 
 @record
@@ -213,27 +228,65 @@ class Problem:
             ) from error
         return dataclasses.replace(self, setup=setup)
 
-    def fit(self, *, nearest: bool = False, loss: Loss | None = None) -> _core.JointFit:
+    def fit(
+        self, *, nearest: bool = False, loss: Loss | None = None, start: Array | None = None
+    ) -> _core.JointFit:
         """Fit; `nearest` takes of all solutions the nearest to the start.
+
+        The latent poses start where forward kinematics has them, or at `start`. Poses that keep
+        the solver from coming to rest are set aside.
 
         Raises
         ------
         NotIdentifiableError
             Without `nearest`, naming combinations of unknowns that nothing shows.
         """
-        layout, observations = self.layout, self.observations
-        start = _core.starting_poses(
-            self.mechanism.straight, self.setup, observations, self.mechanism.home
-        )
+        how = self.options.loss if loss is None else loss
+        if start is None:
+            start = _core.starting_poses(
+                self.mechanism.straight, self.setup, self.observations, self.mechanism.home
+            )
+        fit = self._fitted(nearest, how, start)
+        unlikely = _unlikely(fit, start) if how == "none" else []
+        if unlikely:
+            moved = fit.poses.copy()
+            moved[unlikely] = np.nan
+            again = self._fitted(nearest, how, moved)
+            better = again.goodness.chi_square < fit.goodness.chi_square
+            return again if again.converged and better and again.aside == fit.aside else fit
+        return fit if fit.failure != _STUCK else self._at_rest(fit, nearest, how, start)
+
+    def _at_rest(
+        self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
+    ) -> _core.JointFit:
+        """Fit without the few poses that keep the solver from coming to rest, if that does it."""
+        problem, fit, start = self, stuck, start.copy()
+        for _ in range(math.floor(_FEW * len(start))):
+            again = problem._fitted(nearest, loss, fit.poses)
+            if again.converged:
+                return again
+            restless = _restless(fit, again)
+            if restless < 0:
+                break
+            kept = without_pose(problem.measurements, restless)
+            problem = dataclasses.replace(problem, measurements=kept)
+            start[restless] = np.nan
+            fit = problem._fitted(nearest, loss, start)
+            if fit.failure != _STUCK:
+                break
+        return fit if fit.converged else stuck
+
+    def _fitted(self, nearest: bool, loss: Loss, start: Array) -> _core.JointFit:
+        layout = self.layout
         tolerances = layout.column_tolerances
         try:
             return _core.fit_jointly(
                 self.mechanism.straight,
                 self.setup,
-                observations,
+                self.observations,
                 layout.column.tolist(),
                 layout.prior,
-                _core.LossKind.__members__[self.options.loss if loss is None else loss],
+                _core.LossKind.__members__[loss],
                 self.options.loss_scale or 0.0,
                 0.0,
                 self.options.max_iterations,
@@ -282,6 +335,48 @@ class Problem:
             problem.fit(),
             f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
         )
+
+
+def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:
+    """The pose that a new start from where a fit got stuck moves far more than any other, or -1.
+
+    Of such a pose the observations hardly show a direction, along which their closures bend. It
+    moves as far whatever the unknowns do, and the cost, which is of first order in the poses,
+    rises with that: no step of the unknowns lowers it, however short.
+    """
+    moves = np.abs(again.poses - fit.poses).max(axis=1)
+    moves[np.array(fit.conditions) == 0] = 0  # it may wander, and says nothing
+    moves = np.nan_to_num(moves)
+    pose = int(np.argmax(moves))
+    others = np.delete(moves, pose)
+    return pose if len(others) and moves[pose] > _FAR * others.max() else -1
+
+
+def _unlikely(fit: _core.JointFit, start: Array) -> list[int]:
+    """Poses, few, without a start of their own that a fit does not explain.
+
+    Where its observations bend, such a pose may have ended on the wrong side of a fold, since it
+    was taken in from its neighbours when the unknowns were not yet what they are.
+    """
+    if not fit.converged:
+        return []
+    tails = np.array([
+        _core.chi_square_tail(square, count) if count else 1.0
+        for square, count in zip(fit.chi_squares, fit.conditions, strict=True)
+    ])  # fmt: skip
+    poses = np.flatnonzero((tails < _UNLIKELY) & ~np.isfinite(start).all(axis=1)).tolist()
+    return poses if len(poses) <= _FEW * len(start) else []
+
+
+def without_pose(measurements: Measurements, pose: int) -> Measurements:
+    """Without any observation of a pose, whose row stays."""
+    changes: dict[str, Array] = {}
+    for name in OBSERVED:
+        values = getattr(measurements, name)
+        if values is not None:
+            changes[name] = np.array(values)
+            changes[name][pose] = np.nan
+    return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 
 def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:

@@ -14,9 +14,16 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.hypotheses import frame_in_words, with_frames
+from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
-from symkin.identification.problem import KINDS, JointOptions, Problem, Rows
+from symkin.identification.problem import (
+    KINDS,
+    OBSERVED,
+    JointOptions,
+    Problem,
+    Rows,
+    without_pose,
+)
 from symkin.identification.unknowns import scalar_values
 from symkin.result import Value, field, record
 
@@ -49,7 +56,6 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
-_OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
 _POSES = ("poses", "reported")
 
 
@@ -103,11 +109,12 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
         return
     # What a mistake does to the estimate is not worth telling beside the mistake.
     before = next(each.per_degree for each in found.hypotheses if not each.what)
-    causes = ", or as well: ".join(each.what for each in proposed)
     after = max(each.per_degree for each in proposed)
     evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
     evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
-    yield f"likely cause: {causes} ({evidence})"
+    if not all(each.explained for each in proposed):
+        evidence += "; that is more than the noise explains"
+    yield f"{cause_in_words(proposed)} ({evidence})"
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
@@ -164,7 +171,7 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
 def observed_count(taken: Measurements) -> NDArray[np.intp]:
     """How many scalars were observed of each row; a rotation in space counts as three."""
     count = np.zeros(len(taken.poses), dtype=np.intp)
-    for name in _OBSERVED:
+    for name in OBSERVED:
         values = getattr(taken, name)
         if values is not None:
             known = np.isfinite(values).reshape(len(values), -1)
@@ -446,21 +453,15 @@ def without_blunders(
 
 def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:
     """Without one observation of a pose, or without all (-1)."""
-    changes: dict[str, Array] = {}
-
-    def copied(name: str) -> Array:
-        return changes.setdefault(name, np.array(getattr(measurements, name)))
-
     if row < 0:
-        for name in _OBSERVED:
-            if getattr(measurements, name) is not None:
-                copied(name)[pose] = np.nan
-    else:
-        kind, index = _OBSERVED[rows.kind[row]], int(rows.index[row])
-        values = copied(kind)[pose].reshape(-1)
-        space = measurements.space
-        whole = kind in _POSES and space.has_quaternion and index >= space.size
-        values[slice(space.size, None) if whole else index] = np.nan
+        return without_pose(measurements, pose)
+    kind, index = OBSERVED[rows.kind[row]], int(rows.index[row])
+    changed = np.array(getattr(measurements, kind))
+    values = changed[pose].reshape(-1)
+    space = measurements.space
+    whole = kind in _POSES and space.has_quaternion and index >= space.size
+    values[slice(space.size, None) if whole else index] = np.nan
+    changes = {kind: changed}
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 

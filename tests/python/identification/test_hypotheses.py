@@ -9,9 +9,11 @@ import pytest
 
 import symkin
 from symkin.errors import FailedFitError
-from symkin.identification.hypotheses import in_modes
+from symkin.identification import problem
+from symkin.identification.hypotheses import hypotheses_of, in_modes
+from symkin.identification.problem import JointOptions
 from symkin.observed import Observed
-from symkin.settings import NoiseSettings
+from symkin.settings import Frames, NoiseSettings
 
 POSITIONS = Observed("position")
 TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
@@ -113,6 +115,79 @@ def test_a_turned_hexapod_drum_is_named():
     hexapod = symkin.load_mechanism("hexapod_jugglebot").replace(noise=quiet)
     taken = of_leg(4, np.negative)(measured(hexapod, hexapod.plan(9, seed=3), POSITIONS))
     assert "the readings of leg 5 have the opposite sign" in said_of(hexapod, taken)[0]
+
+
+@pytest.fixture(scope="module")
+def missing(paper):
+    """Positions of sound robots with readings missing: a function of the seed."""
+    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), 20)
+    return lambda seed: measured(paper, plan, Observed("position", missing=0.2), seed)
+
+
+def test_a_pose_that_never_comes_to_rest_is_set_aside(paper, missing):
+    found = symkin.identify(paper, missing(1082))
+    assert found.trustworthy
+    assert found.aside == (2, 22)
+    assert found.unexplained_rows == ()
+
+
+def test_a_pose_on_the_wrong_side_of_a_fold_is_taken_in_again(paper, missing):
+    found = symkin.identify(paper, missing(1234))
+    assert found.trustworthy
+    assert found.aside == ()
+    assert found.chi_square < 95
+
+
+def test_a_pose_with_a_start_of_its_own_is_set_aside_too():
+    """Of a trial that is stuck: without observations it must not stay where it started."""
+    arm = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((2.0, 1.0),)))
+    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
+    taken = measured(arm, plan, Observed("distance", anchors=((2.0, 1.0),)), seed=1000)
+    (said,) = said_of(arm, replace(taken, readings=-taken.readings))
+    assert "the readings of legs 1, 2 have the opposite sign" in said
+
+
+def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, plan):
+    """The sign is of the leg, not of the column that its readings stand in."""
+    taken = exchanged(of_leg(0, np.negative)(measured(paper, plan, POSITIONS)))
+    (said,) = said_of(paper, taken)
+    assert (
+        "the readings of legs 1, 2 are in the columns of legs 2, 1; with that corrected, "
+        "the readings of leg 1 have the opposite sign" in said
+    )
+    assert ", or as well: " not in said
+
+
+def test_a_solver_that_stands_still_is_no_evidence_of_a_mistake(paper, missing, monkeypatch):
+    monkeypatch.setattr(problem, "_FEW", 0)
+    found = symkin.identify(paper, missing(1082))
+    assert "no step lowers the cost" in found.failure
+    assert not any(each.proposed for each in found.hypotheses)
+    (stated,) = (each for each in found.hypotheses if not each.what)
+    assert stated.explained
+
+
+def test_what_is_stated_has_a_second_start_where_a_correction_ended(paper, plan, monkeypatch):
+    """Unknown frames explain all that a sound robot shows, and would be proposed without."""
+    starting_poses = problem._core.starting_poses
+    taken = measured(paper, plan, POSITIONS)
+
+    def none_as_stated(mechanism, setup, observations, home):
+        poses = starting_poses(mechanism, setup, observations, home)
+        return poses if np.any(setup.base.position) else np.full_like(poses, np.nan)
+
+    monkeypatch.setattr(problem._core, "starting_poses", none_as_stated)
+    tried = hypotheses_of(paper, taken, JointOptions())
+    assert any("the frame of the measurements is not" in each.what for each in tried)
+    assert not any(each.proposed for each in tried)
+
+
+def test_a_correction_that_leaves_more_than_noise_is_a_part_of_what_is_wrong(paper, plan):
+    taken = of_leg(1, np.negative)(measured(paper, plan, POSITIONS))
+    noise = 3e-4 * np.random.default_rng(1).standard_normal(taken.poses.shape)
+    (said,) = said_of(paper, replace(taken, poses=taken.poses + noise))
+    assert said.startswith("part of what is wrong may be: the readings of leg 2 have the opposite")
+    assert said.endswith("; that is more than the noise explains)")
 
 
 def test_sound_measurements_are_not_corrected(paper, plan):

@@ -8,7 +8,7 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.identification import Identification, JointIdentification
+from symkin.identification import Identification, JointIdentification, diagnosis, models
 from symkin.identification.suspicions import blunders_of, observed_count
 from symkin.observed import Observed
 from symkin.settings import Frames, IdentificationSettings, NoiseSettings
@@ -429,6 +429,25 @@ def test_a_curved_sensor_goes_there_and_back(paper):
     assert converged.all()
     np.testing.assert_allclose(back, poses, atol=1e-12)
     assert np.abs(curved.closure(1, poses, readings[:, 1])).max() < 1e-12
+
+
+def test_straight_sensors_are_cross_validated_once_for_all_doubts_about_them(
+    paper, taken, monkeypatch
+):
+    validated = []
+
+    def unseen_rms(found, options):
+        validated.append(options.sensor)
+        return models.unseen_rms(found, options)
+
+    monkeypatch.setattr(diagnosis, "unseen_rms", unseen_rms)
+    readings = taken.measurements.readings
+    bent = readings + 0.01 * readings**2 + 0.004 * np.cos(readings)
+    found = symkin.identify(paper, dataclasses.replace(taken.measurements, readings=bent))
+    asked = [doubt for doubt in found.doubts if "--sensor" in doubt]
+    assert len(asked) == 2
+    assert len({doubt.partition("from ")[2].partition(" to ")[0] for doubt in asked}) == 1
+    assert validated == ["linear", "quadratic", "eccentric"]
 
 
 def test_the_hexapods_sensors_are_found_to_bend(hexapod, hexapod_table):
