@@ -426,7 +426,7 @@ def test_exports_say_what_a_leg_does_not_have(planar: Mechanism) -> None:
     assert "2RRR_PRP_proximal_length[3] = {0.22, 0.22, NAN};" in header
     assert '_chain[3] = {"[R]RR", "[R]RR", "[P]RP"};' in header
     assert re.search(r"sensor_gain\[3\] = .*/\* 1, 1, m/rad \*/", header)
-    with pytest.raises(SymkinError, match=r'not written for chain "\[P\]RP"'):
+    with pytest.raises(SymkinError, match=r'not written for chain "\[P\]RP" \(leg 3\)'):
         symkin.export(planar, "urdf")
 
 

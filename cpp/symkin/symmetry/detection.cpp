@@ -123,8 +123,9 @@ Index farthest_leg(const Mechanism& mechanism, End end, const Eigen::Vector2d& f
   return farthest;
 }
 
-// Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi. Beside
-// points a guide does not count: one that crosses the axis is its own image the other way round.
+// Axis that mirrors every leg onto its partner, by least squares over the legs; from 0 to pi.
+// Beside points a guide does not count: one that crosses the axis is its own image the other way
+// round.
 double mirror_axis(const Mechanism& mechanism, const std::vector<Index>& partner, End end,
                    const Eigen::Vector2d& from) {
   const auto has_point = [&](std::size_t leg) {

@@ -46,11 +46,12 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     SymkinError
         For another chain, curved sensors, or a leg that does not reach home.
     """
-    for chain in mechanism.chains:
+    for number, chain in enumerate(mechanism.chains, 1):
         if chain not in LEGS:
+            which = f" (leg {number})" if mechanism.mixed else ""
             raise MechanismError(
-                f'a model of bodies and joints is not written for chain "{chain}"; expected one of '
-                f"{', '.join(LEGS)}"
+                f'a model of bodies and joints is not written for chain "{chain}"{which}; expected '
+                f"one of {', '.join(LEGS)}"
             )
     if mechanism.curvature is not None:
         raise MechanismError(

@@ -84,8 +84,8 @@ def _identified(mechanism: Mechanism) -> str:
         legs_of.setdefault(count, []).append(leg)
     if len(legs_of) == 1:
         return f"{next(iter(legs_of))} parameters to identify on each"
-    each = [f"{count} of {named_legs(legs)}" for count, legs in legs_of.items()]
-    return f"to be identified are {' and '.join(each)}"
+    on = (f"{count} on {'each of ' * (len(w) > 1)}{named_legs(w)}" for count, w in legs_of.items())
+    return f"parameters to identify: {'; '.join(on)}"
 
 
 def mechanism_title(mechanism: Mechanism) -> str:

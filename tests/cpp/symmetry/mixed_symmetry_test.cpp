@@ -77,6 +77,26 @@ TEST(MixedSymmetry, AMirrorIsFoundAlongTheGuideOfTheLegOnItToo) {
   EXPECT_EQ(found.images[1].permutation, (Legs{1, 0, 2}));
 }
 
+// A slot of the platform along the mirror: its normal crosses it, and is its own image turned
+// round, while the platform's points lie on either side.
+TEST(MixedSymmetry, AMirrorIsFoundBesideASlotOfThePlatformToo) {
+  const Mechanism cranks = testing::paper_3rrr(1);
+  std::vector<Leg> small{cranks.leg(0), cranks.leg(1)};
+  for (Leg& leg : small) {
+    leg.parameters[4] = 0.3;  // of the platform, which must not outweigh the slot
+  }
+  Vector slotted(6);  // OA, beta, ob, beta_b, gain, offset
+  slotted << 0.5, kPi / 2, 0, 0, 1, 0;
+  const Mechanism mechanism =
+      testing::mixed_mechanism("slotted", {{cranks.chain(), small[0]},
+                                           {cranks.chain(), small[1]},
+                                           {&leg_model("[P]RP"), {slotted, -1}}});
+  const DetectedSymmetry found = detect_symmetry(mechanism);
+  EXPECT_EQ(found.structure.name(), "D_1");
+  ASSERT_EQ(found.images.size(), 2U);
+  EXPECT_EQ(found.images[1].permutation, (Legs{1, 0, 2}));
+}
+
 TEST(MixedSymmetry, ALegOffTheMirrorBreaksIt) {
   const Mechanism drawn = testing::cranks_and_slider().mechanism;
   RowMatrix parameters = drawn.parameters();
