@@ -191,7 +191,8 @@ class CheckResult(Result):
         difference = _difference(self.comparison)
         near = self.comparison.verdict == "nearly"
         alike = "alike within tolerances, not exactly" if near else "not alike"
-        return f"The legs are {alike}: {difference}."
+        who = "The legs of each chain" if self.mechanism.mixed else "The legs"
+        return f"{who} are {alike}: {difference}."
 
     @property
     def least_poses(self) -> int:

@@ -42,7 +42,12 @@ def spatial(tmp_path_factory: pytest.TempPathFactory) -> Mechanism:
     """Three struts and three sliders, without symmetry."""
     path = tmp_path_factory.mktemp("spatial") / "hexapod.toml"
     path.write_text(mechanism_template("3 U[P]S + 3 [P]US"), encoding="utf-8")
-    return symkin.load_mechanism(path)
+    drawn = symkin.load_mechanism(path)
+    values = drawn.parameters.copy()
+    values[:, drawn.parameter_names.index("base_radius")] += [0, 0.01, 0.03, 0, 0.02, 0.05]
+    made = drawn.with_parameters(values)
+    assert leg_carriers(made)[1][0] == 1
+    return made
 
 
 def small(mechanism: Mechanism) -> Mechanism:
@@ -337,6 +342,9 @@ def test_every_estimator_finds_the_robot(
     assert after.position_rms < before.position_rms / 3
     absent = ~nominal.has_parameter
     assert (found.mechanism.parameters[absent] == 0).all()
+    assert [leg for leg, _ in leg_carriers(nominal)] == (
+        [0, 0, 2] if name == "planar" else list(range(6))
+    )
     assert (made.actual.parameters[absent] == 0).all()
     assert found.mechanism.deviations is not None
     assert np.isnan(found.mechanism.deviations[absent]).all()
