@@ -245,7 +245,6 @@ class CheckResult(Result):
             "mechanism": mechanism.name,
             "file": mechanism.source,
             "chain": mechanism.chain,
-            "chains": mechanism.chains,
             "pose_space": mechanism.pose_space,
             "reading_unit": mechanism.reading_unit,
             "verdict": self.verdict,
@@ -266,6 +265,7 @@ class CheckResult(Result):
             "legs": [
                 {
                     "leg": number,
+                    **({"chain": leg.chain} if mechanism.mixed else {}),
                     "reference_leg": origin.reference + 1,
                     "element": origin.element,
                     "working_mode": leg.working_mode,

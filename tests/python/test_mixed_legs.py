@@ -323,9 +323,9 @@ def test_the_check_says_that_the_legs_are_of_two_kinds(planar: Mechanism) -> Non
     assert conditions[4, 2].figure == "3 legs, 2 [R]RR + 1 [P]RP"
     text = result.text()
     assert "proximal_length" in text
-    assert json.loads(json.dumps(result.to_dict()))["legs"][2]["parameters"].keys() == (
-        planar.legs[2].parameters.keys()
-    )
+    leg = json.loads(json.dumps(result.to_dict()))["legs"][2]
+    assert leg["chain"] == "[P]RP"
+    assert leg["parameters"].keys() == planar.legs[2].parameters.keys()
 
 
 # --- From measurements to a calibrated file ---
