@@ -299,6 +299,20 @@ def test_the_leg_on_the_mirror_gets_poses_of_its_own(planar: Mechanism) -> None:
     np.testing.assert_allclose(first.r_diagonal, second.r_diagonal, rtol=1e-9)
 
 
+def test_a_mirror_that_turns_a_leg_into_its_other_mode_carries_no_poses() -> None:
+    slider = {"distal_length": 0.3, "base_radius": 0.2, "base_angle": math.pi / 2}
+    slider |= {"platform_radius": 0, "platform_angle": 0, "sensor_gain": 1, "sensor_offset": 0}
+    mirror = DeclaredSymmetry("D1", axis=math.pi / 2)
+    legs = generate_orbits([crank(0), Leg("[P]RR", slider)], mirror)
+    assert len(legs) == 3
+    robot = Mechanism("2RRR_PRR", legs, reading_unit="rad", symmetry=mirror)
+    found = symkin.detect_symmetry(robot)
+    assert (found.structure.name, found.with_modes.name) == ("D_1", "C_1")
+    assert [(leg, element.label) for leg, element in leg_carriers(robot)] == [
+        (0, "r0"), (1, "r0"), (2, "r0"),
+    ]  # fmt: skip
+
+
 def test_no_orbit_of_poses_serves_legs_of_different_chains(planar: Mechanism) -> None:
     robot = small(planar)
     sample = symkin.sample_workspace(robot)
