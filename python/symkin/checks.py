@@ -191,7 +191,8 @@ class CheckResult(Result):
         difference = _difference(self.comparison)
         near = self.comparison.verdict == "nearly"
         alike = "alike within tolerances, not exactly" if near else "not alike"
-        return f"The legs are {alike}: {difference}."
+        who = "The legs of each chain" if self.mechanism.mixed else "The legs"
+        return f"{who} are {alike}: {difference}."
 
     @property
     def least_poses(self) -> int:
@@ -244,7 +245,6 @@ class CheckResult(Result):
             "mechanism": mechanism.name,
             "file": mechanism.source,
             "chain": mechanism.chain,
-            "chains": mechanism.chains,
             "pose_space": mechanism.pose_space,
             "reading_unit": mechanism.reading_unit,
             "verdict": self.verdict,
@@ -265,6 +265,7 @@ class CheckResult(Result):
             "legs": [
                 {
                     "leg": number,
+                    **({"chain": leg.chain} if mechanism.mixed else {}),
                     "reference_leg": origin.reference + 1,
                     "element": origin.element,
                     "working_mode": leg.working_mode,

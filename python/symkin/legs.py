@@ -68,8 +68,8 @@ def union_of_names(infos: Sequence[ChainInfo]) -> tuple[str, ...]:
     return (*(name for name in names if name not in sensor), *sensor)
 
 
-def require_mixable(infos: Sequence[ChainInfo]) -> None:
-    """Refuse legs that cannot carry one platform together.
+def require_mixable(infos: Sequence[ChainInfo], noun: str = "leg") -> None:
+    """Refuse legs that cannot carry one platform together; the noun is for messages.
 
     Raises
     ------
@@ -80,18 +80,18 @@ def require_mixable(infos: Sequence[ChainInfo]) -> None:
     for number, info in enumerate(infos, 1):
         if info.pose_space != first.pose_space:
             raise MechanismError(
-                f"leg {number} ({info.name}) carries a {info.pose_space} platform, leg 1 "
+                f"{noun} {number} ({info.name}) carries a {info.pose_space} platform, {noun} 1 "
                 f"({first.name}) a {first.pose_space} one; expected one kind of platform"
             )
         if info.name != first.name and max(info.closures, first.closures) > 1:
             raise MechanismError(
-                f"leg {number} is a {info.name}, leg 1 a {first.name}; legs that bind the platform "
-                "are not mixed with others"
+                f"{noun} {number} is a {info.name}, {noun} 1 a {first.name}; legs that bind the "
+                "platform are not mixed with others"
             )
 
 
-def common_reading_unit(infos: Sequence[ChainInfo]) -> str:
-    """Return the unit of all active joints.
+def common_reading_unit(infos: Sequence[ChainInfo], noun: str = "leg") -> str:
+    """Return the unit of all active joints; the noun is for messages.
 
     Raises
     ------
@@ -102,10 +102,10 @@ def common_reading_unit(infos: Sequence[ChainInfo]) -> str:
     for number, info in enumerate(infos, 1):
         if info.reading_unit != first.reading_unit:
             raise MechanismError(
-                f"the joint that is read is in {first.reading_unit} in leg 1 ({first.name}) and in "
-                f"{info.reading_unit} in leg {number} ({info.name}); expected reading_unit, the "
-                'one unit of all sensors: "rad", say, if all are motors, and then the sensor_gain '
-                "of a leg whose joint slides is in m/rad"
+                f"the joint that is read is in {first.reading_unit} in {noun} 1 ({first.name}) and "
+                f"in {info.reading_unit} in {noun} {number} ({info.name}); expected reading_unit, "
+                'the one unit of all sensors: "rad", say, if all are motors, and then the '
+                "sensor_gain of a leg whose joint slides is in m/rad"
             )
     return first.reading_unit
 

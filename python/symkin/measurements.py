@@ -367,6 +367,19 @@ class Measurements(Result):
         """
         return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
 
+    def require_legs(self, count: int) -> None:
+        """Refuse readings of another number of legs.
+
+        Raises
+        ------
+        MeasurementError
+            With both numbers.
+        """
+        if self.readings.shape[1] != count:
+            raise MeasurementError(
+                f"there are readings of {self.readings.shape[1]} legs; the mechanism has {count}"
+            )
+
     def require(self, counts: int | Sequence[int]) -> None:
         """Refuse fewer poses per measured leg than it has parameters: `counts`, of all or of each.
 

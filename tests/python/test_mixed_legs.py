@@ -42,7 +42,12 @@ def spatial(tmp_path_factory: pytest.TempPathFactory) -> Mechanism:
     """Three struts and three sliders, without symmetry."""
     path = tmp_path_factory.mktemp("spatial") / "hexapod.toml"
     path.write_text(mechanism_template("3 U[P]S + 3 [P]US"), encoding="utf-8")
-    return symkin.load_mechanism(path)
+    drawn = symkin.load_mechanism(path)
+    values = drawn.parameters.copy()
+    values[:, drawn.parameter_names.index("base_radius")] += [0, 0.01, 0.03, 0, 0.02, 0.05]
+    made = drawn.with_parameters(values)
+    assert leg_carriers(made)[1][0] == 1
+    return made
 
 
 def small(mechanism: Mechanism) -> Mechanism:
@@ -221,8 +226,12 @@ def test_two_orbits_of_one_chain_are_written_as_they_were_read(tmp_path: Path) -
         ('chain = "[P]RP"', 'chain = "[P]RQ"', r"reference_legs\[2\].chain: unknown chain"),
         ('chain = "[P]RP"', "chain = 3", r"reference_legs\[2\].chain: is 3; expected text"),
         ('chain = "[P]RP"\n', "", r"reference_legs\[2\].chain: this key is missing"),
-        ('chain = "[P]RP"', 'chain = "U[P]S"', "carries a spatial platform"),
-        ('reading_unit = "rad"', "", "reading_unit: .*in rad in leg 1.* in m in leg"),
+        ('chain = "[P]RP"', 'chain = "U[P]S"', r"reference leg 2 .* carries a spatial platform"),
+        (
+            'reading_unit = "rad"',
+            "",
+            "reading_unit: .*in reference leg 1.* in m in reference leg 2",
+        ),
         ("[[reference_legs]]", "[[legs]]", "legs: .*has 2 legs; a planar platform has 3"),
         ('group = "D1"', 'group = "D1"\nlegs = 4', "is 4; the reference legs have 3 images"),
         ("platform_radius = 0", 'proximal_length = "1 m"', r"reference_legs\[2\].proximal_length"),
@@ -290,6 +299,20 @@ def test_the_leg_on_the_mirror_gets_poses_of_its_own(planar: Mechanism) -> None:
     np.testing.assert_allclose(first.r_diagonal, second.r_diagonal, rtol=1e-9)
 
 
+def test_a_mirror_that_turns_a_leg_into_its_other_mode_carries_no_poses() -> None:
+    slider = {"distal_length": 0.3, "base_radius": 0.2, "base_angle": math.pi / 2}
+    slider |= {"platform_radius": 0, "platform_angle": 0, "sensor_gain": 1, "sensor_offset": 0}
+    mirror = DeclaredSymmetry("D1", axis=math.pi / 2)
+    legs = generate_orbits([crank(0), Leg("[P]RR", slider)], mirror)
+    assert len(legs) == 3
+    robot = Mechanism("2RRR_PRR", legs, reading_unit="rad", symmetry=mirror)
+    found = symkin.detect_symmetry(robot)
+    assert (found.structure.name, found.with_modes.name) == ("D_1", "C_1")
+    assert [(leg, element.label) for leg, element in leg_carriers(robot)] == [
+        (0, "r0"), (1, "r0"), (2, "r0"),
+    ]  # fmt: skip
+
+
 def test_no_orbit_of_poses_serves_legs_of_different_chains(planar: Mechanism) -> None:
     robot = small(planar)
     sample = symkin.sample_workspace(robot)
@@ -314,9 +337,9 @@ def test_the_check_says_that_the_legs_are_of_two_kinds(planar: Mechanism) -> Non
     assert conditions[4, 2].figure == "3 legs, 2 [R]RR + 1 [P]RP"
     text = result.text()
     assert "proximal_length" in text
-    assert json.loads(json.dumps(result.to_dict()))["legs"][2]["parameters"].keys() == (
-        planar.legs[2].parameters.keys()
-    )
+    leg = json.loads(json.dumps(result.to_dict()))["legs"][2]
+    assert leg["chain"] == "[P]RP"
+    assert leg["parameters"].keys() == planar.legs[2].parameters.keys()
 
 
 # --- From measurements to a calibrated file ---
@@ -337,6 +360,9 @@ def test_every_estimator_finds_the_robot(
     assert after.position_rms < before.position_rms / 3
     absent = ~nominal.has_parameter
     assert (found.mechanism.parameters[absent] == 0).all()
+    assert [leg for leg, _ in leg_carriers(nominal)] == (
+        [0, 0, 2] if name == "planar" else list(range(6))
+    )
     assert (made.actual.parameters[absent] == 0).all()
     assert found.mechanism.deviations is not None
     assert np.isnan(found.mechanism.deviations[absent]).all()

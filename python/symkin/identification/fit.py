@@ -274,6 +274,7 @@ def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
 
 
 def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: PoseUse) -> None:
+    measurements.require_legs(len(mechanism.legs))
     measurements.require_complete()
     used = measurements.for_all_legs() if poses == "all" else measurements
     unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))

@@ -173,12 +173,8 @@ class Problem:
         """Lay out what is unknown, and find where the frames are."""
         if options.poses == "own":
             measurements = _own_readings(measurements)
+        measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
-        if readings.shape[1] != len(mechanism.legs):
-            raise SymkinError(
-                f"there are readings of {readings.shape[1]} legs; the mechanism has "
-                f"{len(mechanism.legs)}"
-            )
         _require_surroundings(mechanism, measurements)
         straight = mechanism.replace(curvature=None)
         marked = "base" in options.frames and is_marked(measurements)

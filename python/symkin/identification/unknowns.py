@@ -96,12 +96,12 @@ class Layout(Value):
         prior: Priors | None = None,
         frames: Sequence[str] = (),
         sensor: Sensor = "linear",
-        largest_readings: Sequence[float],
+        largest_readings: Sequence[float] | None = None,
     ) -> Layout:
         """Lay out what is unknown; the arguments are those of `identify`.
 
         `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
-        quadratic term.
+        quadratic term; by default 1 in its unit.
 
         Raises
         ------
@@ -133,7 +133,9 @@ class Layout(Value):
         made = cls(
             scalars=scalars,
             units=units,
-            tolerances=_tolerances(mechanism, scalars, largest_readings),
+            tolerances=_tolerances(
+                mechanism, scalars, largest_readings or [1.0] * len(mechanism.legs)
+            ),
             always_held=always_held,
             column=column,
             names=tuple(_name(names, members) for members in groups),

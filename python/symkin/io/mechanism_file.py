@@ -28,7 +28,7 @@ from symkin.io.mechanism_schema import (
 )
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_toml
-from symkin.legs import common_reading_unit, union_of_names
+from symkin.legs import common_reading_unit, require_mixable, union_of_names
 from symkin.mechanism import Leg, Mechanism
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
@@ -80,17 +80,12 @@ def load_mechanism(
     stated: ReadingUnit | None = header.get("reading_unit")
     platform = header.get("platform", "rigid")
     chains = _chains(source, header, platform)
-    expected = source.call(
-        ("reading_unit",) if len(chains) > 1 else ("chain",),
-        lambda: mechanism_table(
-            chains, platform, stated.unit if stated else None, header.get("chain")
-        ),
-    )
-    file = read_table(source, expected)
+    reading = stated or ReadingUnit(_joint_unit(source, header, chains, platform))
+    used = tuple(dict.fromkeys(chains))
+    file = read_table(source, mechanism_table(used, platform, reading.unit, header.get("chain")))
     section = _section_of_legs(source, file)
     entries = [file[section]] if section == "reference_leg" else file[section]
     infos = [chain_info(each["chain"], platform) for each in entries]
-    reading = stated or ReadingUnit(common_reading_unit(infos))
     entries, points = read_points(source, section, entries, infos, file.get("frames", {}))
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
     info = infos[0]  # they agree in what follows
@@ -195,11 +190,11 @@ def _identification(file: _Values) -> IdentificationSettings | None:
 
 
 def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:
-    """The chains that legs have, each its own or the one at the top of the file."""
+    """The chain of each leg that is described, its own or the one at the top of the file."""
     default = header.get("chain")
     if default is not None:
         source.call(("chain",), lambda: chain_info(default, platform))
-    found: dict[str, None] = {}
+    found: list[str] = []
     for section in _SECTIONS_OF_LEGS:
         listed = header.get(section, [])
         legs = listed if isinstance(listed, list) else [listed]
@@ -209,14 +204,29 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
             if named[number]:
                 chain = source.call(place, functools.partial(text().read, leg["chain"]))
                 source.call(place, functools.partial(chain_info, chain, platform))
-                found[chain] = None
+                found.append(chain)
             elif default is not None:
-                found[default] = None
+                found.append(default)
             elif any(named):
                 raise source.error(place, "this key is missing, as there is no chain at the top")
     if not found and default is None:
         raise source.error(("chain",), "this key is missing")
-    return (*found,) or (str(default),)
+    infos = [chain_info(chain, platform) for chain in found]
+    if infos:
+        section = next(each for each in _SECTIONS_OF_LEGS if each in header)
+        source.call((section,), lambda: require_mixable(infos, _noun(header)))
+    return tuple(found) or (str(default),)
+
+
+def _joint_unit(source: TomlSource, header: _Values, chains: tuple[str, ...], platform: str) -> str:
+    """The unit of all active joints, for sensors of which nothing is said."""
+    infos = [chain_info(chain, platform) for chain in chains]
+    noun = _noun(header)
+    return source.call(("reading_unit",), lambda: common_reading_unit(infos, noun))
+
+
+def _noun(header: _Values) -> str:
+    return "reference leg" if "reference_legs" in header else "leg"
 
 
 def _section_of_legs(source: TomlSource, file: _Values) -> str:

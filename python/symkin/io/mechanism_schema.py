@@ -36,7 +36,6 @@ from symkin.io.kinds import (
 )
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import MOST_ROWS
-from symkin.legs import common_reading_unit, require_mixable
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -254,9 +253,9 @@ HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {}
 
 @functools.cache
 def mechanism_table(
-    chains: tuple[str, ...], platform: str, reading_unit: str | None, default: str | None
+    chains: tuple[str, ...], platform: str, reading_unit: str, default: str | None
 ) -> Kind:
-    """Describe the files of mechanisms whose legs are of these chains.
+    """Describe the files of mechanisms whose legs are of these chains, of one kind of platform.
 
     Parameters
     ----------
@@ -264,20 +263,18 @@ def mechanism_table(
         One or more.
     platform : str
         See `chain_info`.
-    reading_unit : {"rad", "m"}, optional
-        By default that of the joints.
+    reading_unit : {"rad", "m"}
+        Of the sensors.
     default : str, optional
         The chain of legs that name none.
 
     Raises
     ------
     SymkinError
-        If there is no such chain, if it cannot carry the platform, or not with the others.
+        If there is no such chain, or it cannot carry the platform.
     """
     infos = [chain_info(chain, platform) for chain in chains]
-    require_mixable(infos)
-    info = infos[0]
-    unit = reading_unit or common_reading_unit(infos)
+    info, unit = infos[0], reading_unit
     reference = _leg_of_chains(infos, unit, default, listed=False)
     space = POSE_SPACES[info.pose_space]
     coordinates = info.box
@@ -396,7 +393,7 @@ def mechanism_schema() -> Schema:
     for platform in PLATFORMS:
         for chain in chains(platform):
             info = chain_info(chain, platform)
-            files.append(mechanism_table((chain,), platform, None, chain).schema)
+            files.append(mechanism_table((chain,), platform, info.reading_unit, chain).schema)
             if info.closures == 1:
                 alike[platform, info.pose_space].append(chain)
     files += [

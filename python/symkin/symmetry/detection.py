@@ -266,15 +266,33 @@ def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
     """For each leg the first leg (from 0) of its orbit, and the element that carries it there.
 
     For a fully symmetric mechanism these elements are G_C (Eqs. 7, 21), all from leg 0. A leg that
-    is nobody's image is its own reference.
+    is nobody's image is its own reference. So is one whose element puts another leg, such as a
+    slider with a rod on the mirror, into its other working mode: there the images of poses are
+    those of another assembly, which may not reach them.
 
     Returns
     -------
     list of (int, SymmetryElement)
         One for each leg.
     """
-    carriers = _core.leg_carriers(mechanism.core, symmetry_group(mechanism).core)
-    return [(carrier.reference, carrier.element) for carrier in carriers]
+    group = symmetry_group(mechanism)
+    flips: dict[SymmetryElement, bool] = {}
+
+    def flips_modes(element: SymmetryElement) -> bool:
+        if element not in flips:
+            image = _core.image_of_legs(
+                mechanism.core, group.core, element, _core.SymmetryTolerance()
+            )
+            flips[element] = image.keeps_structure and not image.keeps_modes
+        return flips[element]
+
+    carriers = _core.leg_carriers(mechanism.core, group.core)
+    return [
+        (leg, group.parse("r0"))
+        if flips_modes(carrier.element)
+        else (carrier.reference, carrier.element)
+        for leg, carrier in enumerate(carriers)
+    ]
 
 
 def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
