@@ -184,8 +184,10 @@ def hypotheses_of(
     before = next(each.per_degree for each in alone if not each.what)
     if any(each.proposed for each in alone) or before < _MUCH_BETTER:
         return alone
+    # Of so many some are much less bad than a great mistake; what they leave has to be little.
     pairs = _judged(stated, _pairs(stated))
-    return pairs if any(each.proposed for each in pairs) else alone
+    found = (each.per_degree for each in pairs if each.proposed)
+    return pairs if max(found, default=math.inf) < _MUCH_BETTER else alone
 
 
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:

@@ -204,6 +204,16 @@ def test_what_no_correction_explains_is_left_at_its_symptoms(paper, plan):
     assert found.hypotheses[0].per_degree <= found.hypotheses[-1].per_degree
 
 
+def test_two_corrections_that_leave_much_are_not_proposed():
+    """Of a thousand pairs some are a thousand times less bad than readings out of all order."""
+    arm = symkin.load_mechanism("5bar")
+    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
+    taken = measured(arm, plan, Observed("position", base=(1.0, -0.5, 3.0)), seed=1000)
+    shuffled = of_leg(0, np.random.default_rng(0).permutation)(taken)
+    found = symkin.identify(arm, shuffled, frames=["base"], max_iterations=40)
+    assert found.doubts == found.symptoms
+
+
 def test_a_refusal_says_its_likely_cause(paper, plan):
     taken = measured(paper, plan, POSITIONS)
     with pytest.raises(
