@@ -6,7 +6,8 @@
 Simulates robots with errors and noise as declared, makes one mistake with each robot's data, or two
 at once, and identifies. A row prints in how many of the robots the right correction was proposed
 (alone, or with others that the data cannot tell from it), only wrong ones, or none, and the numbers
-of the first robots of the last two and of sound ones that are doubted. A case is a word of its row.
+of the first robots of the last two and of sound ones that are doubted. What no correction explains
+("other") is right if it is doubted and nothing is proposed. A case is a word of its row.
 """
 
 import collections
@@ -105,6 +106,14 @@ def some_turned(values: Any) -> Any:
     return values + 2 * math.pi * (np.arange(len(values)) % 7 == 0)
 
 
+def normal(shape: tuple[int, ...]) -> Any:
+    return np.random.default_rng(1).standard_normal(shape)
+
+
+def shuffled(count: int) -> Any:
+    return np.random.default_rng(0).permutation(count)
+
+
 def same(_: object, measured: symkin.Measurements, __: int) -> symkin.Measurements:
     return measured
 
@@ -137,6 +146,12 @@ MISTAKES = [
     ),
     Mistake("lost turns", of_leg(some_turned), lambda leg: f"leg {leg + 1}: ", "turn"),
     Mistake("a frame", same, lambda _: "the frame of the measurements is not", "frames"),
+]
+MISTAKES += [  # of which none is among the corrections: right is what is doubted without a proposal
+    Mistake("other: noise", of_all(lambda r: r + 0.2 * normal(r.shape)), lambda _: ""),
+    Mistake("other: out of step", of_leg(lambda r: np.roll(r, 3)), lambda _: ""),
+    Mistake("other: out of order", of_leg(lambda r: r[shuffled(len(r))]), lambda _: ""),
+    Mistake("other: bent", of_all(lambda r: r + 0.2 * r**2), lambda _: ""),
 ]
 SINGLE = {(each.name, each.needs): each for each in MISTAKES}
 
@@ -215,8 +230,12 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
         said = [each for each in found.doubts[:1] if each.startswith((*PROPOSED, "leg"))]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
+        if not found.doubts and found.converged:
+            return "none"
     if not any(said):
-        return "none"
+        return "none" if mistake.words(leg) else "right"
+    if not mistake.words(leg):
+        return "wrong"
     right = all(words in said[0] for words in mistake.words(leg).split("|"))
     return ("shared" if " or as well: " in said[0] else "right") if right else "wrong"
 
