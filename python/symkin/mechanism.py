@@ -164,6 +164,7 @@ class Mechanism(Kinematics):
                 f'the name "{printable(name)}" has characters that cannot be printed'
             )
         legs = tuple(legs)
+        (joint_limits or JointLimits()).of_legs(len(legs))  # raises if there are not as many
         if reading_step is not None and not 0 < reading_step < np.inf:
             raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
         if sensor_table is not None:
@@ -429,6 +430,11 @@ class Mechanism(Kinematics):
     def parameters(self) -> Array:
         """Parameters, read-only, shape (legs, p)."""
         return self._parameters
+
+    @property
+    def reading_limits(self) -> Array:
+        """Lower and upper limit of each sensor's reading, shape (2, legs); infinite without."""
+        return self.joint_limits.of_legs(len(self.legs))
 
     @property
     def working_modes(self) -> tuple[int, ...]:

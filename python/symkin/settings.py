@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 
@@ -153,10 +154,43 @@ class ProtocolSettings:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of the sensor reading of every active joint, in the unit of the sensor (rad or m)."""
+    """Limits of the sensor readings, in their unit (rad or m).
 
-    lower: float = -math.inf
-    upper: float = math.inf
+    Attributes
+    ----------
+    lower, upper : float or tuple of float
+        Of every leg, or one a leg.
+    """
+
+    lower: float | tuple[float, ...] = -math.inf
+    upper: float | tuple[float, ...] = math.inf
+
+    def __post_init__(self) -> None:
+        """Take any sequences."""
+        _make_tuples(self)
+
+    def of_legs(self, count: int) -> NDArray[np.float64]:
+        """Lower and upper limit of each leg, shape (2, legs).
+
+        Raises
+        ------
+        SymkinError
+            For another number of limits, or a lower one that is not less than the upper one.
+        """
+        limits = np.empty((2, count))
+        for row, given in zip(limits, (self.lower, self.upper), strict=True):
+            if np.size(given) not in (1, count):
+                raise SymkinError(
+                    f"{np.size(given)} joint limits for {count} legs; expected one, or one a leg"
+                )
+            row[:] = given
+        for leg, (lower, upper) in enumerate(limits.T, 1):
+            if not lower < upper:
+                raise SymkinError(
+                    f"the lower joint limit of leg {leg} is {lower:g}; expected less than the "
+                    f"upper limit, {upper:g}"
+                )
+        return limits
 
 
 @dataclass(frozen=True)

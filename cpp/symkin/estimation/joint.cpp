@@ -289,7 +289,7 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   std::vector<bool> aside;
   RowMatrix poses = options.start;
   for (Index i = 0; i < poses.rows(); ++i) {
-    aside.push_back(!poses.row(i).allFinite());
+    aside.push_back(!poses.row(i).allFinite() || !observations.any(i));
     if (aside.back()) {
       poses.row(i) = identity_pose(mechanism.pose_space());
     }

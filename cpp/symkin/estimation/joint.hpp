@@ -52,7 +52,7 @@ struct JointFit {
   std::vector<Index> conditions;  // of each pose, r_j
   Vector chi_squares;             // of each pose
   Vector loss_weights;            // of each pose, 1 without a loss
-  std::vector<Index> aside;       // poses that no start was found for
+  std::vector<Index> aside;       // poses that no start was found for, or nothing observed at
   double chi_square_data = 0;     // sum over the poses
   double chi_square_prior = 0;
   GoodnessOfFit goodness;  // of both together, without poses that the loss rejects

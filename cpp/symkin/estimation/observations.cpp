@@ -44,6 +44,11 @@ Observed Observed::at(Index pose) const {
   return {values.row(pose), deviations.row(pose)};
 }
 
+bool Observations::any(Index pose) const {
+  return readings.any(pose) || poses.any(pose) || reported.any(pose) || points.any(pose) ||
+         distances.any(pose) || heights.any(pose);
+}
+
 Observations Observations::at(Index pose) const {
   return {readings.at(pose), poses.at(pose),     reported.at(pose),
           points.at(pose),   distances.at(pose), heights.at(pose)};

@@ -13,6 +13,7 @@ struct Observed {
   RowMatrix deviations;  // as many rows; zero: exact
 
   bool any() const { return values.cols() > 0; }
+  bool any(Index pose) const { return any() && !values.row(pose).array().isNaN().all(); }
   Observed at(Index pose) const;  // of one pose alone
 };
 
@@ -29,6 +30,7 @@ struct Observations {
   Observed heights;    // N x 1, of the target above the plane: 0 where a probe touches it
 
   Index count() const { return readings.values.rows(); }
+  bool any(Index pose) const;  // whether anything was observed there
   Observations at(Index pose) const;
   void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
 };

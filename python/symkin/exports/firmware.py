@@ -159,9 +159,9 @@ def require_delta(mechanism: Mechanism, chain: str, unit: str, kind: str, firmwa
         )
 
 
-def endstop_readings(mechanism: Mechanism, options: ExportOptions, limit: float) -> Array:
-    """Reading of each sensor at its endstop: as told, or the joint limit."""
-    given = options.endstops or (limit,)
+def endstop_readings(mechanism: Mechanism, options: ExportOptions, limits: Array) -> Array:
+    """Reading of each sensor at its endstop: as told, or its limit."""
+    given = options.endstops or tuple(limits.tolist())
     if len(given) not in (1, 3):
         raise SymkinError(f"{len(given)} endstops; expected one for all legs, or 3")
     if not np.isfinite(given).all():
@@ -211,7 +211,7 @@ def linear_delta(
             "guide_elevation near 90 deg, guide_swing near 0 and working_mode -1 in every leg of "
             f'"{mechanism.name}"'
         )
-    readings = endstop_readings(mechanism, options, mechanism.joint_limits.upper)
+    readings = endstop_readings(mechanism, options, mechanism.reading_limits[1])
     arms = own["distal_length"]
     start = LinearDelta(
         float(own["base_radius"].mean()),

@@ -111,9 +111,8 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     start = mechanism.replace(legs=legs, symmetry=None, deviations=None)
     model = nearest(mechanism, start, unknowns, poses)
     found = named_columns(model)
-    limits = mechanism.joint_limits
     # Cranks turn up to their endstops, which is towards smaller angles.
-    readings = endstop_readings(mechanism, options, limits.lower)
+    readings = endstop_readings(mechanism, options, mechanism.reading_limits[0])
     raised = -(found["sensor_offset"] + found["sensor_gain"] * readings)
     radius, height = float(found["base_radius"][0]), float(found["base_height"][0]) - bed
     if min(radius, height) <= 0:

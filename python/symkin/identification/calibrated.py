@@ -209,8 +209,8 @@ def changed_settings(nominal: Mechanism, calibrated: Mechanism) -> list[str]:
 def _takes_home(mechanism: Mechanism) -> bool:
     """Whether every leg reaches home within its limits."""
     readings = mechanism.inverse_kinematics(mechanism.home)
-    limits = mechanism.joint_limits
-    return bool(((readings >= limits.lower) & (readings <= limits.upper)).all())
+    lower, upper = mechanism.reading_limits
+    return bool(((readings >= lower) & (readings <= upper)).all())
 
 
 def _fits(mechanism: Mechanism) -> bool:

@@ -256,7 +256,7 @@ class Problem:
         self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
     ) -> _core.JointFit:
         """Fit without the few poses that keep the solver from coming to rest, if that does it."""
-        problem, fit, start = self, stuck, start.copy()
+        problem, fit = self, stuck
         for _ in range(math.floor(_FEW * len(start))):
             again = problem._fitted(nearest, loss, fit.poses)
             if again.converged:
@@ -266,7 +266,6 @@ class Problem:
                 break
             kept = without_pose(problem.measurements, restless)
             problem = dataclasses.replace(problem, measurements=kept)
-            start[restless] = np.nan
             fit = problem._fitted(nearest, loss, start)
             if fit.failure != _STUCK:
                 break

@@ -128,6 +128,16 @@ def list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
     return Kind(read, {"type": "array", "items": kind.schema, **bounds})
 
 
+def one_or_list(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
+    """A value for all, or a list of so many."""
+    several = list_of(kind, least, most)
+
+    def read(raw: Any) -> Any:
+        return (several if isinstance(raw, list) else kind).read(raw)
+
+    return Kind(read, {"anyOf": [kind.schema, several.schema]})
+
+
 def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: Any = None) -> Kind:
     """A table of keys; `settings` has the defaults of those that may be left out."""
 

@@ -103,7 +103,7 @@ def load_mechanism(
             noise=NoiseSettings(**file.get("noise", {})),
             tolerances=Tolerances(**file.get("tolerances", {})),
             protocol=ProtocolSettings(**file.get("protocol", {})),
-            joint_limits=_joint_limits(source, file),
+            joint_limits=_joint_limits(source, file, len(legs)),
             deviations=deviations,
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
@@ -341,13 +341,10 @@ def _placed(
     )
 
 
-def _joint_limits(source: TomlSource, file: _Values) -> JointLimits:
-    limits = JointLimits(**file.get("joint_limits", {}))
-    if not limits.lower < limits.upper:
-        raise source.error(
-            ("joint_limits", "lower"),
-            f"is {limits.lower}; expected less than the upper limit, {limits.upper}",
-        )
+def _joint_limits(source: TomlSource, file: _Values, legs: int) -> JointLimits:
+    section = file.get("joint_limits", {})
+    limits = JointLimits(**section)
+    source.call(("joint_limits", *section)[:2], lambda: limits.of_legs(legs))
     return limits
 
 
@@ -408,7 +405,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     if mechanism.workspace is None:
         return
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
-    limits = mechanism.joint_limits
+    lower, upper = mechanism.reading_limits
     settings = drawn_workspace(mechanism) or mechanism.workspace
     given = settings.home or (0.0,) * len(settings.lower)
     described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
@@ -417,7 +414,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         raise source.error(
             ("workspace", "home"), f"the home pose {described} is beyond the reach of {legs}"
         )
-    outside = (readings < limits.lower) | (readings > limits.upper)
+    outside = (readings < lower) | (readings > upper)
     if outside.any():
         legs = named_legs(np.flatnonzero(outside))
         raise source.error(

@@ -28,6 +28,7 @@ from symkin.io.kinds import (
     WrongValueError,
     choice,
     list_of,
+    one_or_list,
     quantity,
     read_at,
     table,
@@ -56,6 +57,14 @@ __all__ = [
 
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
+
+
+def _limit(unit: str) -> Kind:
+    """A reading; inf or -inf where a leg has no such limit."""
+    finite = quantity(unit, note="in the sensor's unit, inf or -inf for none")
+    return Kind(
+        lambda raw: raw if raw in (math.inf, -math.inf) else finite.read(raw), finite.schema
+    )
 
 
 def _coordinates(*units: str) -> Kind:
@@ -278,7 +287,7 @@ def mechanism_table(
     reference = _leg_of_chains(infos, unit, default, listed=False)
     space = POSE_SPACES[info.pose_space]
     coordinates = info.box
-    limit = quantity(unit, note="in the sensor's unit")
+    limit = one_or_list(_limit(unit), 1, _MOST_LEGS)
     workspace = table(
         {name: _interval(unit) for name, unit in coordinates.items()}
         | {

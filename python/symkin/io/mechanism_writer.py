@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from symkin.drawing import drawn_frames, drawn_workspace
 from symkin.errors import SymkinError
@@ -234,7 +235,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {
                 name: each
                 for name, each in asdict(mechanism.joint_limits).items()
-                if math.isfinite(each)
+                if np.isfinite(each).any()
             },
             {"lower": unit, "upper": unit},
         ),

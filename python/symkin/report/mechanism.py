@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
@@ -212,11 +211,16 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
             modes = ", ".join(setting(mechanism.working_modes[leg]) for leg in legs)
             whose = f" of {named_legs(legs)}" if mechanism.mixed else ""
             rows.append((f"working modes{whose}", f"{modes} ({description})"))
-    limits = mechanism.joint_limits
-    if math.isfinite(limits.lower) or math.isfinite(limits.upper):
+    limits = mechanism.reading_limits
+    if np.isfinite(limits).any():
         unit = mechanism.reading_unit
-        span = f"{setting(limits.lower, unit)} to {setting(limits.upper, unit)}"
-        rows.append(("limits of the reading", span))
+        spans = [
+            f"{setting(low, unit)} to {setting(high, unit)}" for low, high in limits.T.tolist()
+        ]
+        if len({*spans}) == 1:
+            rows.append(("limits of the reading", spans[0]))
+        else:
+            rows += [(f"limits of the reading, leg {i}", span) for i, span in enumerate(spans, 1)]
     return rows
 
 

@@ -247,8 +247,7 @@ def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
     options.conditioning_limit = settings.conditioning_limit
     options.characteristic_length = mechanism.characteristic_length
     options.home = mechanism.home
-    options.reading_lower = mechanism.joint_limits.lower
-    options.reading_upper = mechanism.joint_limits.upper
+    options.reading_lower, options.reading_upper = mechanism.reading_limits
     return options
 
 
@@ -302,8 +301,8 @@ def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
     values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.core.dof)).round(3)
     poses = mechanism.poses_at(values)
     readings = mechanism.inverse_kinematics(poses)
-    limits = mechanism.joint_limits
-    usable = ((readings >= limits.lower) & (readings <= limits.upper)).all(axis=1)
+    lower, upper = mechanism.reading_limits
+    usable = ((readings >= lower) & (readings <= upper)).all(axis=1)
     margins = _core.reach_margin(mechanism.core, poses)
     usable &= (margins >= least_reach_margin(mechanism)).all(axis=1)
     _, sides, conditions = mechanism.singularity_measures(poses)

@@ -173,6 +173,34 @@ TEST(JointFit, NamesDirectionsThatNothingShowsAndHoldsThemOnRequest) {
   EXPECT_NEAR(fit.change[5] + fit.change[13] + fit.change[21], 0, 1e-9);
 }
 
+TEST(JointFit, SetsAPoseAsideAtWhichNothingWasObservedWhereverItStarts) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const Mechanism nominal = testing::paper_3rrr();
+  Observations observations = full_poses(nominal, 30);
+  JointOptions options;
+  options.start = observations.poses.values;
+  options.tolerances = Vector::Constant(24, 1e-3);
+  observations.readings.values.row(4).setConstant(kNone);
+  observations.poses.values.row(4).setConstant(kNone);
+  const symkin::Setup setup = symkin::Setup::of(nominal);
+  const Layout layout = Layout::of_all_parameters(nominal, setup);
+  const JointFit started = fit_jointly(nominal, setup, observations, layout, options);
+  options.start.row(4).setConstant(kNone);
+  const JointFit without = fit_jointly(nominal, setup, observations, layout, options);
+  EXPECT_EQ(started.aside, std::vector<Index>{4});
+  EXPECT_EQ(started.aside, without.aside);
+  EXPECT_TRUE(started.poses.row(4).array().isNaN().all());
+  EXPECT_EQ(started.change, without.change);
+  EXPECT_EQ(started.goodness.degrees_of_freedom, without.goodness.degrees_of_freedom);
+}
+
+TEST(LatentPoses, OfWhichNothingIsKnownAreEliminatedWithoutACondition) {
+  const PoseElimination nothing = eliminate_pose(Eigen::MatrixXd(0, 3), Vector(0), 0);
+  EXPECT_EQ(nothing.conditions.cols(), 0);
+  EXPECT_EQ(nothing.solution.rows(), 3);
+  EXPECT_EQ(nothing.solution.cols(), 0);
+}
+
 TEST(Layout, RefusesScalarsThatTheMechanismDoesNotHave) {
   const Mechanism nominal = testing::paper_3rrr();
   const symkin::Setup setup = symkin::Setup::of(nominal);

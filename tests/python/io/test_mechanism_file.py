@@ -11,6 +11,7 @@ import pytest
 
 from symkin.errors import MechanismError, MechanismFileError
 from symkin.io.mechanism_file import load_mechanism, shipped_mechanisms
+from symkin.io.mechanism_writer import save_mechanism
 from symkin.mechanism import Mechanism
 from symkin.settings import JointLimits, NoiseSettings, ProtocolSettings, Tolerances
 
@@ -249,6 +250,8 @@ def test_a_home_that_is_left_out_is_the_origin_and_is_checked_too(
         ("lower = 1\nupper = 0", "lower", "joint_limits.lower", ["less than the upper limit"]),
         ("lower = 3", "[joint_limits]", "joint_limits", ["home pose", "legs 1, 2, 3"]),
         ('lower = "3 mm"', "lower", "joint_limits.lower", ["is a length"]),
+        ("lower = [0, 1]", "lower", "joint_limits.lower", ["2 joint limits for 3 legs"]),
+        ("lower = [-9, 8, -9]\nupper = 7", "lower", "joint_limits.lower", ["of leg 2 is 8"]),
     ],
 )
 def test_impossible_joint_limits_are_refused(
@@ -370,3 +373,18 @@ def test_a_file_that_never_ends_is_refused(tmp_path: Path, paper_text: str) -> N
     ):
         with pytest.raises(MechanismFileError, match=words):
             load_mechanism(path)
+
+
+def test_each_leg_may_have_limits_of_its_own(paper_text: str, write: Write, tmp_path: Path) -> None:
+    text = paper_text + '\n[joint_limits]\nlower = [-3, "-170 deg", -inf]\nupper = "170 deg"\n'
+    robot = load_mechanism(write(text))
+    upper = np.radians(170)
+    expected = [[-3.0, -upper, -np.inf], [upper, upper, upper]]
+    np.testing.assert_allclose(robot.reading_limits, expected)
+    save_mechanism(robot, tmp_path / "again.toml")
+    assert load_mechanism(tmp_path / "again.toml").joint_limits == robot.joint_limits
+    least = robot.sample_workspace(2000, seed=1).readings.min(axis=0)
+    others = JointLimits((-np.inf, least[1] + 0.2, -np.inf))
+    found = robot.replace(joint_limits=others).sample_workspace(2000, seed=1).readings.min(axis=0)
+    assert found[1] > least[1] + 0.2
+    assert found[0] < least[0] + 0.2

@@ -14,6 +14,9 @@ PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& var
   constexpr double kRedundant = 1e-12;
   const Index m = by_pose.rows();
   const Index n = by_pose.cols();
+  if (m == 0) {  // Eigen reads past the end of a matrix without rows
+    return {Eigen::MatrixXd(0, 0), Eigen::MatrixXd(n, 0)};
+  }
   // Rows of length one: ranks shall not depend on units.
   Vector scale(m);
   for (Index i = 0; i < m; ++i) {
