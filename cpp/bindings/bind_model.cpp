@@ -98,6 +98,7 @@ symkin::Mechanism make_mechanism(const std::string& name, const std::vector<std:
     legs.push_back({parameters.row(static_cast<symkin::Index>(i)).transpose(), working_modes[i]});
   }
   std::vector<const symkin::ChainModel*> models;
+  models.reserve(chains.size());
   for (const std::string& chain : chains) {
     models.push_back(&symkin::leg_model(chain, symkin::platform_named(platform)));
   }

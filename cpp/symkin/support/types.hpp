@@ -20,7 +20,7 @@ using ConstVector = Eigen::Ref<const Vector>;
 #if EIGEN_VERSION_AT_LEAST(3, 4, 90)
 inline constexpr auto kAll = Eigen::placeholders::all;
 #else
-inline const auto kAll = Eigen::all;
+inline const auto kAll = Eigen::all;  // NOLINT(readability-identifier-naming)
 #endif
 
 }  // namespace symkin
