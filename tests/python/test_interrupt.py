@@ -20,7 +20,9 @@ print("begun", flush=True)
 LONG = {
     "proof": "symkin.select_poses(rows, 60, method='exhaustive', time_limit=1e6, threads=1)",
     "exchange": "symkin.select_poses(numpy.tile(rows, (100, 1)), 500, criterion='O3')",
-    "active calibration": "symkin.select_poses(rows, 1500, method='sun_hollerbach')",
+    "active calibration": (
+        "symkin.select_poses(numpy.tile(rows, (20, 1)), 1500, method='sun_hollerbach')"
+    ),
     "sampling": "symkin.sample_workspace(paper, 20_000_000)",
     "forward kinematics": (
         "p = numpy.tile(symkin.sample_workspace(paper, 1000).poses, (5000, 1));"
