@@ -6,10 +6,8 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
-from itertools import permutations
-
-import numpy as np
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 
 from symkin.chains import ChainInfo, chain_info
 from symkin.errors import MechanismError
@@ -29,6 +27,7 @@ _SAME = 1e-9
 _WORST = 15.0  # condition number at home, which the limit of the file must leave room
 _LENGTH = 0.2  # m, that makes turns of mixed legs' platforms comparable with ways
 _TURNS = range(0, 360, 30)  # degrees, of a chain's platform points
+_MOST_ORDERS = 5000  # of legs in the ring, each of which is looked at
 # Value and meaning; turned by 60 degrees against the base, no platform is singular at home.
 _PARAMETERS = {
     "proximal_length": ('"0.4 m"', "link on the side of the base"),
@@ -208,6 +207,12 @@ def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
     unit = infos[0].reading_unit
     if any(info.reading_unit != unit for info in infos):
         unit = "rad"
+    orders = math.factorial(number) // math.prod(map(math.factorial, counts.values()))
+    if orders > _MOST_ORDERS:
+        raise MechanismError(
+            f"there are too many ways to place {number} legs of {' and '.join(counts)}: begin with "
+            "fewer, and add to the [[legs]]"
+        )
     symmetry, _, _ = _symmetry(infos[0], number)
     texts = {info.name: _mixed_texts(info, unit) for info in infos}
     given = {info.name: _values(info, unit, texts[info.name]) for info in infos}
@@ -218,11 +223,9 @@ def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
         for chain in counts
         for turn in _TURNS
     }
-    # The order of the legs is that of the chains: of places in the ring each has some.
     chains = [info.name for info in infos]
-    orders = {tuple(np.argsort(each, kind="stable")) for each in permutations(_ranks(chains))}
     best, least = None, math.inf
-    for places in sorted(orders):
+    for places in _orders([*counts.values()], range(number)):
         for turn in _TURNS:
             legs = [
                 rings[chain, turn if chain != chains[0] else 0][place]
@@ -249,10 +252,15 @@ def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
     return _file("", infos, unit, "# Each leg names its chain.\n" + "\n".join(parts))
 
 
-def _ranks(chains: Sequence[str]) -> list[int]:
-    """Of each leg, the number of its chain."""
-    known = list(dict.fromkeys(chains))
-    return [known.index(chain) for chain in chains]
+def _orders(counts: Sequence[int], places: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """All ways to give each chain so many places of the ring: those of the first, of the next."""
+    if not counts:
+        yield ()
+        return
+    for own in combinations(places, counts[0]):
+        left = [place for place in places if place not in own]
+        for others in _orders(counts[1:], left):
+            yield (*own, *others)
 
 
 def _mixed_texts(info: ChainInfo, unit: str) -> dict[str, tuple[str, str]]:

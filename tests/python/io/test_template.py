@@ -74,6 +74,7 @@ def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, 
         (("U[P]S", 5), "5 legs for a spatial platform; expected 6"),
         (("[R]RR", 3, "rigd"), 'expected "rigid", "point", "translating" or "spherical"'),
         (("U[P]S", 3, "spherical"), "turn about one centre"),
+        (("8 [R]RR + 8 [P]RR",), "too many ways to place 16 legs"),
     ],
 )
 def test_a_template_that_cannot_be_is_refused(arguments: tuple[object, ...], words: str) -> None:
