@@ -109,7 +109,7 @@ class Layout(Value):
             For a pattern that matches nothing, naming the nearest name; for a prior of what is not
             free; if nothing is free.
         """
-        scalars = _scalar_names(mechanism, setup)
+        scalars = tuple(_core.unknown_names(mechanism.core, setup))
         units = _units(mechanism, scalars)
         one_of("sensor", sensor, Sensor)
         always_held = _always_held(mechanism, scalars)
@@ -327,16 +327,6 @@ def _name(names: _Names, members: Sequence[int]) -> str:
     if len(members) == alike:
         return own
     return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
-
-
-def _scalar_names(mechanism: Mechanism, setup: _core.Setup) -> tuple[str, ...]:
-    """Names of all scalars, empty where a leg has no such parameter."""
-    has = mechanism.has_parameter
-    absent = {
-        f"leg{leg + 1}.{mechanism.parameter_names[column]}" for leg, column in np.argwhere(~has)
-    }
-    names = _core.unknown_names(mechanism.core, setup)
-    return tuple("" if name in absent else name for name in names)
 
 
 def _sorts(
