@@ -436,6 +436,17 @@ class Mechanism(Kinematics):
         """Lower and upper limit of each sensor's reading, shape (2, legs); infinite without."""
         return self.joint_limits.of_legs(len(self.legs))
 
+    def within_limits(self, readings: ArrayLike) -> NDArray[np.bool_]:
+        """Whether readings, shape (..., legs), are within their limits; NaN is not.
+
+        Returns
+        -------
+        ndarray of bool, shape (..., legs)
+        """
+        lower, upper = self.reading_limits
+        values = np.asarray(readings, dtype=np.float64)
+        return np.asarray((values >= lower) & (values <= upper))
+
     @property
     def working_modes(self) -> tuple[int, ...]:
         """Working mode of each leg."""

@@ -209,8 +209,7 @@ def changed_settings(nominal: Mechanism, calibrated: Mechanism) -> list[str]:
 def _takes_home(mechanism: Mechanism) -> bool:
     """Whether every leg reaches home within its limits."""
     readings = mechanism.inverse_kinematics(mechanism.home)
-    lower, upper = mechanism.reading_limits
-    return bool(((readings >= lower) & (readings <= upper)).all())
+    return bool(mechanism.within_limits(readings).all())
 
 
 def _fits(mechanism: Mechanism) -> bool:

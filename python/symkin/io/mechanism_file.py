@@ -405,7 +405,6 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     if mechanism.workspace is None:
         return
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
-    lower, upper = mechanism.reading_limits
     settings = drawn_workspace(mechanism) or mechanism.workspace
     given = settings.home or (0.0,) * len(settings.lower)
     described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
@@ -414,7 +413,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         raise source.error(
             ("workspace", "home"), f"the home pose {described} is beyond the reach of {legs}"
         )
-    outside = (readings < lower) | (readings > upper)
+    outside = ~mechanism.within_limits(readings)
     if outside.any():
         legs = named_legs(np.flatnonzero(outside))
         raise source.error(

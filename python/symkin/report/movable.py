@@ -250,11 +250,10 @@ def _states(
     mechanism: Mechanism, poses: Array, readings: Array, inside: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
     """What speaks against each pose, as the sampling of the workspace asks, by its place."""
-    lower, upper = mechanism.reading_limits
     with np.errstate(invalid="ignore"):
         beyond = ~np.isfinite(readings).all(axis=1)
         margin = (_core.reach_margin(mechanism.core, poses) < least_reach_margin(mechanism)).any(1)
-        stopped = ((readings < lower) | (readings > upper)).any(axis=1)
+        stopped = ~mechanism.within_limits(readings).all(axis=1)  # or beyond, which comes first
         here, at_home = (
             mechanism.singularity_measures(each)[1] for each in (poses, mechanism.home)
         )

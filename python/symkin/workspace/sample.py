@@ -301,8 +301,7 @@ def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
     values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.core.dof)).round(3)
     poses = mechanism.poses_at(values)
     readings = mechanism.inverse_kinematics(poses)
-    lower, upper = mechanism.reading_limits
-    usable = ((readings >= lower) & (readings <= upper)).all(axis=1)
+    usable = mechanism.within_limits(readings).all(axis=1)
     margins = _core.reach_margin(mechanism.core, poses)
     usable &= (margins >= least_reach_margin(mechanism)).all(axis=1)
     _, sides, conditions = mechanism.singularity_measures(poses)
