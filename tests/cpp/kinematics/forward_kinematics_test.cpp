@@ -6,21 +6,12 @@
 #include <memory>
 
 #include "support/mechanisms.hpp"
+#include "support/poses.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {
-
-double worst_difference(const Mechanism& mechanism, const RowMatrix& a, const RowMatrix& b) {
-  double worst = 0;
-  Vector difference(mechanism.dof());
-  for (Index i = 0; i < a.rows(); ++i) {
-    pose_difference(mechanism.pose_space(), a.row(i).data(), b.row(i).data(), difference.data());
-    worst = std::max(worst, difference.cwiseAbs().maxCoeff());
-  }
-  return worst;
-}
 
 TEST(ForwardKinematics, UndoesTheInverseKinematicsFromANeighbouringStart) {
   const Mechanism mechanism = testing::paper_3rrr();
@@ -28,7 +19,7 @@ TEST(ForwardKinematics, UndoesTheInverseKinematicsFromANeighbouringStart) {
   const RowMatrix start = sample.poses.array() + 0.002;
   const auto result = forward_kinematics(mechanism, sample.readings, start);
   EXPECT_EQ(result.converged_count(), 2000);
-  EXPECT_LT(worst_difference(mechanism, result.poses, sample.poses), 1e-12);
+  EXPECT_LT(testing::worst_difference(mechanism, result.poses, sample.poses), 1e-12);
 }
 
 TEST(ForwardKinematics, UndoesTheInverseKinematicsOfAHexapodFromHome) {
@@ -37,7 +28,7 @@ TEST(ForwardKinematics, UndoesTheInverseKinematicsOfAHexapodFromHome) {
   const WorkspaceSample sample = sample_workspace(mechanism, workspace, 500, 3);
   const auto result = forward_kinematics(mechanism, sample.readings, workspace.home.transpose());
   EXPECT_EQ(result.converged_count(), 500);
-  EXPECT_LT(worst_difference(mechanism, result.poses, sample.poses), 1e-11);
+  EXPECT_LT(testing::worst_difference(mechanism, result.poses, sample.poses), 1e-11);
 }
 
 TEST(ForwardKinematics, SolvesAPointPlatform) {

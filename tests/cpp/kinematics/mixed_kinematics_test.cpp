@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "support/mixed_mechanisms.hpp"
+#include "support/poses.hpp"
 #include "symkin/chains/rrr.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
@@ -19,16 +20,6 @@ RowMatrix moved(const Mechanism& mechanism, RowMatrix poses, const Vector& step)
     move_pose(mechanism.pose_space(), step.data(), poses.row(i).data());
   }
   return poses;
-}
-
-double worst_difference(const Mechanism& mechanism, const RowMatrix& a, const RowMatrix& b) {
-  double worst = 0;
-  Vector difference(mechanism.dof());
-  for (Index i = 0; i < a.rows(); ++i) {
-    pose_difference(mechanism.pose_space(), a.row(i).data(), b.row(i).data(), difference.data());
-    worst = std::max(worst, difference.cwiseAbs().maxCoeff());
-  }
-  return worst;
 }
 
 // The same legs, of one chain that is there twice: a copy with the same kernels.
@@ -66,7 +57,8 @@ TEST(MixedKinematics, UndoesTheInverseKinematicsFromANeighbouringStart) {
     const RowMatrix start = moved(mechanism, sample.poses, Vector::Constant(mechanism.dof(), 0.01));
     const auto result = forward_kinematics(mechanism, sample.readings, start);
     EXPECT_EQ(result.converged_count(), 600) << mechanism.name();
-    EXPECT_LT(worst_difference(mechanism, result.poses, sample.poses), 1e-11) << mechanism.name();
+    EXPECT_LT(testing::worst_difference(mechanism, result.poses, sample.poses), 1e-11)
+        << mechanism.name();
   }
 }
 
@@ -169,7 +161,7 @@ TEST(MixedKinematics, TakesMoreLegsThanDegreesOfFreedom) {
   const RowMatrix start = moved(four, sample.poses, Vector::Constant(3, 0.01));
   const auto result = forward_kinematics(four, sample.readings, start);
   EXPECT_EQ(result.converged_count(), 100);
-  EXPECT_LT(worst_difference(four, result.poses, sample.poses), 1e-9);
+  EXPECT_LT(testing::worst_difference(four, result.poses, sample.poses), 1e-9);
 }
 
 TEST(MixedKinematics, TellsAnotherWorkingModeFromItsOwn) {
