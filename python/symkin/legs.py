@@ -123,10 +123,11 @@ def parameter_values(leg: Leg, info: ChainInfo, number: int) -> dict[str, float]
                 f'leg {number}: "{name}" is no parameter of chain {leg.chain}'
                 f"{did_you_mean(name, names)}"
             )
-    missing = [name for name in names if name not in {*leg.parameters, *info.defaults}]
+    sources = info.defaults
+    missing = [name for name in names if name not in leg.parameters and name not in sources]
     if missing:
         raise MechanismError(f"leg {number}: {', '.join(missing)} missing")
-    defaults = {name: leg.parameters[other] for name, other in info.defaults.items()}
+    defaults = {name: leg.parameters[other] for name, other in sources.items()}
     given = defaults | dict(leg.parameters)
     return {name: given[name] for name in names}
 

@@ -406,7 +406,7 @@ class Mechanism(Kinematics):
         """Names of a leg's (from 0) parameters that are identified."""
         return tuple(self.parameter_names[column] for column in self.estimated[leg])
 
-    @property
+    @cached_property
     def held(self) -> tuple[tuple[str, ...], ...]:
         """Names of each leg's parameters that are held since others do the same."""
         return tuple(
@@ -535,9 +535,9 @@ class Mechanism(Kinematics):
         return Mechanism(**(self._values | changes))
 
     def with_parameters(
-        self, parameters: ArrayLike, deviations: ArrayLike | None = None
+        self, parameters: ArrayLike, deviations: ArrayLike | None = None, **changes: Any
     ) -> Mechanism:
-        """Return the mechanism with other parameter values, shape (legs, p).
+        """Return the mechanism with other parameter values, shape (legs, p), and other changes.
 
         Returns
         -------
@@ -549,7 +549,7 @@ class Mechanism(Kinematics):
             dataclasses.replace(leg, parameters={name: row[name] for name in leg.parameters})
             for leg, row in zip(self.legs, named, strict=True)
         ]
-        return self.replace(legs=legs, deviations=deviations)
+        return self.replace(legs=legs, deviations=deviations, **changes)
 
 
 def require_same_shape(actual: Mechanism, model: Mechanism) -> None:

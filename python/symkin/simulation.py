@@ -101,9 +101,7 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
         Without a declared symmetry, which it has no longer.
     """
     made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
-    return mechanism.replace(symmetry=None).with_parameters(
-        canonical(mechanism, made.parameters)[0]
-    )
+    return mechanism.with_parameters(canonical(mechanism, made.parameters)[0], symmetry=None)
 
 
 def simulate(

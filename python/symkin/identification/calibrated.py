@@ -89,7 +89,7 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
     known = nominal.is_estimated | (given & (deviations > 0))  # given, but freed
     deviations = np.where(known, deviations, np.nan)
     try:
-        made = nominal.replace(symmetry=None).with_parameters(values, deviations)
+        made = nominal.with_parameters(values, deviations, symmetry=None)
     except MechanismError as error:
         raise FailedFitError(
             f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
@@ -162,7 +162,7 @@ def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
     pose which the legs reach are those of another sensor zero, and go; without any such pose, the
     workspace goes.
     """
-    if mechanism.workspace is None:
+    if mechanism.workspace is None or _fits(mechanism):
         return mechanism
     unlimited = mechanism.replace(joint_limits=JointLimits())
     for fits, robot in ((_fits, mechanism), (_takes_home, mechanism), (_takes_home, unlimited)):
