@@ -110,7 +110,7 @@ class Evidence(Value):
     legs : int
         Of the mechanism.
     selection_saving, plan_saving : float
-        Processor time of choosing for every leg over that of choosing for one: the search, the whole plan.
+        Processor time of choosing for every leg over that for one: the search, the whole plan.
     selection_gap : float
         How far the determinant of Sun and Hollerbach's poses is below the best that was found.
     selection_bound : float
