@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
@@ -89,6 +89,18 @@ class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
         """Iterate over the names."""
         return iter(self._values)
 
+    def keys(self) -> KeysView[str]:
+        """Return the names: like values and items by a view that does not ask for each name."""
+        return self._values.keys()
+
+    def values(self) -> ValuesView[_Value]:
+        """Return the values."""
+        return self._values.values()
+
+    def items(self) -> ItemsView[str, _Value]:
+        """Return names and values."""
+        return self._values.items()
+
     def __len__(self) -> int:
         """Return the number of values."""
         return len(self._values)
@@ -165,12 +177,11 @@ class ChainInfo:
         """Whether a point's radius may be negative, being the base's less the platform's."""
         return self.pose_space == "translating"
 
-    @property
-    def defaults(self) -> dict[str, str]:
+    @functools.cached_property
+    def defaults(self) -> Mapping[str, str]:
         """Parameters that may be left out, and the parameter whose value they then have."""
-        return {
-            name: "base_azimuth" for name, role in self.parameter_roles.items() if role.is_constant
-        }
+        constants = [name for name, role in self.parameter_roles.items() if role.is_constant]
+        return FrozenMapping(dict.fromkeys(constants, "base_azimuth"))
 
     def units_of_sensor(self, reading_unit: str) -> dict[str, str]:
         """Units of the parameters for a sensor that reads "rad" or "m", whatever its joint does.

@@ -116,20 +116,17 @@ def parameter_values(leg: Leg, info: ChainInfo, number: int) -> dict[str, float]
     A constant that was not given, such as the azimuth that a guide is described from, is that of
     the base point.
     """
-    names = info.parameter_names
-    for name in leg.parameters:
+    given, names, defaults = dict(leg.parameters), info.parameter_names, info.defaults
+    for name in given:
         if name not in names:
             raise MechanismError(
                 f'leg {number}: "{name}" is no parameter of chain {leg.chain}'
                 f"{did_you_mean(name, names)}"
             )
-    sources = info.defaults
-    missing = [name for name in names if name not in leg.parameters and name not in sources]
+    missing = [name for name in names if name not in given and name not in defaults]
     if missing:
         raise MechanismError(f"leg {number}: {', '.join(missing)} missing")
-    defaults = {name: leg.parameters[other] for name, other in sources.items()}
-    given = defaults | dict(leg.parameters)
-    return {name: given[name] for name in names}
+    return {name: given[name if name in given else defaults[name]] for name in names}
 
 
 def _number(name: str, value: object) -> float:

@@ -368,8 +368,14 @@ class Mechanism(Kinematics):
         -------
         tuple of ParameterRole
         """
-        roles = self._infos[leg].parameter_roles
-        return tuple(roles.get(name, ABSENT) for name in self._names)
+        return self._roles[leg]
+
+    @cached_property
+    def _roles(self) -> tuple[tuple[ParameterRole, ...], ...]:
+        return tuple(
+            tuple(info.parameter_roles.get(name, ABSENT) for name in self._names)
+            for info in self._infos
+        )
 
     @cached_property
     def estimated(self) -> tuple[NDArray[np.intp], ...]:

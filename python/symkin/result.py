@@ -96,10 +96,11 @@ class Value:
         Value.__post_init__(self)
 
     def __eq__(self, other: object) -> bool:
-        """Whether all fields are alike, NaN like NaN."""
+        """Whether all fields that are compared are alike, NaN like NaN."""
         if type(other) is not type(self):
             return NotImplemented
-        names = [each.name for each in dataclasses.fields(self)]  # type: ignore[arg-type]
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        names = [each.name for each in fields if each.compare]
         return all(_same(getattr(self, name), getattr(other, name)) for name in names)
 
     __hash__ = None  # type: ignore[assignment]  # arrays have none

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import gzip
+import math
 import os
 import stat
 import zlib
@@ -309,7 +310,7 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
 
 def _cell(value: Any) -> str:
     if isinstance(value, float):
-        return "" if np.isnan(value) else repr(value).removesuffix(".0")
+        return "" if math.isnan(value) else repr(value).removesuffix(".0")
     text = str(value)
     if not _SPECIAL.intersection(text):
         return text

@@ -110,7 +110,7 @@ class Evidence(Value):
     legs : int
         Of the mechanism.
     selection_saving, plan_saving : float
-        Time of choosing for every leg over that of choosing for one: the search, the whole plan.
+        Processor time of choosing for every leg over that for one: the search, the whole plan.
     selection_gap : float
         How far the determinant of Sun and Hollerbach's poses is below the best that was found.
     selection_bound : float
@@ -121,7 +121,7 @@ class Evidence(Value):
         Closures g - psi before and after iterations of Eqs. 24 to 26 as printed, and with the other
         sign, rad (root mean squares).
     step_saving : float
-        Time of a least-squares step of all parameters at once over that of all legs.
+        Processor time of a least-squares step of all parameters at once over that of all legs.
     condition_whole, condition_leg : float
         Condition numbers of the two identification matrices.
     measured_divided, measured_traditional : int

@@ -21,6 +21,7 @@ from symkin.study.robots import Job, planned
 
 __all__ = [
     "Chunk",
+    "begun",
     "compute",
     "dask_client",
     "make_plans",
@@ -37,6 +38,17 @@ Columns = dict[str, NDArray[Any]]
 
 _AHEAD = 3  # chunks that every core has or waits for
 _CONNECT, _WORKERS = 15, 60  # s
+
+# By default a worker is profiled a hundred times a second and its event loop measured fifty times,
+# and memory that an array frees goes back to the system at once.
+_UNDISTURBED = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "2s",
+    "distributed.nanny.pre-spawn-environ": dict.fromkeys(
+        ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1
+    ),
+}
 
 
 @contextlib.contextmanager
@@ -69,7 +81,29 @@ def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Ch
 
     # The job goes with every chunk: data of its own would be lost with its worker.
     parcel = pickle.dumps(job.light())
-    yield from spread(client, _chunk, ((symkin.__version__, parcel, chunk) for chunk in chunks))
+    calls = ((symkin.__version__, _chunk, parcel, chunk) for chunk in chunks)
+    yield from spread(client, _called, calls)
+
+
+def begun(calls: Sequence[tuple[Any, ...]], client: Any) -> Callable[[], list[Any]]:
+    """Have workers make calls of functions beside what else they compute.
+
+    Parameters
+    ----------
+    calls : sequence of (callable, argument, ...)
+        What to call.
+    client : distributed.Client
+        Whose workers call.
+
+    Returns
+    -------
+    callable
+        Waits for the calls, and returns their results in order.
+    """
+    import symkin
+
+    futures = [client.submit(_called, symkin.__version__, *call, pure=False) for call in calls]
+    return lambda: list(client.gather(futures))
 
 
 def make_plans(
@@ -99,7 +133,7 @@ def make_plans(
         return
     import symkin
 
-    yield from spread(client, _plan_there, ((symkin.__version__, call) for call in calls))
+    yield from spread(client, _called, ((symkin.__version__, _plan, *call) for call in calls))
 
 
 @contextlib.contextmanager
@@ -117,9 +151,9 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
         address: Any = scheduler
         if scheduler is None:
             # Any free port, since the usual one may be another's, and no dashboard, which needs
-            # packages that nobody asked for. Nor does anybody see what a worker's profiler finds by
-            # interrupting the work a hundred times a second.
-            opened.enter_context(dask.config.set({"distributed.worker.profile.enabled": False}))
+            # packages that nobody asked for. Nor does anybody see what is found by interrupting the
+            # work for it.
+            opened.enter_context(dask.config.set(_UNDISTURBED))
             address = opened.enter_context(
                 LocalCluster(
                     n_workers=workers,
@@ -196,15 +230,13 @@ def _plan(
     return key, planned(mechanism, cell, candidates, seed)
 
 
-def _plan_there(version: str, call: tuple[Any, ...]) -> tuple[PlanKey, Plan | str]:
+def _called(version: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """What a worker does."""
     require_version(version)
-    return _plan(*call)
+    return function(*arguments)
 
 
-def _chunk(version: str, parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:
-    """What a worker does."""
-    require_version(version)
+def _chunk(parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:
     return chunk, _unpacked(parcel).chunk(*chunk)
 
 

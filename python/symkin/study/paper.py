@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.conditions import Conditions, check_conditions
+from symkin.conditions import check_conditions
 from symkin.errors import SymkinError
 from symkin.evaluation import evaluate
 from symkin.identification.estimate import identify
@@ -25,24 +25,27 @@ from symkin.result import Value, field, record
 from symkin.simulation import simulate_observed
 from symkin.study.claims import Claim, Evidence, SliceErrors, judge
 from symkin.study.cost import seconds_of
-from symkin.study.definition import load_study
+from symkin.study.definition import StudyDefinition, load_study
 from symkin.study.result import Ratio, StudyResult
-from symkin.study.robots import robot_seed
+from symkin.study.robots import Job, robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
 from symkin.workspace.sample import inside_workspace, sample_workspace
 from symkin.workspace.slices import ConstantOrientation, constant_orientations
 from symkin.workspace.study import WorkspaceStudy, study_workspace
 
-__all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "study_paper"]
+__all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "paper_calls", "study_paper"]
 
 Array = NDArray[np.float64]
+Call = tuple[Any, ...]  # a function and its arguments
 
 ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
 _OFFSETS = np.deg2rad([30.0, 150.0, -90.0])  # Eq. 19
 _ITERATIONS = 4  # of Eqs. 24 to 26 in either direction
 _REPETITIONS = 5  # of what is timed, the fastest of which counts
+_STEP_REPETITIONS = 200  # of what takes a tenth of a millisecond
 _RESOLUTION = 121  # cells a side of the maps of local errors
 _MAPPED_ROBOTS = 100  # whose errors they show
+_POSES = 100_000  # on which each element of the symmetry is tested
 
 # Names of its cells: the paper's protocol, and what it is compared with.
 PAPER, EACH_LEG = "paper", "paper, each leg"
@@ -102,15 +105,23 @@ def local_errors(
     tuple of LocalErrors
         One for each slice.
     """
+    plans = study.plan(PAPER), study.plan(TRADITIONAL)
+    return _local_errors(*plans, study.definition.seed, slices, robots)
+
+
+def _local_errors(
+    divided: Plan,
+    traditional: Plan,
+    study_seed: int,
+    slices: Sequence[ConstantOrientation],
+    robots: int,
+) -> tuple[LocalErrors, ...]:
     commanded = np.concatenate([_slice_poses(each)[each.usable] for each in slices])
-    ways: tuple[tuple[Plan, PoseUse], ...] = (
-        (study.plan(PAPER), "own"),
-        (study.plan(TRADITIONAL), "all"),
-    )
+    ways: tuple[tuple[Plan, PoseUse], ...] = ((divided, "own"), (traditional, "all"))
     squares = np.zeros((len(ways), len(commanded)))
     taken = np.zeros(squares.shape)
     for robot in range(robots):
-        seed = robot_seed(study.definition.seed, robot)
+        seed = robot_seed(study_seed, robot)
         for way, (plan, use) in enumerate(ways):
             found = _position_errors(plan, use, seed, commanded)
             good = np.isfinite(found)
@@ -123,6 +134,13 @@ def local_errors(
         LocalErrors(each.orientation, each.x, each.y, *(_on_grid(each, way) for way in errors))
         for each, errors in zip(slices, np.split(roots, ends, axis=1), strict=True)
     )
+
+
+def _paper_errors(
+    divided: Plan, traditional: Plan, seed: int, robots: int
+) -> tuple[LocalErrors, ...]:
+    slices = constant_orientations(divided.mechanism, ORIENTATIONS, _RESOLUTION)
+    return _local_errors(divided, traditional, seed, slices, robots)
 
 
 def _position_errors(plan: Plan, use: PoseUse, seed: int, poses: Array) -> Array:
@@ -182,13 +200,41 @@ class PaperFindings(Value):
     claims: tuple[Claim, ...]
 
 
-def is_paper(study: StudyResult) -> bool:
+def is_paper(definition: StudyDefinition) -> bool:
     """Whether a study has all cells of the built-in study ``"paper"``, as they are there."""
-    return set(load_study("paper").cells) <= set(study.definition.cells)
+    return set(load_study("paper").cells) <= set(definition.cells)
+
+
+def paper_calls(
+    definition: StudyDefinition,
+    job: Job,
+    *,
+    poses: int = _POSES,
+    mapped_robots: int = _MAPPED_ROBOTS,
+) -> list[Call]:
+    """Return the calls for what of `study_paper` needs no result of the study's robots.
+
+    None for another study, or one whose poses could not be chosen.
+    """
+    if not is_paper(definition):
+        return []
+    by_name = {cell.id: cell for cell in definition.cells}
+    plan, traditional = (job.plans[by_name[name].plan_key] for name in (PAPER, TRADITIONAL))
+    if isinstance(plan, str) or isinstance(traditional, str):
+        return []
+    return [
+        (_selection_figures, plan, job.seed),
+        (_paper_errors, plan, traditional, job.seed, mapped_robots),
+        (_symmetry, plan.mechanism, job.seed, poses),
+    ]
 
 
 def study_paper(
-    study: StudyResult, *, poses: int = 100_000, mapped_robots: int = _MAPPED_ROBOTS
+    study: StudyResult,
+    *,
+    poses: int = _POSES,
+    mapped_robots: int = _MAPPED_ROBOTS,
+    parts: Sequence[Any] | None = None,
 ) -> PaperFindings:
     """Reproduce the paper's figures and judge its claims.
 
@@ -200,6 +246,8 @@ def study_paper(
         On which each element of the symmetry is tested.
     mapped_robots : int
         Whose local errors Fig. 10 shows.
+    parts : sequence, optional
+        What the `paper_calls` returned; by default they are made here.
 
     Returns
     -------
@@ -210,21 +258,21 @@ def study_paper(
     SymkinError
         For a study without the cells of the paper.
     """
-    if not is_paper(study):
+    if not is_paper(study.definition):
         raise SymkinError('the paper is judged by the cells of the built-in study "paper" alone')
-    plan, seed = study.plan(PAPER), study.definition.seed
+    plan, traditional, seed = study.plan(PAPER), study.plan(TRADITIONAL), study.definition.seed
+    if parts is None:
+        calls = paper_calls(study.definition, study.job, poses=poses, mapped_robots=mapped_robots)
+        parts = [function(*arguments) for function, *arguments in calls]
+    selection, local, (workspace, symmetry) = parts
     mechanism = plan.mechanism
-    workspace = study_workspace(mechanism, ORIENTATIONS, poses, seed)
-    coarse = constant_orientations(mechanism, ORIENTATIONS, _RESOLUTION)
-    local = local_errors(study, coarse, mapped_robots)
     diagonals = _r_diagonals(mechanism, plan)
     evidence = Evidence(
-        poses=poses,
-        **_symmetry_figures(workspace, check_conditions(mechanism, poses, seed)),
+        **symmetry,
         **_observability_figures(mechanism, plan, diagonals),
-        **_selection_figures(mechanism, plan, seed),
+        **selection,
         **_iteration_figures(mechanism, plan, seed),
-        **_step_figures(mechanism, plan, study.plan(TRADITIONAL)),
+        **_step_figures(mechanism, plan, traditional),
         **_study_figures(study),
         slices=tuple(each.figures for each in local),
     )
@@ -260,14 +308,17 @@ def _legs(plan: Plan) -> range:
     return range(plan.readings.shape[1])
 
 
-def _symmetry_figures(workspace: WorkspaceStudy, conditions: Conditions) -> dict[str, Any]:
-    mechanism, checks = workspace.mechanism, conditions.elements
+def _symmetry(mechanism: Mechanism, seed: int, poses: int) -> tuple[WorkspaceStudy, dict[str, Any]]:
+    workspace = study_workspace(mechanism, ORIENTATIONS, poses, seed)
+    conditions = check_conditions(mechanism, poses, seed)
+    checks = conditions.elements
     groups = {(each.symbol, each.meaning): each.elements for each in conditions.groups}
     structure = groups["G_M", "structure"]
     turns = [label for label in groups["G_W", "with the working modes"] if label != "r0"]
     offsets = mechanism.parameters[:, mechanism.parameter_names.index("sensor_offset")]
     off = offsets - _OFFSETS
-    return {
+    return workspace, {
+        "poses": poses,
         "rotations": sum(label.startswith("r") for label in structure),
         "reflections": sum(label.startswith("s") for label in structure),
         "mismatches": sum(each.mismatches for each in checks),
@@ -330,8 +381,8 @@ def _observability_figures(mechanism: Mechanism, plan: Plan, diagonals: Array) -
     }
 
 
-def _selection_figures(mechanism: Mechanism, plan: Plan, seed: int) -> dict[str, Any]:
-    candidates = pose_rows(plan.candidates)
+def _selection_figures(plan: Plan, seed: int) -> dict[str, Any]:
+    mechanism, candidates = plan.mechanism, pose_rows(plan.candidates)
 
     def search(legs: int) -> None:
         for leg in range(legs):
@@ -352,10 +403,8 @@ def _selection_figures(mechanism: Mechanism, plan: Plan, seed: int) -> dict[str,
     gap = (chosen.log_det - better.basis.choices[0].selection.log_det) / (2 * count)
     worths = [_worth(mechanism, candidates, factor * count, seed) for factor in (1, 2, 3, 10)]
     return {
-        "selection_saving": _seconds(lambda: search(len(mechanism.legs)))
-        / _seconds(lambda: search(1)),
-        "plan_saving": _seconds(lambda: whole(use_symmetry=False))
-        / _seconds(lambda: whole(use_symmetry=True)),
+        "selection_saving": _saving(lambda: search(len(mechanism.legs)), lambda: search(1)),
+        "plan_saving": _saving(lambda: whole(use_symmetry=False), lambda: whole(use_symmetry=True)),
         "selection_gap": max(0.0, -float(np.expm1(gap))),
         "selection_bound": 1 - chosen.certificate.o1_efficiency,
         "efficiencies": tuple(worth / worths[-1] for worth in worths[:-1]),
@@ -409,12 +458,18 @@ def _step_figures(mechanism: Mechanism, plan: Plan, traditional: Plan) -> dict[s
             np.linalg.lstsq(matrix, np.ones(len(matrix)), rcond=None)
 
     return {
-        "step_saving": _seconds(lambda: solve([whole])) / _seconds(lambda: solve(legs)),
+        "step_saving": _saving(lambda: solve([whole]), lambda: solve(legs), _STEP_REPETITIONS),
         "condition_whole": float(np.linalg.cond(whole)),
         "condition_leg": float(np.linalg.cond(legs[0])),
     }
 
 
-def _seconds(task: Callable[[], object]) -> float:
-    """Processor time of the fastest of some repetitions."""
-    return min(seconds_of(task) for _ in range(_REPETITIONS))
+def _saving(
+    long: Callable[[], object], short: Callable[[], object], repetitions: int = _REPETITIONS
+) -> float:
+    """Processor time of one task over another's, of each its fastest repetition.
+
+    They take turns, so that what else the machine does hits both alike.
+    """
+    runs = [(seconds_of(long), seconds_of(short)) for _ in range(repetitions)]
+    return min(run[0] for run in runs) / min(run[1] for run in runs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -172,12 +172,15 @@ class StudyResult(FolderResult):
     wanted : (float or None, float or None)
         Root mean square error of position (m) and orientation (rad) for which `recommendations`
         look.
+    paper_parts : sequence, optional
+        What `symkin.study.paper.paper_calls` returned to who ran it, for `paper`.
     """
 
     definition: StudyDefinition
     table: Mapping[str, NDArray[Any]]
     job: Job
     wanted: tuple[float | None, float | None] = (None, None)
+    paper_parts: Sequence[Any] | None = field(default=None, private=True, compare=False)
 
     PAGE: ClassVar[str] = "study.study_page"
     SUMMARY: ClassVar[str] = "study.study_summary"
@@ -197,7 +200,7 @@ class StudyResult(FolderResult):
         """What it says of the paper; None of any study but the built-in one of that name."""
         from symkin.study.paper import is_paper, study_paper
 
-        return study_paper(self) if is_paper(self) else None
+        return study_paper(self, parts=self.paper_parts) if is_paper(self.definition) else None
 
     def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
         """Return the rows of a cell, a robot each."""

@@ -20,7 +20,8 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.tables import write_table
 from symkin.study.cost import CostResult, measure_cost
 from symkin.study.definition import StudyDefinition, load_study
-from symkin.study.execution import Chunk, compute, make_plans, opened_client
+from symkin.study.execution import Chunk, begun, compute, make_plans, opened_client
+from symkin.study.paper import paper_calls
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job
 
@@ -127,6 +128,8 @@ def _simulated(
     tasks = max(len(left), len(definition.cells))
     with opened_client(workers, scheduler, tasks) as client:
         job = Job.of(definition, lambda poses: make_plans(definition, poses, client), tell)
+        # What of the paper needs no robot goes first: long calls at the end would be waited for.
+        of_paper = None if client is None else begun(paper_calls(definition, job), client)
         done = sum(end - first for first, end in found)
         tell("simulating robots", done / definition.robots)
         for chunk, columns in compute(job, left, client):
@@ -135,7 +138,9 @@ def _simulated(
             found[chunk] = columns
             done += chunk[1] - chunk[0]
             tell("simulating robots", done / definition.robots)
-    return StudyResult(definition, _joined(job, [found[chunk] for chunk in sorted(found)]), job)
+        paper_parts = of_paper() if of_paper else None
+    table = _joined(job, [found[chunk] for chunk in sorted(found)])
+    return StudyResult(definition, table, job, paper_parts=paper_parts)
 
 
 def _chunks(definition: StudyDefinition) -> Iterator[Chunk]:

@@ -2,6 +2,7 @@
 """The paper's figures done again, and the page that judges its claims."""
 
 import dataclasses
+import functools
 import re
 
 import numpy as np
@@ -21,6 +22,7 @@ from symkin.study.paper import (
     PAPER,
     TRADITIONAL,
     local_errors,
+    paper_calls,
     study_paper,
 )
 from symkin.workspace.slices import constant_orientations
@@ -91,6 +93,29 @@ def test_local_errors_are_those_of_the_study_s_robots(study):
     pose = [[found.x[column], found.y[row], 0.4]]
     alone = symkin.evaluate(fit.mechanism, actual=simulation.actual, poses=pose)
     assert errors.divided[row, column] == pytest.approx(alone.position_rms, rel=1e-12)
+
+
+def test_workers_find_of_the_paper_what_one_process_finds(study, findings, cluster, monkeypatch):
+    few = functools.partial(paper_calls, poses=2000, mapped_robots=2)
+    monkeypatch.setattr("symkin.study.running.paper_calls", few)
+    found = run_study(study.definition, scheduler=cluster.scheduler_address)
+    assert isinstance(found, StudyResult)
+    assert found == study
+    assert found.paper_parts is not None
+    assert found.paper is not None
+    timed = dict.fromkeys(("selection_saving", "plan_saving", "step_saving"), 0.0)
+    assert dataclasses.replace(found.paper.evidence, **timed) == dataclasses.replace(
+        findings.evidence, **timed
+    )
+    assert found.paper.local == findings.local
+    assert found.paper.workspace == findings.workspace
+
+
+def test_only_the_paper_s_study_makes_its_calls(study):
+    assert paper_calls(study.definition, study.job)
+    assert not paper_calls(study.definition.replace(seed=2, cell=()), study.job)
+    without = dict.fromkeys(study.job.plans, "no plan: said so")
+    assert not paper_calls(study.definition, dataclasses.replace(study.job, plans=without))
 
 
 def test_the_page_has_every_figure_beside_the_paper_s_words(study, findings):
