@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
+from symkin.identification.evidence import MUCH_BETTER, cause, explains
 from symkin.identification.mistakes import (
     FACTORS,
     Taken,
@@ -53,11 +54,8 @@ __all__ = [
 Array = NDArray[np.float64]
 _Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 
-# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
-_MUCH_BETTER = 9.0
 _TOO_GOOD = 0.1  # per degree of freedom: where observations lost what they say
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
-_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 _FIRST = (12, 6)  # poses and steps of a first look, which what is mistaken does not survive
 _WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
@@ -148,11 +146,11 @@ def explained_jointly(
         yield
     except SymkinError as error:
         tried = hypotheses_of(mechanism, measurements, options)
-        cause = cause_in_words(tried)
-        if not cause:
+        words = cause_in_words(tried)
+        if not words:
             raise
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. {cause[0].upper()}{cause[1:]}",)
+        error.args = (f"{error}. {words[0].upper()}{words[1:]}",)
         raise
 
 
@@ -161,9 +159,8 @@ def cause_in_words(tried: Sequence[Hypothesis]) -> str:
     proposed = [each for each in tried if each.proposed]
     if not proposed:
         return ""
-    whole = all(each.explained for each in proposed)
     causes = ", or as well: ".join(each.what for each in proposed)
-    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {causes}"
+    return cause(causes, whole=all(each.explained for each in proposed))
 
 
 def hypotheses_of(
@@ -182,12 +179,12 @@ def hypotheses_of(
     stated = _Correction("", nominal, measurements, options)
     alone = _judged(stated, _corrections(stated))
     before = next(each.per_degree for each in alone if not each.what)
-    if any(each.proposed for each in alone) or before < _MUCH_BETTER:
+    if any(each.proposed for each in alone) or before < MUCH_BETTER:
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     pairs = _judged(stated, _pairs(stated))
     found = (each.per_degree for each in pairs if each.proposed)
-    return pairs if max(found, default=math.inf) < _MUCH_BETTER else alone
+    return pairs if max(found, default=math.inf) < MUCH_BETTER else alone
 
 
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
@@ -245,9 +242,7 @@ def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
 
 def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None) -> bool:
     """Whether a correction explains what is not explained as it is stated."""
-    before, after = _per_degree(as_stated), _per_degree(fit)
-    tolerated = _MUCH_BETTER if as_stated is None else max(_MUCH_BETTER, before / _HUGE)
-    return after * _MUCH_BETTER < before and after < tolerated
+    return explains(_per_degree(fit), _per_degree(as_stated))
 
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
+from symkin.identification.evidence import left_in_words
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
 from symkin.identification.problem import (
@@ -110,11 +111,8 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
     # What a mistake does to the estimate is not worth telling beside the mistake.
     before = next(each.per_degree for each in found.hypotheses if not each.what)
     after = max(each.per_degree for each in proposed)
-    evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
-    evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
-    if not all(each.explained for each in proposed):
-        evidence += "; that is more than the noise explains"
-    yield f"{cause_in_words(proposed)} ({evidence})"
+    whole = all(each.explained for each in proposed)
+    yield f"{cause_in_words(proposed)} ({left_in_words(after, before, whole=whole)})"
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
