@@ -169,18 +169,26 @@ class Problem:
     options: JointOptions
 
     @classmethod
-    def of(cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions) -> Problem:
-        """Lay out what is unknown, and find where the frames are."""
+    def of(
+        cls,
+        mechanism: Mechanism,
+        measurements: Measurements,
+        options: JointOptions,
+        layout: Layout | None = None,
+    ) -> Problem:
+        """Lay out what is unknown, unless that is known, and find where the frames are."""
         if options.poses == "own":
             measurements = _own_readings(measurements)
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
         _require_surroundings(mechanism, measurements)
-        straight = mechanism.replace(curvature=None)
+        curved = mechanism.curvature is not None
+        straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and is_marked(measurements)
         placed = _with_ruler(straight, measurements) if marked else straight
         setup = core_setup(placed, mechanism.curvature)
-        layout = layout_of(straight, setup, options, readings)
+        if layout is None:
+            layout = layout_of(straight, setup, options, readings)
         declared = mechanism.noise
         noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
         made = cls(straight, setup, layout, measurements, noise, options)
