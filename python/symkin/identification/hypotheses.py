@@ -33,7 +33,7 @@ from symkin.identification.mistakes import (
     turns_in_words,
     with_modes,
 )
-from symkin.identification.problem import JointOptions, Problem, layout_of
+from symkin.identification.problem import JointOptions, Problem, layout_of, observed_count
 from symkin.identification.unknowns import Layout, core_setup
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -55,10 +55,13 @@ __all__ = [
 Array = NDArray[np.float64]
 _Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 
-_TOO_GOOD = 0.1  # per degree of freedom: where observations lost what they say
+# Per degree of freedom: where observations lost what they say; with few degrees it may be chance.
+_TOO_GOOD = 0.1
+_FAR_TOO_GOOD = 0.01
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
-# Poses and steps of a first look, which what is mistaken does not survive, and how many do.
+# Poses and steps of first looks, which what is mistaken does not survive, and how many do.
 _LOOKS = ((5, 4, 24), (12, 6, 8))
+_TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
@@ -228,7 +231,10 @@ def hypotheses_of(
 
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
-    for poses, steps, followed in _LOOKS:
+    told = observed_count(stated.measurements) - stated.mechanism.space.dof
+    least_poses = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    for number, steps, followed in _LOOKS:
+        poses = max(number, least_poses)
         looks = (
             (_rank(each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False)), each)
             for each in corrections
@@ -243,13 +249,13 @@ def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hy
     settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
     named = {id(each) for each in _rivals(settled)}
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
-    told = [_told(stated, as_stated)]
+    hypotheses = [_told(stated, as_stated)]
     for each, fit in settled:
         proposed = id(each) in named and _explains(fit, as_stated)
-        told.append(_told(each, fit, proposed=proposed))
+        hypotheses.append(_told(each, fit, proposed=proposed))
     kept = {id(each) for each in rivals}
-    told += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
-    return tuple(sorted(told, key=lambda each: (not each.proposed, each.per_degree)))
+    hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
+    return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
 
 
 def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
@@ -313,7 +319,7 @@ def _per_degree(fit: _core.JointFit | None) -> float:
 def _rank(fit: _core.JointFit | None) -> float:
     """What a first look puts first: not where observations lost what they say."""
     value = _per_degree(fit)
-    return value if value > _TOO_GOOD else math.inf
+    return value if value > _FAR_TOO_GOOD else math.inf
 
 
 def _told(

@@ -37,6 +37,7 @@ __all__ = [
     "Problem",
     "Rows",
     "layout_of",
+    "observed_count",
     "without_pose",
 ]
 
@@ -369,6 +370,19 @@ def _unlikely(fit: _core.JointFit, start: Array) -> list[int]:
     ])  # fmt: skip
     poses = np.flatnonzero((tails < _UNLIKELY) & ~np.isfinite(start).all(axis=1)).tolist()
     return poses if len(poses) <= _FEW * len(start) else []
+
+
+def observed_count(taken: Measurements) -> NDArray[np.intp]:
+    """How many scalars were observed of each row; a rotation in space counts as three."""
+    count = np.zeros(len(taken.poses), dtype=np.intp)
+    for name in OBSERVED:
+        values = getattr(taken, name)
+        if values is not None:
+            known = np.isfinite(values).reshape(len(values), -1)
+            count += known.sum(axis=1)
+            if name in ("poses", "reported") and taken.space.has_quaternion:
+                count -= known[:, -1]
+    return count
 
 
 def without_pose(measurements: Measurements, pose: int) -> Measurements:
