@@ -11,6 +11,7 @@ of the first robots of the last two and of sound ones that are doubted. What no 
 """
 
 import collections
+import contextlib
 import math
 import sys
 from collections.abc import Callable, Mapping
@@ -192,10 +193,10 @@ def robot_of(case: int, flipped: tuple[int, ...]) -> tuple[symkin.Mechanism, sym
         robot = in_modes(robot, modes)[0]
     per_leg = max(len(robot.parameter_names), CASES[case].poses // len(robot.legs))
     sample = symkin.sample_workspace(robot, 3000, seed=1)
-    try:
-        return robot, symkin.make_plan(robot, sample, per_leg)
-    except symkin.SymkinError:
-        return None
+    for symmetric in (True, False):  # of a five-bar the images of poses may lie outside its box
+        with contextlib.suppress(symkin.SymkinError):
+            return robot, symkin.make_plan(robot, sample, per_leg, use_symmetry=symmetric)
+    return None
 
 
 def outcome(number: int, mistaken: int, seed: int) -> str:

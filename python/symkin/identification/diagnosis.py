@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, named_legs
+from symkin.identification.evidence import cause
 from symkin.identification.fit import (
     Estimator,
     Fit,
@@ -25,7 +26,7 @@ from symkin.identification.fit import (
     GoodnessOfFit,
     core_measurements,
 )
-from symkin.identification.mistakes import coarse_readings, likely_causes, signs_of_mistakes
+from symkin.identification.mistakes import coarse_readings, likely_cause, signs_of_mistakes
 from symkin.identification.models import help_in_words, unseen_rms
 from symkin.identification.plausibility import (
     implausible_parameters,
@@ -178,9 +179,9 @@ def diagnose(found: Fit) -> Diagnosis:
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
     if doubts or consequences or not found.converged:
-        causes = [
-            f"likely cause: {cause}" for cause in likely_causes(found) or _gross_errors(found)
-        ]
+        mistake = likely_cause(found)
+        gross = () if mistake else _gross_errors(found)
+        causes = [mistake] if mistake else [cause(each, whole=True) for each in gross]
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []

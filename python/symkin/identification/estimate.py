@@ -419,8 +419,9 @@ def identify_legs(
 
     Whatever the mechanism says of frames and unknowns, which simulated protocols do not have.
     """
-    with explained(mechanism, measurements):
-        return Identification.of(mechanism, measurements, FitOptions(estimator, **options))
+    how = FitOptions(estimator, **options)
+    with explained(mechanism, measurements, how):
+        return Identification.of(mechanism, measurements, how)
 
 
 def with_file_settings(
@@ -525,7 +526,7 @@ def cross_validate(
     converged = True
     for fold in np.unique(fold_of):
         seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
-        with explained(mechanism, measurements.subset(seen)):
+        with explained(mechanism, measurements.subset(seen), how):
             found = Fit.of(mechanism, measurements.subset(seen), how)
         converged &= found.converged
         for leg in range(len(mechanism.legs)):

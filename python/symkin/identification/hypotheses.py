@@ -13,9 +13,9 @@ import heapq
 import itertools
 import math
 import operator
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
+from symkin.identification.evidence import MUCH_BETTER, cause, explains
 from symkin.identification.mistakes import (
     FACTORS,
     Taken,
@@ -32,7 +33,8 @@ from symkin.identification.mistakes import (
     turns_in_words,
     with_modes,
 )
-from symkin.identification.problem import JointOptions, Problem
+from symkin.identification.problem import JointOptions, Problem, layout_of, observed_count
+from symkin.identification.unknowns import Layout, core_setup
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
@@ -53,16 +55,17 @@ __all__ = [
 Array = NDArray[np.float64]
 _Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 
-# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
-_MUCH_BETTER = 9.0
-_TOO_GOOD = 0.1  # per degree of freedom: where observations lost what they say
+# Per degree of freedom: where observations lost what they say; with few degrees it may be chance.
+_TOO_GOOD = 0.1
+_FAR_TOO_GOOD = 0.01
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
-_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
-_FIRST = (12, 6)  # poses and steps of a first look, which what is mistaken does not survive
+# Poses and steps of first looks, which what is mistaken does not survive, and how many do.
+_LOOKS = ((5, 4, 24), (12, 6, 8))
+_TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
+_HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
-_FOLLOWED = 8  # corrections that get a second look
-_ASIDE = 0.1  # share of the poses that may remain without explanation
+_ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
 _NAMED = 3
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
@@ -105,30 +108,65 @@ class Hypothesis(Value):
         return self.chi_square / max(self.degrees_of_freedom, 1)
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Model:
+    """A robot and how it is fitted, with tolerances as priors; laid out once for all readings."""
+
+    mechanism: Mechanism
+    options: JointOptions
+
+    def problem(self, measurements: Measurements, steps: int) -> Problem:
+        """Of some measurements; errors are those of `identify`."""
+        options = dataclasses.replace(self._options, max_iterations=steps)
+        # The tolerance of a quadratic term depends on the readings.
+        if options.sensor == "quadratic":
+            problem = Problem.of(self.mechanism, measurements, options)
+            return problem.with_layout(problem.layout.with_prior("tolerances"))
+        return Problem.of(self.mechanism, measurements, options, self._layout)
+
+    @cached_property
+    def _options(self) -> JointOptions:
+        given = self.options
+        noise = given.noise if isinstance(given.noise, NoiseSettings) else None
+        return dataclasses.replace(given, gauge="prior", loss="none", loss_per="pose", noise=noise)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        robot = self.mechanism
+        nothing = np.zeros((0, len(robot.legs)))
+        made = layout_of(robot, core_setup(robot), self._options, nothing)
+        return made.with_prior("tolerances")
+
+
 class _Correction(NamedTuple):
     """What to fit instead; `wide` counts unknowns besides."""
 
     words: _Words
-    mechanism: Mechanism
+    model: _Model
     measurements: Measurements
-    options: JointOptions
     wide: int = 0
+
+    @property
+    def mechanism(self) -> Mechanism:
+        return self.model.mechanism
+
+    @property
+    def options(self) -> JointOptions:
+        return self.model.options
+
+    def of(self, words: _Words, mechanism: Mechanism, options: JointOptions) -> _Correction:
+        """Of another robot, or fitted otherwise."""
+        return self._replace(words=words, model=_Model(mechanism, options))
 
     def fit(
         self, steps: int, *, whole: bool = True, start: Array | None = None
     ) -> _core.JointFit | None:
         """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
-        options = dataclasses.replace(
-            self.options, gauge="prior", loss="none", loss_per="pose", max_iterations=steps
-        )
-        if not isinstance(options.noise, NoiseSettings):
-            options = dataclasses.replace(options, noise=None)
         try:
-            problem = Problem.of(self.mechanism, self.measurements, options)
-            fit = problem.with_layout(problem.layout.with_prior("tolerances")).fit(start=start)
+            fit = self.model.problem(self.measurements, steps).fit(start=start)
         except SymkinError:
             return None
-        explained = len(fit.aside) <= _ASIDE * len(self.measurements.poses)
+        explained = len(fit.aside) <= max(_ASIDE * len(self.measurements.poses), 1)
         good = explained and fit.goodness.degrees_of_freedom > 0 and (fit.converged or not whole)
         return fit if good else None
 
@@ -148,11 +186,11 @@ def explained_jointly(
         yield
     except SymkinError as error:
         tried = hypotheses_of(mechanism, measurements, options)
-        cause = cause_in_words(tried)
-        if not cause:
+        words = cause_in_words(tried)
+        if not words:
             raise
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. {cause[0].upper()}{cause[1:]}",)
+        error.args = (f"{error}. {words[0].upper()}{words[1:]}",)
         raise
 
 
@@ -161,9 +199,8 @@ def cause_in_words(tried: Sequence[Hypothesis]) -> str:
     proposed = [each for each in tried if each.proposed]
     if not proposed:
         return ""
-    whole = all(each.explained for each in proposed)
     causes = ", or as well: ".join(each.what for each in proposed)
-    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {causes}"
+    return cause(causes, whole=all(each.explained for each in proposed))
 
 
 def hypotheses_of(
@@ -172,45 +209,53 @@ def hypotheses_of(
     """Try corrections of what people mistake most often, the best first.
 
     Each is tried on a few of the poses, what comes out best on more, and the best on all. What
-    explains the data as well as another but has unknowns besides is left to the other.
+    explains the data as well as another but has unknowns besides is left to the other. Two at once
+    are tried where one does not explain the data, or only a part: then with that one.
 
     Returns
     -------
     tuple of Hypothesis
         Among them that of no mistake.
     """
-    stated = _Correction("", nominal, measurements, options)
+    stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))
+    proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if not each.what)
-    if any(each.proposed for each in alone) or before < _MUCH_BETTER:
+    if max((each.per_degree for each in proposed), default=before) < MUCH_BETTER:
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
-    pairs = _judged(stated, _pairs(stated))
+    pairs = _judged(stated, _pairs(stated, {each.what for each in proposed}))
     found = (each.per_degree for each in pairs if each.proposed)
-    return pairs if max(found, default=math.inf) < _MUCH_BETTER else alone
+    return pairs if max(found, default=math.inf) < MUCH_BETTER else alone
 
 
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
-    poses, steps = _FIRST
-    looks = (
-        (each, each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False))
-        for each in corrections
-    )
-    first = heapq.nsmallest(_FOLLOWED, looks, key=lambda look: _rank(look[1]))
+    told = observed_count(stated.measurements) - stated.mechanism.space.dof
+    least_poses = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    for number, steps, followed in _LOOKS:
+        poses = max(number, least_poses)
+        looks = (
+            (_rank(each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False)), each)
+            for each in corrections
+        )
+        best = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
+        least = min((value for value, _ in best), default=math.inf)
+        most = _HOPELESS * max(least, 1.0) if least < MUCH_BETTER else math.inf
+        corrections = [each for value, each in best if value <= most]
     poses, steps = _SECOND
-    tried = [(each, each.some(poses).fit(steps)) for each, _ in first]
+    tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
     settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
-    best = {id(each) for each in _rivals(settled)}
-    as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in best])
-    told = [_told(stated, as_stated)]
+    named = {id(each) for each in _rivals(settled)}
+    as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
+    hypotheses = [_told(stated, as_stated)]
     for each, fit in settled:
-        proposed = id(each) in best and _explains(fit, as_stated)
-        told.append(_told(each, fit, proposed=proposed))
+        proposed = id(each) in named and _explains(fit, as_stated)
+        hypotheses.append(_told(each, fit, proposed=proposed))
     kept = {id(each) for each in rivals}
-    told += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
-    return tuple(sorted(told, key=lambda each: (not each.proposed, each.per_degree)))
+    hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
+    return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
 
 
 def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
@@ -245,9 +290,7 @@ def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
 
 def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None) -> bool:
     """Whether a correction explains what is not explained as it is stated."""
-    before, after = _per_degree(as_stated), _per_degree(fit)
-    tolerated = _MUCH_BETTER if as_stated is None else max(_MUCH_BETTER, before / _HUGE)
-    return after * _MUCH_BETTER < before and after < tolerated
+    return explains(_per_degree(fit), _per_degree(as_stated))
 
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
@@ -276,7 +319,7 @@ def _per_degree(fit: _core.JointFit | None) -> float:
 def _rank(fit: _core.JointFit | None) -> float:
     """What a first look puts first: not where observations lost what they say."""
     value = _per_degree(fit)
-    return value if value > _TOO_GOOD else math.inf
+    return value if value > _FAR_TOO_GOOD else math.inf
 
 
 def _told(
@@ -299,18 +342,25 @@ def _corrections(stated: _Correction) -> Iterator[_Correction]:
     yield from _sensors(stated)
     options = stated.options
     if options.free is not None or options.fixed or options.shared:
-        yield stated._replace(
-            words="parameters that are held or shared are not as they are said to be: free them",
-            options=dataclasses.replace(options, free=None, fixed=(), shared=()),
+        yield stated.of(
+            "parameters that are held or shared are not as they are said to be: free them",
+            stated.mechanism,
+            dataclasses.replace(options, free=None, fixed=(), shared=()),
         )
 
 
-def _pairs(stated: _Correction) -> Iterator[_Correction]:
-    """Two corrections of different kinds at once, without what has more unknowns."""
+def _pairs(stated: _Correction, parts: Collection[str] = ()) -> Iterator[_Correction]:
+    """Two corrections of different kinds at once, without what has more unknowns.
+
+    If corrections are known to be `parts` of what is wrong, pairs with one of them.
+    """
     for number, kind in enumerate(_KINDS):
         for one in kind(stated):
             for other in itertools.chain.from_iterable(each(one) for each in _KINDS[number + 1 :]):
-                yield other._replace(words=_both(one.words, other.words))
+                words = {each for each in (one.words, other.words) if isinstance(each, str)}
+                # Words that depend on the fit may be those of a part.
+                if not parts or len(words) < 2 or not words.isdisjoint(parts):
+                    yield other._replace(words=_both(one.words, other.words))
 
 
 def _both(one: _Words, other: _Words) -> _Words:
@@ -375,7 +425,7 @@ def _modes(stated: _Correction) -> Iterator[_Correction]:
         for robot in in_modes(nominal, flipped):
             # A chain with one root does not care.
             if not np.array_equal(robot.inverse_kinematics(nominal.home[None]), home):
-                yield stated._replace(words="; ".join(parts), mechanism=robot)
+                yield stated.of("; ".join(parts), robot, stated.options)
 
 
 def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
@@ -478,7 +528,8 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
                 wide = {f"leg{leg + 1}.{name}": float(width[leg]) for leg in legs}
                 priors = {**given, **wide}
                 options = dataclasses.replace(stated.options, prior=priors)
-                yield stated._replace(words=words(legs, name), options=options, wide=len(legs))
+                made = stated.of(words(legs, name), nominal, options)
+                yield made._replace(wide=len(legs))
 
 
 def _observed(stated: _Correction) -> Iterator[_Correction]:
@@ -528,7 +579,7 @@ def _frames(stated: _Correction) -> Iterator[_Correction]:
     def words(fit: _core.JointFit) -> str:
         return frame_in_words(stated.mechanism.space, fit.setup.base, stated.options, options)
 
-    yield stated._replace(words=words, options=options)
+    yield stated.of(words, stated.mechanism, options)
 
 
 def with_frames(

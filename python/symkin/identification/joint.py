@@ -36,7 +36,7 @@ from symkin.identification.knowledge import (
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
 from symkin.identification.models import Model, model_of, models_of
-from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows
+from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows, observed_count
 from symkin.identification.suspicions import (
     FALSE_ALARMS,
     Alternative,
@@ -45,7 +45,6 @@ from symkin.identification.suspicions import (
     doubts_of,
     estimated_noise,
     notes_of,
-    observed_count,
     symptoms_of,
     without_blunders,
 )

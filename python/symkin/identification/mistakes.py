@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import shortest, turn_of
 from symkin.errors import FailedFitError, SymkinError, named_legs
-from symkin.identification.fit import Fit
+from symkin.identification.evidence import MUCH_BETTER, cause, explains, left_in_words
+from symkin.identification.fit import Fit, FitOptions
+from symkin.identification.plausibility import FALSE_ALARMS
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
@@ -31,7 +33,7 @@ __all__ = [
     "coarse_readings",
     "conventions",
     "explained",
-    "likely_causes",
+    "likely_cause",
     "lost_turns",
     "nearer_other_root",
     "other_modes",
@@ -44,8 +46,6 @@ Array = NDArray[np.float64]
 
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
-# What explains readings must leave this much less unexplained than what the file says.
-_MUCH_BETTER = 9.0
 # How near a slope must be to a unit's factor, and to 1.
 _NEAR_FACTOR = 0.1
 # Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
@@ -76,15 +76,17 @@ class Taken(NamedTuple):
 
 
 @contextmanager
-def explained(mechanism: Mechanism, measurements: Measurements) -> Iterator[None]:
+def explained(
+    mechanism: Mechanism, measurements: Measurements, options: FitOptions
+) -> Iterator[None]:
     """Say of measurements that allow no estimate what may be wrong with them."""
     try:
         yield
     except FailedFitError as error:
-        causes = _better_readings(mechanism, measurements)
-        if not causes:
+        words = _better_readings(mechanism, measurements, options)
+        if not words:
             raise
-        raise FailedFitError(f"{error}. Likely cause: {causes[0]}") from error
+        raise FailedFitError(f"{error}. {words[0].upper()}{words[1:]}") from error
 
 
 def signs_of_mistakes(found: Fit) -> list[str]:
@@ -98,9 +100,9 @@ def signs_of_mistakes(found: Fit) -> list[str]:
     ]
 
 
-def likely_causes(found: Fit) -> list[str]:
-    """Name corrections that explain the measurements of a doubtful estimate better."""
-    return _better_readings(found.nominal, found.measurements, found)
+def likely_cause(found: Fit) -> str:
+    """Name corrections that explain the measurements of a doubtful estimate; empty if none do."""
+    return _better_readings(found.nominal, found.measurements, found.options, found)
 
 
 def _used(found: Fit, leg: int) -> NDArray[np.intp]:
@@ -270,17 +272,20 @@ class _Match:
 
 
 def _better_readings(
-    nominal: Mechanism, measurements: Measurements, found: Fit | None = None
-) -> list[str]:
-    """Corrections of the readings or poses that explain the measurements better, in words.
+    nominal: Mechanism,
+    measurements: Measurements,
+    options: FitOptions,
+    found: Fit | None = None,
+) -> str:
+    """Corrections of the readings or poses that explain the measurements, in words; or none.
 
     Orders, signs, zeros, working modes, units and mirror images are those with which the readings
     follow the drawing's inverse kinematics. They are tried: none is named unless the corrected
-    measurements fit much better than those of `found`, or there is no estimate from them at all.
+    measurements are explained and those of `found`, or from which there is no estimate, are not.
     """
     complete = np.isfinite(measurements.readings).all(axis=1)
     if complete.sum() < max(nominal.estimated_counts):
-        return []
+        return ""
     readings = measurements.readings[complete]
     trials: list[tuple[str, Array, list[_Match]]] = []
     for name, poses in conventions(nominal, measurements.poses):
@@ -288,62 +293,87 @@ def _better_readings(
         if matches is not None:
             trials.append((name, poses, matches))
     if not trials:
-        return []
+        return ""
     best = min(trials, key=lambda trial: _left(trial[2]))
     stated = next((trial for trial in trials if not trial[0]), None)
-    if stated is not None and _left(stated[2]) <= _MUCH_BETTER * _left(best[2]):
+    if stated is not None and _left(stated[2]) <= MUCH_BETTER * _left(best[2]):
         best = stated
     name, poses, matches = best
     words = [f"in the measured poses {name}"] if name else []
     words += _corrections(nominal, matches)
     if not words:
-        return []
-    evidence = _evidence(nominal, replace(measurements, poses=poses), matches, found)
-    return [] if evidence is None else [f"{'; '.join(words)}{evidence}"]
+        return ""
+    made = replace(measurements, poses=poses, readings=_as_drawn(nominal, measurements, matches))
+    corrected = _fitted(with_modes(nominal, [match.mode for match in matches]), made, options)
+    if corrected is None or not corrected.converged:
+        return ""
+    after, tail = _disagreement(corrected, nominal)
+    before = _best_as_stated(corrected, nominal, found, measurements)
+    if not explains(after, before):
+        return ""
+    whole = tail >= FALSE_ALARMS
+    evidence = left_in_words(after, before, whole=whole)
+    return f"{cause('; '.join(words), whole=whole)} ({evidence})"
 
 
-def _evidence(
-    nominal: Mechanism,
-    measurements: Measurements,
-    matches: list[_Match],
-    found: Fit | None,
-) -> str | None:
-    """What the corrections do for the fit; None if they do not help."""
-    corrected = np.column_stack(
+def _as_drawn(nominal: Mechanism, measurements: Measurements, matches: list[_Match]) -> Array:
+    """The readings of each leg from its column, with the drawing's sign and unit, and its zero."""
+    return np.column_stack(
         [
             (measurements.readings[:, match.column] - _zero(nominal, leg, match))
             / _factor(match.slope)
             for leg, match in enumerate(matches)
         ]
     )
-    robot = with_modes(nominal, [match.mode for match in matches])
+
+
+def _fitted(start: Mechanism, measurements: Measurements, options: FitOptions) -> Fit | None:
     try:
-        tried = Fit.of(robot, replace(measurements, readings=corrected))
+        return Fit.of(start, measurements, options)
     except SymkinError:
         return None
-    if not tried.converged:
-        return None
-    after = _disagreement(tried)
-    if found is None or not found.converged:
-        return f" (so corrected, chi-square is {tried.chi_square:.3g} per degree of freedom)"
-    before = _disagreement(found)
-    if after > before / _MUCH_BETTER:
-        return None
-    return (
-        f" (so corrected, chi-square and the distance from the drawing together fall from "
-        f"{before:.3g} to {after:.3g}, per degree of freedom)"
-    )
 
 
-def _disagreement(found: Fit) -> float:
-    """Chi-square with what the drawing and its tolerances add to it, per degree of freedom."""
-    own = found.nominal.is_estimated
-    tolerances = parameter_tolerances(found.nominal)[own]
-    deviations = np.nan_to_num(found.deviations[own])
-    distances = found.changes[own] / np.hypot(tolerances, deviations)
-    spare = sum(max(fit.degrees_of_freedom, 0) for fit in found.goodness)
-    squares = sum(fit.chi_square for fit in found.goodness) + float(np.sum(distances**2))
-    return squares / (spare + distances.size)
+def _best_as_stated(
+    corrected: Fit, nominal: Mechanism, found: Fit | None, measurements: Measurements
+) -> float:
+    """What is left of the measurements as stated, at best; infinite where they have no fit.
+
+    Of the estimate that was found, converged or not, and of that which starts from the corrected
+    one's parameters: an estimator that fails from the drawing may do so because the robot is far
+    from it, which is no mistake. A robot in other working modes is another than what is stated.
+    """
+    fits = [found]
+    if corrected.nominal.working_modes == nominal.working_modes:
+        start = nominal.replace(symmetry=None).with_parameters(corrected.mechanism.parameters)
+        fits.append(_fitted(start, measurements, corrected.options))
+    return min(math.inf if fit is None else _disagreement(fit, nominal)[0] for fit in fits)
+
+
+def _disagreement(fit: Fit, nominal: Mechanism) -> tuple[float, float]:
+    """Chi-square with the drawing's tolerances as priors.
+
+    Its least value, to first order: that of the measurements, and of the estimate's distance from
+    the drawing by the tolerances and its own covariance. Infinite if there is none.
+
+    Returns
+    -------
+    per_degree, tail : float
+        Per degree of freedom, and the probability of more in a sound robot.
+    """
+    own = nominal.is_estimated
+    moved = (fit.mechanism.parameters - nominal.parameters)[own]
+    known = np.flatnonzero(own)
+    spread = np.nan_to_num(fit.covariance[np.ix_(known, known)])
+    spread += np.diag(parameter_tolerances(nominal)[own] ** 2)
+    scale = np.sqrt(np.diag(spread))
+    inverse = np.linalg.pinv(spread / np.outer(scale, scale), hermitian=True)
+    distances = moved / scale
+    squares = sum(each.chi_square for each in fit.goodness) + distances @ inverse @ distances
+    count = sum(max(each.degrees_of_freedom, 0) for each in fit.goodness) + moved.size
+    if not math.isfinite(squares):
+        return math.inf, 0.0
+    return float(squares / count), _core.chi_square_tail(squares, count)
 
 
 def _left(matches: list[_Match]) -> float:
@@ -476,7 +506,7 @@ def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] 
                 slope, shift, left = _line(wanted, readings[reached, column])
                 stated = column == leg and mode == nominal.working_modes[leg]
                 # What the file says stays unless another reading of it is much better.
-                score = left / (_MUCH_BETTER if stated else 1)
+                score = left / (MUCH_BETTER if stated else 1)
                 if score < table[leg, column]:
                     table[leg, column] = score
                     best[leg, column] = _Match(column, mode, slope, shift, left)

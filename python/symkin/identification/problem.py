@@ -37,6 +37,7 @@ __all__ = [
     "Problem",
     "Rows",
     "layout_of",
+    "observed_count",
     "without_pose",
 ]
 
@@ -169,18 +170,26 @@ class Problem:
     options: JointOptions
 
     @classmethod
-    def of(cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions) -> Problem:
-        """Lay out what is unknown, and find where the frames are."""
+    def of(
+        cls,
+        mechanism: Mechanism,
+        measurements: Measurements,
+        options: JointOptions,
+        layout: Layout | None = None,
+    ) -> Problem:
+        """Lay out what is unknown, unless that is known, and find where the frames are."""
         if options.poses == "own":
             measurements = _own_readings(measurements)
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
         _require_surroundings(mechanism, measurements)
-        straight = mechanism.replace(curvature=None)
+        curved = mechanism.curvature is not None
+        straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and is_marked(measurements)
         placed = _with_ruler(straight, measurements) if marked else straight
         setup = core_setup(placed, mechanism.curvature)
-        layout = layout_of(straight, setup, options, readings)
+        if layout is None:
+            layout = layout_of(straight, setup, options, readings)
         declared = mechanism.noise
         noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
         made = cls(straight, setup, layout, measurements, noise, options)
@@ -361,6 +370,19 @@ def _unlikely(fit: _core.JointFit, start: Array) -> list[int]:
     ])  # fmt: skip
     poses = np.flatnonzero((tails < _UNLIKELY) & ~np.isfinite(start).all(axis=1)).tolist()
     return poses if len(poses) <= _FEW * len(start) else []
+
+
+def observed_count(taken: Measurements) -> NDArray[np.intp]:
+    """How many scalars were observed of each row; a rotation in space counts as three."""
+    count = np.zeros(len(taken.poses), dtype=np.intp)
+    for name in OBSERVED:
+        values = getattr(taken, name)
+        if values is not None:
+            known = np.isfinite(values).reshape(len(values), -1)
+            count += known.sum(axis=1)
+            if name in ("poses", "reported") and taken.space.has_quaternion:
+                count -= known[:, -1]
+    return count
 
 
 def without_pose(measurements: Measurements, pose: int) -> Measurements:

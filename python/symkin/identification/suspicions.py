@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
+from symkin.identification.evidence import left_in_words
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
 from symkin.identification.problem import (
@@ -41,7 +42,6 @@ __all__ = [
     "doubts_of",
     "estimated_noise",
     "notes_of",
-    "observed_count",
     "symptoms_of",
     "without_blunders",
 ]
@@ -56,7 +56,6 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
-_POSES = ("poses", "reported")
 
 
 @record
@@ -110,11 +109,8 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
     # What a mistake does to the estimate is not worth telling beside the mistake.
     before = next(each.per_degree for each in found.hypotheses if not each.what)
     after = max(each.per_degree for each in proposed)
-    evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
-    evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
-    if not all(each.explained for each in proposed):
-        evidence += "; that is more than the noise explains"
-    yield f"{cause_in_words(proposed)} ({evidence})"
+    whole = all(each.explained for each in proposed)
+    yield f"{cause_in_words(proposed)} ({left_in_words(after, before, whole=whole)})"
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
@@ -166,19 +162,6 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
             f"the observations say nothing of {_listed(unknown)}: the standard deviation is more "
             f"than {_UNKNOWN} times the tolerance, so the drawing knows better"
         )
-
-
-def observed_count(taken: Measurements) -> NDArray[np.intp]:
-    """How many scalars were observed of each row; a rotation in space counts as three."""
-    count = np.zeros(len(taken.poses), dtype=np.intp)
-    for name in OBSERVED:
-        values = getattr(taken, name)
-        if values is not None:
-            known = np.isfinite(values).reshape(len(values), -1)
-            count += known.sum(axis=1)
-            if name in _POSES and taken.space.has_quaternion:
-                count -= known[:, -1]
-    return count
 
 
 def notes_of(found: JointIdentification) -> Iterator[str]:
@@ -459,7 +442,7 @@ def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Mea
     changed = np.array(getattr(measurements, kind))
     values = changed[pose].reshape(-1)
     space = measurements.space
-    whole = kind in _POSES and space.has_quaternion and index >= space.size
+    whole = kind in ("poses", "reported") and space.has_quaternion and index >= space.size
     values[slice(space.size, None) if whole else index] = np.nan
     changes = {kind: changed}
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]

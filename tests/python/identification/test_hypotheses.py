@@ -158,6 +158,24 @@ def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, 
     assert ", or as well: " not in said
 
 
+def test_what_a_correction_leaves_is_looked_for_with_that_correction(paper, plan):
+    """Of lengths a thousand times too large anything else is a small part."""
+    framed = measured(paper, plan, Observed("position", base=(0.03, -0.02, 0.05)))
+    (said,) = said_of(paper, in_millimetres(framed))
+    assert said.startswith("likely cause: lengths that were observed are millimetres")
+    assert "; with that corrected, the frame of the measurements is not the drawing's" in said
+
+
+def test_a_leg_of_a_five_bar_in_the_other_working_mode_is_named():
+    arm = symkin.load_mechanism("5bar")
+    (robot,) = in_modes(arm, [1, 1])
+    sample = symkin.sample_workspace(robot, 3000, seed=1)
+    plan = symkin.make_plan(robot, sample, 30, use_symmetry=False)
+    taken = measured(robot, plan, Observed("position", base=(1.0, -0.5, 3.0)))
+    (said,) = said_of(arm, taken, frames=["base"])
+    assert "leg 1 stands in working mode +1: set working_mode = 1" in said
+
+
 def test_a_solver_that_stands_still_is_no_evidence_of_a_mistake(paper, missing, monkeypatch):
     monkeypatch.setattr(problem, "_FEW", 0)
     found = symkin.identify(paper, missing(1082))

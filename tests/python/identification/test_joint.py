@@ -9,7 +9,8 @@ import pytest
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.identification import Identification, JointIdentification, diagnosis, models
-from symkin.identification.suspicions import blunders_of, observed_count
+from symkin.identification.problem import observed_count
+from symkin.identification.suspicions import blunders_of
 from symkin.observed import Observed
 from symkin.settings import Frames, IdentificationSettings, NoiseSettings
 

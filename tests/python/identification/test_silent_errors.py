@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.settings import Tolerances
 from symkin.simulation import disturb
 
 Change = Callable[[symkin.Mechanism, symkin.Measurements], symkin.Measurements]
@@ -351,6 +352,40 @@ def test_of_one_gross_error_no_sound_row_is_named(seed):
     poses[7, 0] += 5e-3
     found = symkin.identify(robot, replace(taken, poses=poses))
     assert f"gross errors in rows {taken.row_numbers[7]}: " in found.doubts[0]
+
+
+def test_an_estimator_that_fails_on_a_robot_far_from_its_drawing_is_no_evidence_of_a_mistake():
+    """Sound readings; those of leg 1 grow 0.88 times as fast as the drawing's, which is far off."""
+    drawing = symkin.load_mechanism("3RRR")
+    far = drawing.replace(tolerances=Tolerances(length=0.03, angle=0.03, gain=0.03))
+    plan = symkin.make_plan(drawing, symkin.sample_workspace(drawing, 3000, 1), seed=1)
+    taken = symkin.simulate(far, plan, 1).measurements.for_all_legs()
+    found = symkin.identify(drawing, taken, "inverse")
+    assert not found.converged
+    assert found.doubts
+    assert not any("likely cause" in doubt or "may be" in doubt for doubt in found.doubts)
+
+
+def test_a_correction_that_leaves_more_than_noise_is_a_part_of_what_is_wrong(measured):
+    mechanism, sound = measured["3RRR"]
+    noise = 2e-4 * np.random.default_rng(1).standard_normal(sound.poses.shape)
+    taken = replace(sound, readings=sound.readings * [1, -1, 1], poses=sound.poses + noise)
+    for estimator in ("inverse", "implicit", "joint"):
+        first = said_of(mechanism, taken, estimator)[0]
+        assert first.startswith(
+            "part of what is wrong may be: the readings of leg 2 have the opposite sign"
+        )
+        assert first.endswith("; that is more than the noise explains)")
+
+
+def test_a_correction_that_converges_to_no_good_end_is_no_cause():
+    """Of legs in the other working mode the signs, reversed, have a fit; it explains nothing."""
+    robot = symkin.load_mechanism("5bar")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 3000, seed=1), seed=1)
+    taken = symkin.simulate(robot, plan, 100).measurements.for_all_legs()
+    said = said_of(robot, flipped(None)(robot, taken), "inverse")
+    assert any("set working_mode" in doubt for doubt in said)
+    assert not any("opposite sign" in doubt for doubt in said)
 
 
 def test_a_bent_sensor_is_told_with_what_helps_and_by_how_much():
