@@ -110,7 +110,7 @@ class Alignment(Result):
     length: float = field(unit="m")
     pose_space: str = field(private=True)
 
-    PAGE: ClassVar[str] = "alignment.alignment_page"
+    PAGE: ClassVar[str] = "measurements.alignment_page"
 
     @property
     def doubts(self) -> tuple[str, ...]:

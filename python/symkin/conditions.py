@@ -101,7 +101,7 @@ class Conditions(Result):
     groups: tuple[NamedGroup, ...] = field(private=True)
     derived = ("tested_group",)
 
-    PAGE: ClassVar[str] = "symmetry.conditions_page"
+    PAGE: ClassVar[str] = "check.conditions_page"
 
     @property
     def tested_group(self) -> str:

@@ -167,7 +167,7 @@ class PoseCountCurve(Result):
     least_gain: float
     enough: int | None
 
-    PAGE: ClassVar[str] = "pose_count.pose_count_page"
+    PAGE: ClassVar[str] = "plan.pose_count_page"
 
     def for_accuracy(
         self, position: float | None = None, orientation: float | None = None
@@ -308,7 +308,7 @@ class NeededPoses(Result):
     expected: ExpectedAccuracy
     remedies: tuple[Remedy, ...]
 
-    PAGE: ClassVar[str] = "pose_count.needed_poses_page"
+    PAGE: ClassVar[str] = "plan.needed_poses_page"
 
     @property
     def excess(self) -> float:

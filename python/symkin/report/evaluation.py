@@ -17,17 +17,6 @@ from symkin.report.wording import NONE, count, milli, plural, ratio
 if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
 
-__all__ = [
-    "ALIGNED",
-    "before_and_after",
-    "cross_validation_page",
-    "error_figures",
-    "error_table",
-    "errors_in_words",
-    "evaluation_page",
-    "left_out",
-]
-
 ALIGNED = (
     "A constant error of the base frame or of the tool frame can be taken out by measuring the "
     "frames, without any calibration of the legs. So the table says first what remains after the "

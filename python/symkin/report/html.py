@@ -25,8 +25,6 @@ from symkin.report.content import Image, Movable, Page, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["page_html", "summary_html", "write_page"]
-
 _TEMPLATES = Path(__file__).parent / "templates"
 _DOTS_PER_INCH = 160  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels

@@ -15,6 +15,7 @@ from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification.estimate import CrossValidation, Identification
 from symkin.identification.fit import LegFit
 from symkin.mechanism import Mechanism
+from symkin.report.check import symmetry_section
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
 from symkin.report.evaluation import (
     ALIGNED,
@@ -24,6 +25,9 @@ from symkin.report.evaluation import (
     errors_in_words,
     left_out,
 )
+from symkin.report.measurements import measured_poses_section
+from symkin.report.mechanism import mechanism_section
+from symkin.report.observability import observability_section
 from symkin.report.wording import (
     NONE,
     chain_subtitle,
@@ -34,15 +38,6 @@ from symkin.report.wording import (
     ratio,
     significant,
 )
-
-__all__ = [
-    "identification_page",
-    "identification_summary",
-    "judgement",
-    "parameter_section",
-    "quoted",
-    "sources",
-]
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _SHOWN_ROWS = 8
@@ -59,11 +54,6 @@ _SUSPECTS = {
 
 def identification_page(found: Identification) -> Page:
     """Tell an identification from measurements."""
-    from symkin.report.mechanism import mechanism_section
-    from symkin.report.observability import observability_section
-    from symkin.report.symmetry import symmetry_section
-    from symkin.report.workspace import measured_poses_section
-
     nominal, measurements = found.nominal, found.measurements
     sets = [measurements.poses[fit.rows] for fit in found.legs]
     sections = [

@@ -10,13 +10,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.identification.heights import Heights, in_words
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import KINDS
 from symkin.identification.suspicions import blunders_of
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
 from symkin.report.evaluation import before_and_after, error_table
-from symkin.report.heights import heights_headlines, heights_section
 from symkin.report.identification import quoted, sources
+from symkin.report.mechanism import mechanism_section
 from symkin.report.wording import (
     NONE,
     chain_subtitle,
@@ -28,8 +29,6 @@ from symkin.report.wording import (
     significant,
 )
 
-__all__ = ["joint_page", "joint_summary"]
-
 _WORST_ROWS = 8
 _WIDER = {
     "quadratic": "sensors that bend",
@@ -39,12 +38,11 @@ _WIDER = {
 }
 _CORRELATED = 10
 _NAMED_SHARE = 1e-3  # of a direction's square
+_ARROW = " \N{RIGHTWARDS ARROW} "
 
 
 def joint_page(found: JointIdentification) -> Page:
     """Tell an identification of whatever was unknown."""
-    from symkin.report.mechanism import mechanism_section
-
     sections = [
         _parameter_section(found),
         _observation_section(found),
@@ -534,3 +532,48 @@ def _pose_section(found: JointIdentification) -> Section:
         "measurements."
     )
     return Section("poses", "Latent poses", [paragraph], parts)
+
+
+def heights_headlines(heights: Heights) -> Iterator[Headline]:
+    """Heights before and after, and the size of what is printed."""
+    values = [milli(each, "m") for each in (heights.before, heights.after)]
+    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
+    yield "Height, root mean square", _ARROW.join(values), remark
+    values = [_per_100(each) for each in (heights.size_before, heights.size_after)]
+    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
+    yield "Size of what is printed, of 100 mm", _ARROW.join(values), remark
+
+
+def heights_section(heights: Heights | None) -> list[Section]:
+    """What the heights show and what they do not, in words; none without heights."""
+    if heights is None:
+        return []
+    paragraphs = [
+        f"The heights that the nominal robot would have differ from those measured by "
+        f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
+        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
+        f"use, in {plural(heights.folds, 'part')}.",
+        *heights.notes,
+    ]
+    rows = [
+        (
+            each.plainly,
+            each.parameter,
+            _with_share(each.common),
+            _with_share(each.between),
+        )
+        for each in heights.shown
+    ]
+    columns = ("", "Parameter", "All legs alike", "Between the legs")
+    caption = "What the heights show (in brackets: left of the tolerance)"
+    table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
+    return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
+
+
+def _with_share(known: float) -> str:
+    words = in_words(known)
+    return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"
+
+
+def _per_100(share: float) -> str:
+    return milli(0.1 * share, "m")

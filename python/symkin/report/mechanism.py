@@ -28,8 +28,6 @@ from symkin.workspace.sample import least_reach_margin
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["legs_table", "mechanism_parts", "mechanism_section", "mechanism_title"]
-
 _PLATFORMS = {
     "planar": "moves in the plane and turns",
     "point": "a point that moves in the plane",

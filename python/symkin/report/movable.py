@@ -24,8 +24,6 @@ from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
 from symkin.workspace.sample import inside_workspace, least_reach_margin
 
-__all__ = ["movable"]
-
 Array = NDArray[np.float64]
 
 # Two characters hold a number up to 4095; "__" is none.

@@ -6,7 +6,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +21,6 @@ from symkin.observability import (
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import NONE, plural, significant
 from symkin.symmetry import observability_group
-
-if TYPE_CHECKING:
-    pass
-
-__all__ = ["observability_page", "observability_section", "singular_values_table"]
 
 _R = "|R_ii|"
 _INDICES = {

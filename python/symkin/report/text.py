@@ -10,8 +10,6 @@ import sys
 
 from symkin.report.content import Page, Table
 
-__all__ = ["page_text", "summary_text", "table_text"]
-
 _PIPE_WIDTH = 100
 _TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
 

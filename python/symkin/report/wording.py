@@ -8,23 +8,6 @@ import math
 from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 
-__all__ = [
-    "NONE",
-    "chain_subtitle",
-    "count",
-    "decimals_of",
-    "fixed",
-    "has_lengths",
-    "milli",
-    "plural",
-    "pose_coordinates",
-    "quantity",
-    "ratio",
-    "setting",
-    "share",
-    "significant",
-]
-
 NONE = "\N{EN DASH}"
 _SPACE = "\N{NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"

@@ -118,7 +118,7 @@ class SymmetryComparison(Result):
     sensor_deviations: tuple[ParameterDeviation, ...]
     spatial: bool
 
-    PAGE: ClassVar[str] = "symmetry.comparison_page"
+    PAGE: ClassVar[str] = "check.comparison_page"
 
     @property
     def sentences(self) -> tuple[str, ...]:

@@ -178,7 +178,7 @@ class DetectedSymmetry(Result):
     permutations: Mapping[str, tuple[int, ...]] = field(number=True)
     keeps_modes: Mapping[str, bool]
 
-    PAGE: ClassVar[str] = "symmetry.detection_page"
+    PAGE: ClassVar[str] = "check.detection_page"
 
 
 def detect_symmetry(
