@@ -15,8 +15,6 @@ import typer
 from symkin.cli.console import print_json, say
 from symkin.cli.options import JsonOption, command
 
-__all__ = ["list_mechanisms", "new"]
-
 
 def _chains(incomplete: str) -> list[str]:
     from symkin.chains import chains

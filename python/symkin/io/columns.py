@@ -17,25 +17,6 @@ from symkin.io.tables import Table
 from symkin.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
 
-__all__ = [
-    "PoseValues",
-    "StatedUnit",
-    "check_columns",
-    "has_columns",
-    "has_pose",
-    "is_present",
-    "own_columns",
-    "own_pose_columns",
-    "pose_column_names",
-    "read_pose_values",
-    "read_poses",
-    "read_readings",
-    "reading_column_names",
-    "scaled_column",
-    "stated_units",
-    "uses_own_names",
-]
-
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "

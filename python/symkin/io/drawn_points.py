@@ -19,8 +19,6 @@ from symkin.mechanism import Mechanism
 from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints
 
-__all__ = ["ends_of", "leg_kind", "point_value", "read_points"]
-
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 _ENDS = ("base", "platform")

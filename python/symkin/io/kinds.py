@@ -12,21 +12,6 @@ from symkin.errors import QuantityError, SymkinError, did_you_mean
 from symkin.io.quantities import evaluate_quantity
 from symkin.io.toml_file import KeyPath, TomlSource
 
-__all__ = [
-    "Kind",
-    "Schema",
-    "Sign",
-    "WrongValueError",
-    "choice",
-    "list_of",
-    "quantity",
-    "read_at",
-    "read_table",
-    "table",
-    "text",
-    "whole",
-]
-
 Schema = dict[str, Any]
 Sign = Literal["any", "positive", "not negative", "not zero"]
 _ACCEPTS: dict[Sign, Callable[[float], bool]] = {

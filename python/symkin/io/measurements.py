@@ -40,14 +40,6 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = [
-    "ROBOT",
-    "measurement_columns",
-    "read_fleet",
-    "read_measurements",
-    "write_measurements",
-]
-
 ROBOT = "robot"  # the column of a table of many robots
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.

@@ -45,8 +45,6 @@ from symkin.settings import (
 )
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
-__all__ = ["load", "load_columns", "load_mechanism", "shipped_mechanisms"]
-
 _Values = dict[str, Any]
 _SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
 

@@ -47,14 +47,6 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 
-__all__ = [
-    "HEADER",
-    "MEASUREMENTS",
-    "ReadingUnit",
-    "mechanism_schema",
-    "mechanism_table",
-]
-
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
 

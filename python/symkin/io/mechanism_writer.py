@@ -25,8 +25,6 @@ from symkin.sensor_table import SensorTable
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
-__all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
-
 # Editors that know TOML look there for what a file may say.
 SCHEMA_LINE = "#:schema mechanism.schema.json"
 

@@ -27,8 +27,6 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.measurements import Measurements
 
-__all__ = ["has_observed_columns", "observed_columns", "read_observed"]
-
 _Array = NDArray[np.float64]
 _REPORTED = "reported_"
 _PURPOSES = {

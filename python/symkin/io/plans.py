@@ -26,8 +26,6 @@ from symkin.planning import Plan
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = ["plan_columns", "read_plan", "read_pose_list", "write_plan"]
-
 _ROLES = ("primary", "spare")
 
 

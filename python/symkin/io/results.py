@@ -15,8 +15,6 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.tables import file_bytes
 from symkin.result import plain
 
-__all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
-
 SCHEMA_VERSION = 2
 
 

@@ -19,14 +19,6 @@ if TYPE_CHECKING:
     from symkin.measurements import Measurements
     from symkin.mechanism import Mechanism
 
-__all__ = [
-    "MOST_ROWS",
-    "as_shown",
-    "read_sensor_table",
-    "read_straight_readings",
-    "shown_readings",
-]
-
 _Array = NDArray[np.float64]
 # More would not fit into a mechanism's file.
 MOST_ROWS = 10_000

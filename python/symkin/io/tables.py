@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from symkin.errors import MeasurementError, SymkinError, did_you_mean
 from symkin.io.csv_text import number, read_cells
 
-__all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
-
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")

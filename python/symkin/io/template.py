@@ -19,8 +19,6 @@ from symkin.poses import POSE_SPACES
 from symkin.settings import DeclaredSymmetry, WorkspaceSettings
 from symkin.symmetry import generate_legs
 
-__all__ = ["mechanism_template"]
-
 _CHAIN = "joints from base to platform, the actuated one in brackets"
 _PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
 _SAME = 1e-9

@@ -13,8 +13,6 @@ from typing import Any, TypeVar
 from symkin.errors import MechanismFileError, TomlFileError
 from symkin.io.tables import file_bytes
 
-__all__ = ["KeyPath", "TomlSource", "dotted", "read_toml"]
-
 KeyPath = tuple[str | int, ...]
 _Value = TypeVar("_Value")
 _MOST_BYTES = 1_000_000

@@ -50,18 +50,6 @@ from symkin.plot.workspaces import View, shown_of, views_of
 from symkin.poses import PoseSpace
 from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
 
-__all__ = [
-    "INTERVAL",
-    "dependence",
-    "error_histogram",
-    "error_map",
-    "observability",
-    "parameter_errors",
-    "pose_count",
-    "residuals",
-    "t_values",
-]
-
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one

@@ -18,8 +18,6 @@ from symkin.report.wording import setting
 from symkin.skeleton import Skeleton, skeleton_of
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
 
-__all__ = ["explore"]
-
 _CLOUD = 3000  # poses drawn of the workspace
 _STEPS = 150  # poses that the slider offers
 _SYMBOLS = ("circle", "square", "diamond", "cross", "x")

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
     from symkin.study.asymmetry import Curve
 
-__all__ = ["study_cells", "study_cost", "study_curves", "study_protocols"]
-
 _MILLI = 1e3
 _LINES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 

@@ -48,8 +48,6 @@ from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
 from symkin.workspace.study import WorkspaceStudy
 
-__all__ = ["active_joints", "poses", "workspace"]
-
 _SIZES = {
     "planar": (8.6, 4.2),
     "point": (4.6, 4.4),
