@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""``symkin plan`` and ``symkin pose-count``: which poses to measure, and how many."""
+"""``symkin plan``, ``pose-count``, ``simulate`` and ``run``: the protocol, and its parts."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,7 +11,7 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.console import not_converged, print_result, progress, write_result
 from symkin.cli.option_values import accuracies_of, columns_of, length_of, region_of
 from symkin.cli.options import (
     AccuracyOption,
@@ -18,6 +19,7 @@ from symkin.cli.options import (
     Choosing,
     ChoosingForPlan,
     ColumnsOption,
+    EstimatorOption,
     JsonOption,
     MechanismArgument,
     Observing,
@@ -31,8 +33,10 @@ from symkin.cli.options import (
     command,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
+from symkin.pipeline import ProtocolResult
+from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.planning.observing import is_probing, write_bed_points
+from symkin.simulation import Simulation
 
 _PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
 _POINTS = "points.csv"
@@ -215,7 +219,7 @@ def pose_count(
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")
-            curve = pose_count_curve(
+            curve = symkin.pose_count_curve(
                 loaded,
                 sample,
                 seed=seed,
@@ -239,3 +243,93 @@ def pose_count(
 
 def _written(folder: Path, files: Sequence[str]) -> str:
     return f"Written: {', '.join(str(folder / name) for name in files)}"
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
+    "symkin simulate 3RRR --plan out/plan.csv --observe position --missing 0.2 --out third",
+)
+def simulate(
+    *,
+    mechanism: MechanismArgument,
+    plan: Annotated[Path, typer.Option(metavar="FILE", help="A plan of `symkin plan`.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for measurements.csv and actual.toml, the robot."),
+    ],
+    seen: Observing,
+    missing: Annotated[
+        float, typer.Option(metavar="FRACTION", help="Of the readings, that are not taken.")
+    ] = 0.0,
+    spread: Annotated[
+        float,
+        typer.Option(
+            metavar="S",
+            help="Times exp(S z), z normal, the noise differs from row to row; the table says it.",
+        ),
+    ] = 0.0,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate the measurements of a plan.
+
+    A robot is made that differs from the mechanism within its tolerances, takes the poses of the
+    plan, and is measured with its noise. Poses that it cannot take are replaced by spares. Frames
+    and points may have units: '1 m, 20 cm, 170 deg'.
+    """
+    with progress() as stage:
+        stage("reading the mechanism and the plan")
+        loaded = symkin.load_mechanism(mechanism)
+        commanded = symkin.read_plan(plan, loaded)
+        observe = seen.observed(loaded, missing, spread)
+        with OutputFiles([loaded.source, plan], overwrite) as outputs:
+            folder = outputs.folder(out, *Simulation.FILES)
+            stage("simulating measurements")
+            simulation = symkin.simulate(loaded, commanded, seed, observe=observe)
+            simulation.write(folder)
+    after = f"{out / 'measurements.csv'}\n{out / 'actual.toml'}"
+    print_result(simulation, as_json=as_json, after=after)
+
+
+@command("symkin run 3RRR --out out")
+def run(
+    *,
+    mechanism: MechanismArgument,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for all files of the run.")],
+    estimator: EstimatorOption = "implicit",
+    use: PoseUseOption = "all",
+    choosing: ChoosingForPlan,
+    pose_count: PoseCountOption = None,
+    candidates: CandidatesOption = None,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the whole protocol on a simulated robot and write a report.
+
+    Writes plan.csv, measurements.csv, actual.toml (the simulated robot), calibrated.toml,
+    results.json and report.html. The last line printed is the report's path.
+    """
+    with progress() as stage:
+        stage("reading the mechanism")
+        nominal = symkin.load_mechanism(mechanism)
+        given = {"pose_count": pose_count, "candidates": candidates}
+        changes = {name: value for name, value in given.items() if value is not None}
+        nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
+        with OutputFiles([nominal.source], overwrite) as outputs:
+            target = outputs.folder(out, *ProtocolResult.FILES)
+            result = symkin.run_protocol(
+                nominal,
+                estimator=estimator,
+                poses=use,
+                **vars(choosing),
+                seed=seed,
+                progress=stage,
+            )
+            stage("writing the report")
+            result.write(target)
+    print_result(result, as_json=as_json, after=out / "report.html")
+    if not result.identification.converged:
+        not_converged(result.identification.failure)
