@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ABSENT, ChainInfo, ParameterRole, chain_info
-from symkin.errors import MechanismError, one_of, printable
-from symkin.kinematics import Kinematics
-from symkin.legs import (
+from symkin.chains import (
+    ABSENT,
+    ChainInfo,
     Leg,
+    ParameterRole,
+    chain_info,
     chains_in_words,
     common_reading_unit,
     legs_in_words,
@@ -27,6 +28,8 @@ from symkin.legs import (
     require_mixable,
     union_of_names,
 )
+from symkin.errors import MechanismError, one_of, printable
+from symkin.kinematics import Kinematics
 from symkin.poses import POSE_SPACES, PoseSpace
 from symkin.sensor_table import SensorTable
 from symkin.settings import (

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg
 from symkin.errors import SymkinError
 from symkin.exports.exported import (
     ExportOptions,
@@ -31,7 +32,6 @@ from symkin.exports.exported import (
     nearest,
     workspace_poses,
 )
-from symkin.legs import Leg
 from symkin.mechanism import Mechanism
 
 __all__ = [

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from symkin.chains import legs_in_words
 from symkin.exports.exported import ExportOptions, Written
-from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 
 __all__ = ["write_c_header", "write_json", "write_yaml"]

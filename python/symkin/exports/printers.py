@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg
 from symkin.errors import SymkinError
 from symkin.exports.exported import (
     ExportOptions,
@@ -41,7 +42,6 @@ from symkin.exports.firmware import (
     require_delta,
 )
 from symkin.io.tables import file_bytes
-from symkin.legs import Leg
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record

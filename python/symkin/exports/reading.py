@@ -14,11 +14,11 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg
 from symkin.errors import SymkinError
 from symkin.exports.exported import MARK
 from symkin.exports.printers import Imported, import_printer
 from symkin.io.tables import file_bytes
-from symkin.legs import Leg
 from symkin.mechanism import Mechanism
 from symkin.poses import rotations_from_vectors
 from symkin.settings import WorkspaceSettings

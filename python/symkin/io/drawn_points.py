@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo
 from symkin.errors import QuantityError, did_you_mean
-from symkin.io.kinds import Kind, Schema, WrongValueError, quantity, table
-from symkin.io.toml_file import TomlSource
+from symkin.io.toml_file import Kind, Schema, TomlSource, WrongValueError, quantity, table
 from symkin.mechanism import Mechanism
 from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints

@@ -14,12 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import (
+    ChainInfo,
+    chain_info,
+    common_reading_unit,
+    require_mixable,
+    union_of_names,
+)
 from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
 from symkin.io.drawn_points import read_points
-from symkin.io.kinds import read_table, table, text
 from symkin.io.mechanism_schema import (
     HEADER,
     MEASUREMENTS,
@@ -27,8 +32,7 @@ from symkin.io.mechanism_schema import (
     mechanism_table,
 )
 from symkin.io.sensor_tables import read_sensor_table
-from symkin.io.toml_file import TomlSource, read_toml
-from symkin.legs import common_reading_unit, require_mixable, union_of_names
+from symkin.io.toml_file import TomlSource, read_table, read_toml, table, text
 from symkin.mechanism import Leg, Mechanism
 from symkin.sensor_table import SensorTable
 from symkin.settings import (

@@ -21,7 +21,9 @@ from typing import Any, NamedTuple
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.errors import QuantityError, did_you_mean, printable
 from symkin.io.drawn_points import ends_of, leg_kind
-from symkin.io.kinds import (
+from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
+from symkin.io.sensor_tables import MOST_ROWS
+from symkin.io.toml_file import (
     Kind,
     Schema,
     Sign,
@@ -35,8 +37,6 @@ from symkin.io.kinds import (
     text,
     whole,
 )
-from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
-from symkin.io.sensor_tables import MOST_ROWS
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,

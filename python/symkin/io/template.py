@@ -9,11 +9,10 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo, Leg, chain_info, require_mixable
 from symkin.errors import MechanismError
 from symkin.io.mechanism_writer import SCHEMA_LINE, toml_value
 from symkin.io.quantities import evaluate_quantity
-from symkin.legs import Leg, require_mixable
 from symkin.mechanism import Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.settings import DeclaredSymmetry, WorkspaceSettings

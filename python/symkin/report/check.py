@@ -7,9 +7,9 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
+from symkin.chains import legs_in_words
 from symkin.checks import CheckResult
 from symkin.conditions import Condition, Conditions
-from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.points import axis_of_drawing
 from symkin.report.content import Group, Headline, Page, Section, Table

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import legs_in_words
 from symkin.errors import named_legs
-from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table
 from symkin.report.movable import movable

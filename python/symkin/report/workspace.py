@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symkin.legs import legs_in_words
+from symkin.chains import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.planning.plan import set_name

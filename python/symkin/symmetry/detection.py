@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import chain_info
-from symkin.legs import parameter_values
+from symkin.chains import chain_info, parameter_values
 from symkin.mechanism import Leg, Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.result import Result, field, record
