@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.evaluation import evaluate
+from symkin.evaluation import Evaluation, evaluate
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
 from symkin.workspace.sample import inside_workspace, sample_workspace
@@ -71,6 +71,17 @@ class Loss(Value):
     orientation_max: float = field(unit="rad")
     orientation_rms: float = field(unit="rad")
     poses: int
+
+    @classmethod
+    def of(cls, errors: Evaluation, means: str) -> Loss:
+        """The figures of errors at poses that can all be taken by these means."""
+        if errors.failed:
+            raise SymkinError(
+                f"{errors.failed} of {errors.failed + errors.evaluated} poses of the workspace "
+                f"cannot be taken {means}; make the workspace smaller"
+            )
+        names = ("position_max", "position_rms", "orientation_max", "orientation_rms", "evaluated")
+        return cls(*(getattr(errors, name) for name in names))
 
     def __str__(self) -> str:
         """Say the largest."""
@@ -213,15 +224,4 @@ def named_columns(mechanism: Mechanism) -> dict[str, Array]:
 def loss_of(actual: Mechanism, model: Mechanism, poses: Array) -> Loss:
     """Errors of a robot that is commanded by what a format says of it."""
     errors = evaluate(model, actual=actual, poses=poses)
-    if errors.failed:
-        raise SymkinError(
-            f"{errors.failed} of {len(poses)} poses of the workspace cannot be taken with what the "
-            "format can express; make the workspace smaller"
-        )
-    return Loss(
-        errors.position_max,
-        errors.position_rms,
-        errors.orientation_max,
-        errors.orientation_rms,
-        len(poses),
-    )
+    return Loss.of(errors, "with what the format can express")

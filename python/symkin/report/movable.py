@@ -10,7 +10,6 @@ interpolates between the nodes.
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from symkin.poses import rotations_from_quaternions, vectors_from_rotations
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
-from symkin.workspace.sample import inside_workspace, least_reach_margin
+from symkin.workspace.sample import inside_workspace, interpolated, least_reach_margin
 
 Array = NDArray[np.float64]
 
@@ -182,11 +181,8 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
     shape = [len(axis) for axis in axes]
     logarithms = np.log(mechanism.singularity_measures(poses)[2]).reshape(shape)
     places = np.random.default_rng(0).uniform(0, np.array(shape) - 1, (_TRIED, len(axes)))
-    below = np.minimum(places.astype(np.intp), np.array(shape) - 2)
-    between = np.zeros(_TRIED)
-    for corner in product((0, 1), repeat=len(axes)):
-        weights = np.abs(1 - np.array(corner) - (places - below)).prod(axis=1)
-        between += weights * logarithms[tuple((below + corner).T)]
+    steps = [np.arange(count, dtype=np.float64) for count in shape]
+    between = interpolated(steps, logarithms[..., np.newaxis], places)[:, 0]
     values = [
         np.interp(place, np.arange(len(axis)), axis)
         for place, axis in zip(places.T, axes, strict=True)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -22,6 +23,7 @@ __all__ = [
     "coordinate_names",
     "inside_box",
     "inside_workspace",
+    "interpolated",
     "least_reach_margin",
     "sample_workspace",
     "workspace_coordinates",
@@ -200,6 +202,27 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
         lower, upper = workspace.lower[free], workspace.upper[free]
         inside &= (columns[free] >= lower - slack) & (columns[free] <= upper + slack)
     return inside
+
+
+def interpolated(
+    axes: Sequence[NDArray[np.float64]], values: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Multilinear interpolation on a grid, shape (N, k); NaN beside a node that is NaN."""
+    lower, share = [], []
+    for axis, column in zip(axes, points.T, strict=True):
+        last = max(len(axis) - 2, 0)
+        cell = np.clip(np.searchsorted(axis, column, side="right") - 1, 0, last)
+        width = axis[cell + 1] - axis[cell] if len(axis) > 1 else np.ones(len(column))
+        lower.append(cell)
+        share.append((column - axis[cell]) / width)
+    found = np.zeros((len(points), values.shape[-1]))
+    for corner in itertools.product(*([(0, 1) if len(axis) > 1 else (0,) for axis in axes])):
+        weight = np.ones(len(points))
+        for up, part in zip(corner, share, strict=True):
+            weight *= part if up else 1 - part
+        index = tuple(cell + up for cell, up in zip(lower, corner, strict=True))
+        found += weight[:, None] * values[index]
+    return found
 
 
 def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
