@@ -291,12 +291,13 @@ def align(
         raise typer.BadParameter("expected --mechanism, or --device and --robot")
     if mechanism is not None and (device or robot or angles):
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
-    with progress() as stage, OutputFiles([table, columns], overwrite) as outputs:
+    model = None if mechanism is None else symkin.load_mechanism(mechanism)
+    inputs = [table, columns, model.source if model else None]
+    with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
         names = ("frames.toml", "results.json", "report.html")
         folder = outputs.folder(out, *names) if out else None
         stage("reading the poses")
-        if mechanism is not None:
-            model = symkin.load_mechanism(mechanism)
+        if model is not None:
             measured, own = poses_of_mechanism(model, table, columns_of(columns))
             space = model.pose_space
         else:
