@@ -12,7 +12,7 @@ import numpy as np
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.observability import ExpectedAccuracy
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, count, milli, plural, ratio
+from symkin.report.wording import NONE, became, count, milli, plural, ratio
 
 if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
@@ -90,12 +90,11 @@ def cross_validation_page(validation: CrossValidation) -> Page:
 def error_table(
     evaluations: Mapping[str, Evaluation],
     expected: ExpectedAccuracy | None = None,
-    unseen: tuple[str, Evaluation] | None = None,
+    validation: CrossValidation | None = None,
 ) -> Table:
     """Errors with a column an evaluation: with frames aligned, as they are, and their means.
 
-    Of two, the change gets a column; `expected` is that of the last one, and so is `unseen`, at
-    poses that its model did not see.
+    Of two, the change gets a column; `expected` is that of the last one, and so is `validation`.
     """
     found = list(evaluations.values())
     first = found[0]
@@ -106,9 +105,9 @@ def error_table(
         rows = _error_rows(first, aligned, "aligned ", spare)
         groups.append(Group(rows, "After the best alignment of the frames"))
     groups.append(Group(_error_rows(first, found, "", spare, expected), "As it is"))
-    if unseen is not None:
-        rows = _error_rows(first, [*found[:-1], unseen[1]], "unseen ", spare)
-        groups.append(Group(rows, f"As it is, {unseen[0]}"))
+    if validation is not None and validation.evaluation is not None:
+        rows = _error_rows(first, [*found[:-1], validation.evaluation], "unseen ", spare)
+        groups.append(Group(rows, f"As it is, {validation.name}"))
     means = [
         [
             f"mean {name.rpartition('_')[0]}",
@@ -165,8 +164,7 @@ def before_and_after(
         remark = ratio(old, new)
         if expected is not None:
             remark += f"; {milli(getattr(expected, kind), unit)} expected"
-        arrow = "\N{RIGHTWARDS ARROW}"
-        value = f"{milli(old, unit)} {arrow} {milli(new, unit)}"
+        value = became(old, new, unit)
         figures.append((f"{kind.capitalize()} error, root mean square", value, remark))
     return figures
 

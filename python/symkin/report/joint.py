@@ -14,12 +14,21 @@ from symkin.identification.heights import Heights, in_words
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import KINDS
 from symkin.identification.suspicions import blunders_of
-from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.evaluation import before_and_after, error_table
-from symkin.report.identification import quoted, sources
+from symkin.report.identification import (
+    EXPLAINED,
+    SCALED_UP,
+    closure_headline,
+    judgement,
+    next_step,
+    quoted,
+    sources,
+)
 from symkin.report.mechanism import mechanism_section
 from symkin.report.wording import (
     NONE,
+    became,
     chain_subtitle,
     decimals_of,
     fixed,
@@ -38,7 +47,6 @@ _WIDER = {
 }
 _CORRELATED = 10
 _NAMED_SHARE = 1e-3  # of a direction's square
-_ARROW = " \N{RIGHTWARDS ARROW} "
 
 
 def joint_page(found: JointIdentification) -> Page:
@@ -58,20 +66,25 @@ def joint_page(found: JointIdentification) -> Page:
 def joint_summary(found: JointIdentification) -> Page:
     """Tell the answer, and whether to trust it."""
     nominal = found.nominal
-    verdict: Verdict = "good" if found.trustworthy else "doubtful" if found.converged else "bad"
+    verdict, words = judgement(found)
+    step = next_step(
+        found,
+        "fix what is known, or give priors.",
+        "observations are",
+        "on poses measured anew.",
+    )
+    if found.trustworthy and found.heights is not None:
+        step = "let the controller use the calibrated mechanism, print, and measure the print."
     return Page(
         title=f"{nominal.name}: identification from what was observed",
         subtitle=chain_subtitle(nominal),
         headlines=list(_headlines(found)),
         verdict=verdict,
-        judgement={
-            "good": "Converged; nothing speaks against the estimate.",
-            "doubtful": "Converged, with doubts.",
-        }.get(verdict, f"Not converged: {found.failure}."),
+        judgement=words,
         doubts=found.doubts if found.converged else (),
         notes=found.notes,
         paragraphs=_done(found),
-        next_step=_next_step(found),
+        next_step=step,
         inputs=sources(nominal.source, found.measurements.source),
     )
 
@@ -144,15 +157,9 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
     if found.heights is not None:
         yield from heights_headlines(found.heights)
         return
-    before, after, validation = found.before, found.after, found.cross_validation
+    before, after = found.before, found.after
     if math.isfinite(found.residual_rms):
-        unit = found.nominal.space.closure_unit
-        remark = ratio(found.nominal_residual_rms, found.residual_rms)
-        if validation is not None:
-            remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
-        closures = [milli(found.nominal_residual_rms, unit), milli(found.residual_rms, unit)]
-        value = " \N{RIGHTWARDS ARROW} ".join(closures)
-        yield "Closure of the legs, root mean square", value, remark
+        yield closure_headline(found)
     if before is None or after is None:
         return
     if before.aligned is not None and after.aligned is not None:
@@ -162,33 +169,8 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
         yield from before_and_after(before, after, after)
 
 
-def _next_step(found: JointIdentification) -> str:
-    if not found.converged:
-        return (
-            "look for what keeps the estimate from converging: units, frames, signs, the order of "
-            "the legs, the working mode; fix what is known, or give priors."
-        )
-    if found.doubts:
-        return "settle the doubts, beginning with the first, and identify again."
-    if found.heights is not None:
-        return "let the controller use the calibrated mechanism, print, and measure the print."
-    if found.cross_validation is None:
-        return (
-            "see how well observations are predicted that the fit did not see: identify with "
-            "--cross-validate 5."
-        )
-    return (
-        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew."
-    )
-
-
 def _parameter_section(found: JointIdentification) -> Section:
-    origin = (
-        "from the declared noise, which explains the residuals"
-        if not found.unexplained
-        else "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
-        "since the residuals are larger than it explains"
-    )
+    origin = SCALED_UP if found.unexplained else EXPLAINED
     if found.options.noise == "estimate":
         origin = "from the estimated noise"
     paragraphs = [f"Standard deviations follow {origin}."]
@@ -390,17 +372,12 @@ def _worst_rows(found: JointIdentification) -> Table:
 
 
 def _accuracy_section(found: JointIdentification) -> list[Section]:
-    before, after, validation = found.before, found.after, found.cross_validation
+    before, after = found.before, found.after
     expected = _expected_table(found)
     if before is None or after is None:
         paragraph = "What the uncertain unknowns alone lead to expect at given readings."
         return [Section("accuracy", "End-effector error", [paragraph], expected)] * bool(expected)
-    unseen = validation and validation.evaluation
-    table = error_table(
-        {"Before": before, "After": after},
-        None,
-        (validation.name, unseen) if validation and unseen else None,
-    )
+    table = error_table({"Before": before, "After": after}, None, found.cross_validation)
     paragraph = (
         "At poses that were measured in full, the distance between the measured pose and the one "
         "that the forward kinematics gives for the readings, with the nominal and with the "
@@ -536,12 +513,11 @@ def _pose_section(found: JointIdentification) -> Section:
 
 def heights_headlines(heights: Heights) -> Iterator[Headline]:
     """Heights before and after, and the size of what is printed."""
-    values = [milli(each, "m") for each in (heights.before, heights.after)]
     remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
-    yield "Height, root mean square", _ARROW.join(values), remark
-    values = [_per_100(each) for each in (heights.size_before, heights.size_after)]
+    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
     remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
-    yield "Size of what is printed, of 100 mm", _ARROW.join(values), remark
+    sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
+    yield "Size of what is printed, of 100 mm", sizes, remark
 
 
 def heights_section(heights: Heights | None) -> list[Section]:
@@ -573,7 +549,3 @@ def heights_section(heights: Heights | None) -> list[Section]:
 def _with_share(known: float) -> str:
     words = in_words(known)
     return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"
-
-
-def _per_100(share: float) -> str:
-    return milli(0.1 * share, "m")

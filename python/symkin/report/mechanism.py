@@ -17,6 +17,7 @@ from symkin.report.movable import movable
 from symkin.report.wording import (
     NONE,
     has_lengths,
+    leg_columns,
     plural,
     pose_coordinates,
     quantity,
@@ -118,7 +119,7 @@ def legs_table(
         *(_parameter_row(mechanism, index) for index in range(len(mechanism.parameter_names))),
         *after,
     ]
-    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
+    columns = ("", *leg_columns(len(mechanism.legs)))
     return Table("The legs", columns, [Group(rows)], brief=True)
 
 

@@ -68,6 +68,11 @@ def ratio(before: float, after: float) -> str:
     return f"{significant(after / before, 2)} times larger"
 
 
+def became(before: float, after: float, unit: str) -> str:
+    """A small error as it was and as it is: ``0.82 mm`` and ``0.0821 mm`` with an arrow between."""
+    return f"{milli(before, unit)} \N{RIGHTWARDS ARROW} {milli(after, unit)}"
+
+
 def count(number: int) -> str:
     """An integer with its thousands apart."""
     return f"{number:,}".replace(",", _SPACE)
@@ -92,6 +97,11 @@ def chain_subtitle(mechanism: Mechanism) -> str:
 def has_lengths(mechanism: Mechanism) -> bool:
     """Whether any parameter is a length."""
     return any("m" in mechanism.parameter_units(leg) for leg in range(len(mechanism.legs)))
+
+
+def leg_columns(count: int) -> tuple[str, ...]:
+    """Headings of a table with a column a leg."""
+    return tuple(f"Leg {leg + 1}" for leg in range(count))
 
 
 def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:
