@@ -97,15 +97,7 @@ def split_covariance(covariance: Array) -> tuple[Array, Array]:
 def with_correlations(mechanism: Mechanism, covariance: Array | None) -> Mechanism:
     """Keep how the errors of each point's parameters go together; None: nobody knows.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    covariance : ndarray, shape (legs p, legs p), or None
-        Of all parameters.
-
-    Returns
-    -------
-    Mechanism
+    The covariance is that of all parameters, shape (legs p, legs p).
     """
     points = mechanism.points
     if points is None:

@@ -130,12 +130,7 @@ _STILL = 1e-11  # m, of the root mean square of what a step changes at the end-e
 
 
 def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:
-    """Poses all over the workspace and in those corners of its box that belong to it.
-
-    Returns
-    -------
-    ndarray, shape (N, coordinates)
-    """
+    """Poses all over the workspace and in those corners of its box that belong to it."""
     poses = sample_workspace(mechanism, count, seed=1).poses
     assert mechanism.workspace is not None  # or it could not be sampled
     bounds = zip(mechanism.workspace.lower, mechanism.workspace.upper, strict=True)
@@ -153,27 +148,13 @@ def nearest(
 
     Gauss-Newton on what `evaluate` shows: the robot's pose moves by (dg/dpose)^-1 of the robot
     times dg/dparam of the model. A rotation counts as the way of a point at the characteristic
-    length.
-
-    Parameters
-    ----------
-    actual : Mechanism
-        The robot, with as many legs as degrees of freedom; none of them binds the platform.
-    start : Mechanism
-        As the format can express it.
-    unknowns : sequence of iterables of (int, str)
-        Each is one unknown: the parameters (leg from 0, name) that change alike.
-    poses : ndarray, shape (N, coordinates)
-        Commanded poses.
-
-    Returns
-    -------
-    Mechanism
+    length. The robot has as many legs as degrees of freedom; `start` is as the format can express
+    it, and each of the unknowns is the parameters (leg from 0, name) that change alike.
 
     Raises
     ------
     SymkinError
-        If the fit does not come to rest, or a pose cannot be taken.
+        If the legs bind the platform, the fit does not come to rest, or a pose cannot be taken.
     """
     if actual.bound:
         raise SymkinError(

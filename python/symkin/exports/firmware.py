@@ -188,27 +188,11 @@ def linear_delta(
     own_arms: bool = True,
     angles: Sequence[float] | None = None,
 ) -> tuple[LinearDelta, Loss]:
-    """Find the values of the firmware's model that are nearest to a robot.
+    """Find the values of the firmware's model that are nearest to a robot, and what is lost.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        A linear delta whose carriages run upwards above the effector.
-    options : ExportOptions
-        Where the endstops are.
-    firmware : str
-        For messages.
-    own_arms : bool
-        Whether each tower may have a rod length of its own.
-    angles : sequence of float, optional
-        Of the towers, rad, if they cannot be told.
-
-    Returns
-    -------
-    LinearDelta
-        Rounded as the file has it.
-    Loss
-        What is lost with it.
+    The carriages run upwards above the effector. The values are rounded as the file has them. With
+    `own_arms` each tower may have a rod length of its own; `angles` (rad) are those of the towers
+    if they cannot be told.
     """
     require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
     own = named_columns(mechanism)

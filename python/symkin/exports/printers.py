@@ -201,16 +201,9 @@ class Imported(Value):
 
 
 def import_printer(path: str | os.PathLike[str]) -> Imported:
-    """Read a linear delta from Klipper's printer.cfg.
+    """Read a linear delta from Klipper's printer.cfg, with ``kinematics: delta``.
 
-    Parameters
-    ----------
-    path : str or path
-        With ``kinematics: delta``. What SAVE_CONFIG has written at its end counts, as in Klipper.
-
-    Returns
-    -------
-    Imported
+    What SAVE_CONFIG has written at its end counts, as in Klipper.
 
     Raises
     ------

@@ -143,18 +143,8 @@ def read_points(
 ) -> tuple[list[_Values], DrawnPoints | None]:
     """The tables of legs with all points by parameters, and in which frames they were given.
 
-    Parameters
-    ----------
-    source : TomlSource
-        For errors.
-    section : str
-        That the legs are of: those of "legs" have values with standard deviations.
-    legs : list of dict
-        As they were read.
-    infos : sequence of ChainInfo
-        Of each leg.
-    frames : dict
-        The section with the centres.
+    Legs of the section "legs" have values with standard deviations; `frames` is the section with
+    the centres.
     """
     listed = section == "legs"
     ends = {}

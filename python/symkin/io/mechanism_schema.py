@@ -256,18 +256,9 @@ HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {}
 def mechanism_table(
     chains: tuple[str, ...], platform: str, reading_unit: str, default: str | None
 ) -> Kind:
-    """Describe the files of mechanisms whose legs are of these chains, of one kind of platform.
+    """Describe the files of mechanisms with legs of these chains, of a platform and a reading unit.
 
-    Parameters
-    ----------
-    chains : tuple of str
-        One or more.
-    platform : str
-        See `chain_info`.
-    reading_unit : {"rad", "m"}
-        Of the sensors.
-    default : str, optional
-        The chain of legs that name none.
+    Legs that name no chain have the `default`.
 
     Raises
     ------

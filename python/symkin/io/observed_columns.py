@@ -47,19 +47,7 @@ def read_observed(
 ) -> dict[str, _Array]:
     """Return what was observed besides poses and readings, and all standard deviations.
 
-    Parameters
-    ----------
-    table : Table
-        Has the columns of poses and readings.
-    columns : MeasurementColumns
-        Which those are, and which hold the rest.
-    pose_space, leg_count, reading_unit
-        Of the mechanism.
-
-    Returns
-    -------
-    dict
-        Of the optional attributes of `Measurements`, those that the table has a column of.
+    Of the optional attributes of `Measurements`, those that the table has a column of.
 
     Raises
     ------

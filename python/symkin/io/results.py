@@ -24,10 +24,6 @@ def results_text(results: Mapping[str, Any]) -> str:
     Arrays become lists, dataclasses objects, NaN and infinities null (JSON has neither). Keys keep
     the order in which they were given, below ``"schema"``.
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     ResultsError

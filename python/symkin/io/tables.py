@@ -201,16 +201,12 @@ class Table:
 def read_table(source: TableSource, step: str = "") -> Table:
     """Read a table.
 
-    Parameters
-    ----------
-    source : str, path, stream or mapping of columns
-        A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
-        semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin
-        with ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed
-        is read too. A stream holds text or bytes of such a file; a mapping of columns is a pandas
-        DataFrame, or a dictionary of arrays, where NaN is an empty cell.
-    step : str
-        The size of the steps that its columns may count.
+    A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
+    semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin with
+    ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed is read
+    too. A stream holds text or bytes of such a file; a mapping of columns is a pandas DataFrame, or
+    a dictionary of arrays, where NaN is an empty cell. `step` is the size of the steps that columns
+    may count.
 
     Raises
     ------
@@ -272,20 +268,9 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
 
 
 def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
-    """Return what a regular file holds.
+    """Return what a regular file holds; `error` makes the exception out of what is wrong with it.
 
     Pipes and devices are refused, since they may never end.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : callable
-        Makes the exception out of what is wrong with the file.
-
-    Returns
-    -------
-    bytes
     """
     try:
         mode = path.stat().st_mode

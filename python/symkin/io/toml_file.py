@@ -66,18 +66,7 @@ class TomlSource:
 
 
 def read_toml(path: Path, kind: type[TomlFileError] = MechanismFileError) -> TomlSource:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : type
-        Of the errors about it.
-
-    Returns
-    -------
-    TomlSource
+    """Read a TOML file; errors about it are of this kind.
 
     Raises
     ------

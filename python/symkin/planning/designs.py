@@ -152,16 +152,9 @@ class Task:
 
 
 def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) -> list[Task]:
-    """Return the selections of a design.
+    """Return the selections of a design, see `make_plan`.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its symmetry carries poses from leg to leg.
-    design : {"legs", "orbits", "mechanism"}
-        See `make_plan`.
-    use_symmetry : bool
-        Whether one selection serves all legs of an orbit (design "legs").
+    With `use_symmetry` one selection serves all legs of an orbit (design "legs").
 
     Raises
     ------

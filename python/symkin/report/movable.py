@@ -38,18 +38,7 @@ _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 
 
 def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
-    """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Any.
-
-    Returns
-    -------
-    tuple of Movable
-        To be unpacked among the parts of a section.
-    """
+    """Return a mechanism that can be moved through its workspace's box; nothing if it has none."""
     if mechanism.workspace is None:
         return ()
     names = list(mechanism.space.units)
@@ -67,13 +56,10 @@ def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
 def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what the page's script needs: a grid of poses, rigid bodies, and what each pose shows.
 
-    Returns
-    -------
-    dict
-        With axes, the corners of base and platform, each leg's joints, how many of them lie
-        between its ends, and the nodes as text: for each a character for its state, two for the
-        logarithm of its condition number, for each leg and inner joint two for each of its
-        coordinates, and two for each coordinate of the pose that the legs bind.
+    Axes, the corners of base and platform, each leg's joints, how many of them lie between its
+    ends, and the nodes as text: for each a character for its state, two for the logarithm of its
+    condition number, for each leg and inner joint two for each of its coordinates, and two for each
+    coordinate of the pose that the legs bind.
     """
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]

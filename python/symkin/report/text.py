@@ -26,14 +26,8 @@ def summary_text(page: Page) -> str:
 def page_text(page: Page, width: int | None = None, *, whole: bool = False) -> str:
     """Return what the command line prints: the summary, then the brief tables.
 
-    Parameters
-    ----------
-    page : Page
-        What there is to say.
-    width : int, optional
-        Columns of the terminal, by default those of the one that it is printed to.
-    whole : bool
-        Whether to print all sections, with their paragraphs and tables.
+    `width` is the columns of the terminal, by default of the one that it is printed to. The `whole`
+    page has all sections, with their paragraphs and tables.
     """
     lines = [page.title, *([page.subtitle] if page.subtitle else [])]
     if page.judgement:
