@@ -19,7 +19,6 @@ from symkin.poses import (
     Transform,
     rotations_from_vectors,
     space_named,
-    vectors_from_rotations,
 )
 from symkin.result import Result, Value, field, record
 from symkin.settings import Frames
@@ -244,7 +243,7 @@ def align_frames(
         np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
     )
     return Alignment(
-        frames=Frames(*(tuple(_tangent(each)[shown].tolist()) for each in (base, target))),
+        frames=Frames(*(tuple(each.tangent[shown].tolist()) for each in (base, target))),
         base_deviations=deviations[: len(shown)],
         target_deviations=deviations[len(shown) :],
         convention=best.convention,
@@ -429,10 +428,6 @@ def _deviations(
 def _stepped(frame: Transform, step: Array) -> Transform:
     turn = rotations_from_vectors(step[None, 3:])[0]
     return Transform(turn @ frame.rotation, frame.translation + step[:3])
-
-
-def _tangent(frame: Transform) -> Array:
-    return np.concatenate([frame.translation, vectors_from_rotations(frame.rotation[None])[0]])
 
 
 def _rms(rows: Array) -> float:

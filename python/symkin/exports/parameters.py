@@ -25,9 +25,9 @@ from symkin.chains import legs_in_words
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
 from symkin.exports.exported import ExportOptions, Loss, Written, workspace_poses
-from symkin.frames import transforms
+from symkin.frames import between, transforms
 from symkin.mechanism import Mechanism, require_same_shape
-from symkin.poses import poses_from_bounds, vectors_from_rotations
+from symkin.poses import poses_from_bounds
 from symkin.workspace.sample import interpolated, workspace_coordinates
 
 __all__ = ["write_c_header", "write_json", "write_table", "write_yaml"]
@@ -237,10 +237,8 @@ def _evaluated(mechanism: Mechanism, nominal: Mechanism, wanted: Array, told: Ar
     """Errors of the poses that the robot takes when other poses are commanded."""
     readings = nominal.inverse_kinematics(poses_from_bounds(nominal.pose_space, told))
     taken = mechanism.forward_kinematics(readings, start=wanted)[0]
-    ends = [transforms(mechanism.pose_space, poses) for poses in (taken, wanted)]
-    turned = ends[0].rotation @ np.swapaxes(ends[1].rotation, 1, 2)
-    moved = np.hstack([ends[0].translation - ends[1].translation, vectors_from_rotations(turned)])
-    return Evaluation.of(moved[:, mechanism.space.components], wanted, mechanism)
+    missed = between(*(transforms(mechanism.pose_space, poses) for poses in (wanted, taken)))
+    return Evaluation.of(missed[:, mechanism.space.components], wanted, mechanism)
 
 
 def _csv(mechanism: Mechanism, nodes: Array, commands: Array) -> str:

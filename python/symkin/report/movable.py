@@ -16,12 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.frames import transforms
 from symkin.mechanism import Mechanism
-from symkin.poses import rotations_from_quaternions, vectors_from_rotations
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
-from symkin.workspace.sample import inside_workspace, interpolated, least_reach_margin
+from symkin.workspace.sample import (
+    inside_workspace,
+    interpolated,
+    least_reach_margin,
+    workspace_coordinates,
+)
 
 Array = NDArray[np.float64]
 
@@ -70,8 +75,10 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     dimensions = base.shape[1]
     bound = _bound(mechanism)
     axes = _axes(mechanism, 3 + 2 * (dimensions * sum(inner) + len(bound)))
-    poses = _poses(mechanism, _nodes(axes))
-    followed = _coordinates(mechanism, poses)[:, bound]
+    # All places of the grid, the last coordinate running fastest.
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    poses = _poses(mechanism, nodes)
+    followed = workspace_coordinates(mechanism, poses)[:, bound]
     codes, offset, step = _codes(mechanism, poses, inner, dimensions, followed)
     names = pose_coordinates(mechanism.space)
     home_values = _home_values(mechanism)[list(mechanism.free)]
@@ -134,24 +141,11 @@ def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
     return axes
 
 
-def _nodes(axes: list[Array]) -> Array:
-    """All places of the grid, the last coordinate running fastest."""
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-
-
 def _poses(mechanism: Mechanism, chosen: Array) -> Array:
     """Poses by the coordinates that can be chosen, (N, free); NaN where the legs have none."""
     values = np.tile(_home_values(mechanism), (len(chosen), 1))
     values[:, mechanism.free] = chosen
     return np.ascontiguousarray(mechanism.poses_at(values))
-
-
-def _coordinates(mechanism: Mechanism, poses: Array) -> Array:
-    """Poses as position and angle or rotation vector, (N, dof)."""
-    if not mechanism.space.has_quaternion:
-        return poses
-    vectors = vectors_from_rotations(rotations_from_quaternions(poses[:, -4:]))
-    return np.hstack([poses[:, :-4], vectors])
 
 
 def _span(values: Array) -> tuple[float, float]:
@@ -244,17 +238,9 @@ def _states(
 
 def _in_platform(mechanism: Mechanism, points: Array) -> Array:
     """Points at home, in the platform's frame."""
-    home = mechanism.home
-    dimensions = points.shape[1]
-    rotation = np.eye(dimensions)
-    if mechanism.pose_space == "planar":
-        cosine, sine = np.cos(home[2]), np.sin(home[2])
-        rotation = np.array([[cosine, -sine], [sine, cosine]])
-    elif mechanism.space.has_quaternion:
-        rotation = rotations_from_quaternions(home[np.newaxis, -4:])[0]
-    centre = home[:dimensions] if mechanism.space.moves else np.zeros(dimensions)
-    local: Array = (points - centre) @ rotation
-    return local
+    platform, size = transforms(mechanism.pose_space, mechanism.home[np.newaxis]), points.shape[1]
+    local = (points - platform.translation[0, :size]) @ platform.rotation[0, :size, :size]
+    return np.asarray(local)
 
 
 def _rounded(points: Array) -> list[list[float]]:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.chains import chain_info, parameter_values
+from symkin.measurements import pose_rows
 from symkin.mechanism import Leg, Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.result import Result, field, record
@@ -329,8 +330,7 @@ def map_poses(
     """
     group = symmetry_group(mechanism)
     chosen = group.parse(element) if isinstance(element, str) else element
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    return _core.transform_poses(group.core, chosen, mechanism.core, rows)
+    return _core.transform_poses(group.core, chosen, mechanism.core, pose_rows(poses))
 
 
 def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[NamedGroup, ...]:

@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
+from symkin.poses import vectors_from_quaternions
 from symkin.result import Result, field, record
 
 __all__ = [
@@ -148,13 +150,13 @@ def sample_workspace(
 
 def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose meets the workspace's demands, shape (N,); its box is not asked."""
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
+    options = workspace_options(mechanism)
+    return np.array(_core.inside_workspace(mechanism.core, options, pose_rows(poses)))
 
 
 def _rows(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """Poses as rows of as many columns as the mechanism's have."""
-    rows = np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+    rows = pose_rows(poses)
     if rows.ndim != 2 or rows.shape[1] != len(mechanism.home):
         raise MechanismError(
             f"poses have shape {rows.shape}; expected (N, {len(mechanism.home)}) of "
@@ -176,11 +178,7 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
     if mechanism.pose_space == "planar":
         turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)
         return np.hstack([rows[:, :2], turned])
-    position, vector, scalar = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
-    vector = np.where(scalar < 0, -vector, vector)
-    size = np.linalg.norm(vector, axis=1, keepdims=True)
-    angle = 2 * np.arctan2(size, np.abs(scalar))
-    return np.hstack([position, vector * angle / np.where(size > 0, size, 1.0)])
+    return np.hstack([rows[:, :-4], vectors_from_quaternions(rows[:, -4:])])
 
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
