@@ -3,24 +3,26 @@
 
 from __future__ import annotations
 
-import math
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.option_values import quantity_of
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, command
+from symkin.drawing import as_drawn
+from symkin.io.columns import own_columns, pose_column_names, reading_column_names
 from symkin.io.output_files import OutputFiles
+from symkin.io.plans import read_pose_list
+from symkin.io.sensor_tables import read_all_readings, shown_readings
+from symkin.io.tables import csv_text, read_table, write_table
 
 if TYPE_CHECKING:
-    from symkin.mechanism import Mechanism
+    pass
 
 _OUT_OF_REACH = 1
 # Those of symkin.exports.FORMATS, which a test compares.
@@ -73,12 +75,6 @@ def kinematics(
     in a folder. In rows that the mechanism cannot take, the cells of what was to be calculated are
     empty; such rows are counted on stderr, and then the exit code is 1.
     """
-    from symkin.drawing import as_drawn
-    from symkin.io.columns import pose_column_names, reading_column_names
-    from symkin.io.plans import read_pose_list
-    from symkin.io.sensor_tables import shown_readings
-    from symkin.io.tables import write_table
-
     with progress() as stage:
         stage("reading the mechanism and the table")
         robot = symkin.load_mechanism(mechanism)
@@ -86,7 +82,9 @@ def kinematics(
         with OutputFiles([robot.source, table], overwrite) as outputs:
             target = outputs.folder(out, file) if out else None
             if forward:
-                readings = _readings(table, robot)
+                read = read_table(table, robot.step)
+                named = own_columns(read, robot.pose_space, len(robot.legs))
+                readings = read_all_readings(read, named, robot, "a pose takes those of all")
                 stage("calculating")
                 poses, _ = robot.forward_kinematics(readings)
             else:
@@ -104,36 +102,12 @@ def kinematics(
         document = {"command": "kinematics", "mechanism": robot.name, "forward": forward}
         print_json({**document, "rows": len(poses), "out_of_reach": missed, **columns})
     elif out is None:
-        _print(columns)
+        sys.stdout.write(csv_text(columns))
     else:
         say(str(out / file))
     if missed:
         typer.echo(f"out of reach: {missed} of {len(poses)} rows, left empty", err=True)
         raise typer.Exit(_OUT_OF_REACH)
-
-
-def _readings(path: Path, mechanism: Mechanism) -> NDArray[np.float64]:
-    """Readings of all legs, columns named as symkin names them."""
-    from symkin.io.columns import own_columns
-    from symkin.io.sensor_tables import read_straight_readings
-    from symkin.io.tables import read_table
-
-    table = read_table(path, mechanism.step)
-    columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
-    readings, _ = read_straight_readings(table, columns, mechanism)
-    missing = np.argwhere(np.isnan(readings))
-    if len(missing):
-        row, leg = missing[0].tolist()
-        raise table.row_error(row, f"has no reading of leg {leg + 1}; a pose takes those of all")
-    return readings
-
-
-def _print(columns: Mapping[str, NDArray[np.float64]]) -> None:
-    """Print numbers as CSV, as a file has them."""
-    sys.stdout.write(",".join(columns) + "\n")
-    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
-        cells = ("" if math.isnan(value) else repr(value) for value in row)
-        sys.stdout.write(",".join(cells) + "\n")
 
 
 @command(

@@ -96,6 +96,18 @@ def read_straight_readings(
     return straight, curves.slope(readings)
 
 
+def read_all_readings(
+    table: Table, columns: MeasurementColumns, mechanism: Mechanism, why: str
+) -> _Array:
+    """Return the readings of `read_straight_readings`, of every leg in every row."""
+    readings, _ = read_straight_readings(table, columns, mechanism)
+    missing = np.argwhere(np.isnan(readings))
+    if len(missing):
+        row, leg = missing[0].tolist()
+        raise table.row_error(row, f"has no reading of leg {leg + 1}; {why}")
+    return readings
+
+
 def shown_readings(mechanism: Mechanism, straight: _Array) -> _Array:
     """Return what the sensors show where straight ones would show this; NaN beyond their table."""
     if mechanism.sensor_table is None:

@@ -261,10 +261,15 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
         data = {name: arrow.array(values, from_pandas=True) for name, values in columns.items()}
         parquet.write_table(arrow.table(data), path)
         return
+    text = csv_text(columns).encode()
+    path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
+
+
+def csv_text(columns: Mapping[str, Any]) -> str:
+    """Return columns as CSV."""
     cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
     lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
-    text = ("\n".join(lines) + "\n").encode()
-    path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
+    return "\n".join(lines) + "\n"
 
 
 def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
