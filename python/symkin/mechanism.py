@@ -7,7 +7,7 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -228,7 +228,7 @@ class Mechanism(Kinematics):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make it anew, since the core cannot be pickled."""
-        return _made, (self._values,)
+        return partial(Mechanism, **self._values), ()
 
     def __eq__(self, other: object) -> bool:
         """Whether it is the same mechanism with the same settings, wherever it comes from."""
@@ -591,7 +591,3 @@ def _deviations(given: ArrayLike, legs: Sequence[Leg], names: Sequence[str]) -> 
 def _read_only(array: Array) -> Array:
     array.flags.writeable = False
     return array
-
-
-def _made(values: dict[str, Any]) -> Mechanism:
-    return Mechanism(**values)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo
 from symkin.errors import QuantityError, did_you_mean
-from symkin.io.toml_file import Kind, Schema, TomlSource, WrongValueError, quantity, table
+from symkin.io.toml_file import Kind, Schema, TomlSource, WrongValueError, estimate, quantity, table
 from symkin.mechanism import Mechanism
 from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints
@@ -88,21 +88,14 @@ def _point(size: int, estimated: bool) -> Kind:
     value = _numbers("m", size)
     if not estimated:
         return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
-    kinds = {
-        "value": value,
+    errors = {
         "standard_deviation": _numbers("m", size, "not negative; nan where it is held", nan=True),
         "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
     }
+    whole = estimate(value, errors)
 
     def read(raw: Any) -> dict[str, tuple[float, ...]]:
-        if not isinstance(raw, dict):
-            return {"value": value.read(raw)}
-        for name in raw:
-            if name not in kinds:
-                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
-        if "value" not in raw:
-            raise QuantityError('has no "value"')
-        made = {name: kinds[name].read(each) for name, each in raw.items()}
+        made: dict[str, tuple[float, ...]] = whole.read(raw)
         if any(each < 0 for each in made.get("standard_deviation", ())):
             raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
         if "correlation" in made:
@@ -114,7 +107,7 @@ def _point(size: int, estimated: bool) -> Kind:
                 )
         return made
 
-    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+    return Kind(read, whole.schema)
 
 
 def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
@@ -124,14 +117,13 @@ def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kin
         if not isinstance(raw, list) or len(raw) != count:
             found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
             raise QuantityError(f"has {found}; expected {count}, in {unit}")
-        return tuple(math.nan if nan and _is_nan(each) else kind.read(each) for each in raw)
+        return tuple(
+            math.nan if nan and isinstance(each, float) and math.isnan(each) else kind.read(each)
+            for each in raw
+        )
 
     items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
     return Kind(read, items)
-
-
-def _is_nan(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
 
 
 def read_points(
@@ -173,7 +165,9 @@ def read_points(
     points = {
         end: np.array(
             [
-                leg[f"{end}_point"]["value"] if f"{end}_point" in leg else [np.nan] * _size(names)
+                leg[f"{end}_point"]["value"]
+                if f"{end}_point" in leg
+                else [np.nan] * max(map(len, names))
                 for leg in legs
             ]
         )
@@ -207,11 +201,6 @@ def read_points(
             correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
     base, platform = (tuple(about[end].tolist()) if end in about else None for end in _ENDS)
     return made, DrawnPoints(base, platform, correlations=correlations)
-
-
-def _size(names: Sequence[Mapping[str, str]]) -> int:
-    """How many coordinates the points of an end have."""
-    return max(map(len, names))
 
 
 def _require_everywhere(

@@ -92,6 +92,7 @@ def load_mechanism(
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
+    unknown = file.get("identification")
     mechanism = source.call(
         (section,),
         lambda: Mechanism(
@@ -110,7 +111,7 @@ def load_mechanism(
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
             frames=frames,
-            identification=_identification(file),
+            identification=IdentificationSettings(**unknown) if unknown else None,
             curvature=curvature,
             points=points,
             sensor_table=_sensor_table(source, file, len(legs), reading),
@@ -184,11 +185,6 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
             path,
         )
     return shipped
-
-
-def _identification(file: _Values) -> IdentificationSettings | None:
-    section = file.get("identification")
-    return IdentificationSettings(**section) if section else None
 
 
 def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
-from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.errors import QuantityError, printable
 from symkin.io.drawn_points import ends_of, leg_kind
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import MOST_ROWS
@@ -29,6 +29,7 @@ from symkin.io.toml_file import (
     Sign,
     WrongValueError,
     choice,
+    estimate,
     list_of,
     one_or_list,
     quantity,
@@ -74,11 +75,6 @@ def _coordinates(*units: str) -> Kind:
     return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
 
 
-def _row(unit: str) -> Kind:
-    """``[shown, straight]`` of a sensor, of any number of turns."""
-    return list_of(quantity(unit), 2, 2)
-
-
 def _interval(unit: str) -> Kind:
     """``[lower, upper]``."""
     both = _coordinates(unit, unit)
@@ -94,21 +90,13 @@ def _interval(unit: str) -> Kind:
 
 def _estimate(unit: str, value: Kind) -> Kind:
     """A quantity, or ``{ value = ..., standard_deviation = ... }``; NaN where there is none."""
-    deviation = quantity(unit, "not negative")
-    kinds = {"value": value, "standard_deviation": deviation}
+    both = estimate(value, {"standard_deviation": quantity(unit, "not negative")})
 
     def read(raw: Any) -> tuple[float, float]:
-        if not isinstance(raw, dict):
-            return value.read(raw), math.nan
-        for name in raw:
-            if name not in kinds:
-                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
-        if "value" not in raw:
-            raise QuantityError('has no "value"')
-        values = {name: kinds[name].read(each) for name, each in raw.items()}
-        return values["value"], values.get("standard_deviation", math.nan)
+        made = both.read(raw)
+        return made["value"], made.get("standard_deviation", math.nan)
 
-    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+    return Kind(read, both.schema)
 
 
 def _check_name(name: str) -> str:
@@ -313,7 +301,8 @@ def mechanism_table(
         frames["plane"] = _coordinates("m", "1", "1")
     ends = dict.fromkeys(end for each in infos for end in ends_of(each))
     frames |= {f"{end}_centre": _coordinates(*place) for end in ends}
-    rows = list_of(_row(unit), 2, MOST_ROWS)
+    # ``[shown, straight]`` of a sensor, of any number of turns.
+    rows = list_of(list_of(quantity(unit), 2, 2), 2, MOST_ROWS)
     sections |= {
         "frames": table(frames),
         "identification": IDENTIFICATION,

@@ -285,6 +285,23 @@ def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: A
     return Kind(read, schema | ({"required": list(required)} if required else {}))
 
 
+def estimate(value: Kind, others: Mapping[str, Kind]) -> Kind:
+    """A value, or a table of it as ``value`` and of what is known of its errors; reads a table."""
+    kinds = {"value": value, **others}
+
+    def read(raw: Any) -> dict[str, Any]:
+        if not isinstance(raw, dict):
+            return {"value": value.read(raw)}
+        for name in raw:
+            if name not in kinds:
+                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
+        if "value" not in raw:
+            raise QuantityError('has no "value"')
+        return {name: kinds[name].read(each) for name, each in raw.items()}
+
+    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+
+
 def read_at(key: str | int, kind: Kind, raw: Any) -> Any:
     """Read one value; an error says at which key."""
     try:

@@ -154,7 +154,8 @@ def residuals(
     fits = identification.legs
     unit = identification.nominal.space.closure_unit
     titles = [
-        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}" for leg, fit in _counted(fits)
+        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}"
+        for leg, fit in enumerate(fits, 1)
     ]
     figure, panels = _panels(titles, unit, figure)
     for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
@@ -198,7 +199,9 @@ def dependence(
     found = [
         _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
     ]
-    titles = [f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in _counted(found)]
+    titles = [
+        f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in enumerate(found, 1)
+    ]
     unit = identification.nominal.space.closure_unit
     figure, panels = _panels(titles, unit, figure)
     for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
@@ -626,10 +629,6 @@ def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
         return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
     style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
     return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
-
-
-def _counted(values: Sequence[Any]) -> Any:
-    return enumerate(values, 1)
 
 
 def _rms(values: Any) -> float:

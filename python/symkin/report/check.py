@@ -43,13 +43,26 @@ def check_page(result: CheckResult) -> Page:
     """Describe all that a check found."""
     mechanism, comparison = result.mechanism, result.comparison
     symmetry = symmetry_section(mechanism, comparison, result.groups)
+    conditions = Section(
+        "conditions", "Conditions", [f"The conditions are not tested: {result.untested}."]
+    )
+    if result.conditions is not None:
+        conditions = conditions_section(result.conditions)
+    differences = []
+    if comparison.deviations or comparison.sensor_deviations:
+        text = (
+            "Each leg is carried back to the first of those that are, or should be, alike, and "
+            "compared with their median; tolerances are those of manufacture."
+        )
+        table = deviations_table(comparison)
+        differences = [Section("differences", "Differences", [text], [table])]
     sections = [
-        *([_differences(result)] if comparison.columns()["leg"] else []),
+        *differences,
         _legs(result),
         _mechanism(result),
         _home(result),
         _identifiability(result),
-        *(dataclasses.replace(each, details=True) for each in (symmetry, _conditions(result))),
+        *(dataclasses.replace(each, details=True) for each in (symmetry, conditions)),
     ]
     return dataclasses.replace(check_summary(result), sections=sections)
 
@@ -163,14 +176,6 @@ def _own_frames(mechanism: Mechanism) -> list[str]:
     ]
 
 
-def _differences(result: CheckResult) -> Section:
-    text = (
-        "Each leg is carried back to the first of those that are, or should be, alike, and "
-        "compared with their median; tolerances are those of manufacture."
-    )
-    return Section("differences", "Differences", [text], [deviations_table(result.comparison)])
-
-
 def _legs(result: CheckResult) -> Section:
     mechanism, home = result.mechanism, result.home
     before = [("image of", *(f"leg {leg.reference + 1}" for leg in result.origins))]
@@ -215,13 +220,6 @@ def _identifiability(result: CheckResult) -> Section:
         [where, *section.paragraphs],
         [*section.parts, singular_values_table(result.observability)],
     )
-
-
-def _conditions(result: CheckResult) -> Section:
-    if result.conditions is None:
-        text = f"The conditions are not tested: {result.untested}."
-        return Section("conditions", "Conditions", [text])
-    return conditions_section(result.conditions)
 
 
 def symmetry_section(
