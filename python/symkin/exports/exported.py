@@ -129,9 +129,9 @@ _STEPS = 30
 _STILL = 1e-11  # m, of the root mean square of what a step changes at the end-effector
 
 
-def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:
+def workspace_poses(mechanism: Mechanism) -> Array:
     """Poses all over the workspace and in those corners of its box that belong to it."""
-    poses = sample_workspace(mechanism, count, seed=1).poses
+    poses = sample_workspace(mechanism, _POSES, seed=1).poses
     assert mechanism.workspace is not None  # or it could not be sampled
     bounds = zip(mechanism.workspace.lower, mechanism.workspace.upper, strict=True)
     corners = mechanism.poses_at(list(itertools.product(*bounds)))

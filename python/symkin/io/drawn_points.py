@@ -180,7 +180,13 @@ def read_points(
         if not listed or np.isnan(each).any()
     }
     fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
-    about = fixed if len(fixed) == len(ends) else _centres(infos, legs, points, fixed)
+    about = fixed
+    if len(fixed) < len(ends):
+        known = [
+            {name: leg[name][0] for name in info.parameter_names if name in leg}
+            for leg, info in zip(legs, infos, strict=True)
+        ]
+        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, fixed)
     made = [
         {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
     ]
@@ -219,21 +225,6 @@ def _require_everywhere(
                 f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in "
                 "none",
             )
-
-
-def _centres(
-    infos: Sequence[ChainInfo],
-    legs: list[_Values],
-    points: dict[str, Array],
-    fixed: dict[str, Array],
-) -> dict[str, Array]:
-    """About which places the points become parameters."""
-    known = [
-        {name: leg[name][0] for name in info.parameter_names if name in leg}
-        for leg, info in zip(legs, infos, strict=True)
-    ]
-    modes = [leg.get("working_mode", -1) for leg in legs]
-    return centres(infos, known, modes, points, fixed)
 
 
 def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array]:

@@ -82,7 +82,10 @@ def load_mechanism(
     stated: ReadingUnit | None = header.get("reading_unit")
     platform = header.get("platform", "rigid")
     chains = _chains(source, header, platform)
-    reading = stated or ReadingUnit(_joint_unit(source, header, chains, platform))
+    kinds, noun = [chain_info(chain, platform) for chain in chains], _noun(header)
+    reading = stated or ReadingUnit(
+        source.call(("reading_unit",), lambda: common_reading_unit(kinds, noun))
+    )
     used = tuple(dict.fromkeys(chains))
     file = read_table(source, mechanism_table(used, platform, reading.unit, header.get("chain")))
     section = _section_of_legs(source, file)
@@ -214,13 +217,6 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
         section = next(each for each in _SECTIONS_OF_LEGS if each in header)
         source.call((section,), lambda: require_mixable(infos, _noun(header)))
     return tuple(found) or (str(default),)
-
-
-def _joint_unit(source: TomlSource, header: _Values, chains: tuple[str, ...], platform: str) -> str:
-    """The unit of all active joints, for sensors of which nothing is said."""
-    infos = [chain_info(chain, platform) for chain in chains]
-    noun = _noun(header)
-    return source.call(("reading_unit",), lambda: common_reading_unit(infos, noun))
 
 
 def _noun(header: _Values) -> str:

@@ -303,7 +303,40 @@ def parameter_errors(
     in_sigmas = np.full_like(errors, np.nan)
     if deviations is not None:
         np.divide(errors, deviations, out=in_sigmas, where=deviations > 0)
-    return draw_parameter_errors(actual.parameter_names, in_sigmas, figure)
+    legs, count = in_sigmas.shape
+    rows = -(-legs // _COLUMNS)
+    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
+    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
+    first = None
+    for leg, errors in enumerate(in_sigmas):
+        row, column = divmod(leg, _COLUMNS)
+        place, title = places[row, column], f"leg {leg + 1}"
+        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
+        first = first or axes
+        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
+        axes.axvline(0, color=LINE, linewidth=0.8)
+        outside = np.abs(errors) > INTERVAL
+        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
+            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
+        axes.set_yticks(
+            range(count),
+            [name.replace("_", " ") for name in actual.parameter_names],
+            fontsize=SMALL,
+        )
+        axes.tick_params(axis="y", length=0, labelleft=column == 0)
+        if leg + _COLUMNS >= legs:
+            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
+    if first is not None:
+        largest = np.nanmax(np.abs(in_sigmas), initial=3)
+        first.set_xlim(-1.08 * largest, 1.08 * largest)
+        first.set_ylim(count - 0.4, -0.6)
+    handles = [
+        sign("o", "truth within the 95% interval", AFTER, 5),
+        sign("D", "truth outside", ACCENT, 5),
+        Patch(color=AFTER, alpha=0.12, label="95% interval"),
+    ]
+    legend_below(figure, handles)
+    return figure
 
 
 def error_histogram(
@@ -487,45 +520,6 @@ def _draw_closures(
             for row, closure in zip(rows, closures, strict=True)
         ],
     )
-
-
-# Errors of the parameters.
-
-
-def draw_parameter_errors(
-    names: Sequence[str], in_sigmas: Array, figure: FigureBase | None = None
-) -> FigureBase:
-    """Draw errors in standard deviations, shape (legs, p), NaN where there is none."""
-    legs, count = in_sigmas.shape
-    rows = -(-legs // _COLUMNS)
-    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
-    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
-    first = None
-    for leg, errors in enumerate(in_sigmas):
-        row, column = divmod(leg, _COLUMNS)
-        place, title = places[row, column], f"leg {leg + 1}"
-        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
-        first = first or axes
-        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
-        axes.axvline(0, color=LINE, linewidth=0.8)
-        outside = np.abs(errors) > INTERVAL
-        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
-            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
-        axes.set_yticks(range(count), [name.replace("_", " ") for name in names], fontsize=SMALL)
-        axes.tick_params(axis="y", length=0, labelleft=column == 0)
-        if leg + _COLUMNS >= legs:
-            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
-    if first is not None:
-        largest = np.nanmax(np.abs(in_sigmas), initial=3)
-        first.set_xlim(-1.08 * largest, 1.08 * largest)
-        first.set_ylim(count - 0.4, -0.6)
-    handles = [
-        sign("o", "truth within the 95% interval", AFTER, 5),
-        sign("D", "truth outside", ACCENT, 5),
-        Patch(color=AFTER, alpha=0.12, label="95% interval"),
-    ]
-    legend_below(figure, handles)
-    return figure
 
 
 # Errors of the end effector.

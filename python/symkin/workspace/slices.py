@@ -30,6 +30,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _PAPER_ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
+_TURNS = 3600  # orientations at which a singularity is looked for
 _BEYOND_BOX = 0.1  # of the box's side
 _SINGULAR = 1e8  # condition number beyond which rounding decides the determinant's sign
 
@@ -240,17 +241,17 @@ def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
     return mechanism.replace(legs=legs)
 
 
-def singular_orientations(mechanism: Mechanism, steps: int = 3600) -> Array:
+def singular_orientations(mechanism: Mechanism) -> Array:
     """Orientations at home's position where the platform meets a parallel singularity, rad.
 
-    Within half a turn of home, ascending, interpolated between `steps` samples. Empty for a
+    Within half a turn of home, ascending, interpolated between samples. Empty for a
     platform that never turns or that the legs bind, and with more legs than degrees of freedom,
     whose determinant has no sign.
     """
     home = _home_coordinates(mechanism)
     if not mechanism.space.turns or mechanism.bound:
         return np.empty(0)
-    angles = home[-1] + np.linspace(-math.pi, math.pi, steps + 1)
+    angles = home[-1] + np.linspace(-math.pi, math.pi, _TURNS + 1)
     values = np.tile(home, (len(angles), 1))
     values[:, -1] = angles
     poses = mechanism.poses_at(values)
