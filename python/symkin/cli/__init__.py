@@ -20,8 +20,7 @@ from symkin.cli.controller import export, import_, kinematics
 from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, list_mechanisms, new, workspace
 from symkin.cli.options import command
-from symkin.cli.protocol import plan, pose_count, run, simulate
-from symkin.cli.study import study
+from symkin.cli.protocol import plan, pose_count, run, simulate, study
 
 __all__ = ["app", "main"]
 
