@@ -21,12 +21,11 @@ from symkin.poses import (
     space_named,
 )
 from symkin.result import Result, Value, field, record
-from symkin.settings import Frames
+from symkin.settings import Frames, MeasurementColumns
 
 if TYPE_CHECKING:
     from symkin.io.tables import Table, TableSource
     from symkin.mechanism import Mechanism
-    from symkin.settings import MeasurementColumns
 
 __all__ = [
     "Alignment",
@@ -281,7 +280,6 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
         For another number of columns, or as `read_pose_values`.
     """
     from symkin.io.columns import read_pose_values
-    from symkin.settings import MeasurementColumns
 
     names = [name.strip() for name in names]
     size = {2: 2, 3: 2, 4: 0, 6: 3, 7: 3}.get(len(names))

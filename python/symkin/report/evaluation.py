@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""End-effector errors: of one model, of poses that were not seen, before and after."""
+"""Errors of end-effectors: of a model, of unseen poses, before and after; and of a printer."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symkin.evaluation import AlignedErrors, Evaluation
+from symkin.identification.heights import Heights, in_words
 from symkin.observability import ExpectedAccuracy
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, became, count, milli, plural, ratio
+from symkin.report.wording import NONE, became, count, milli, plural, ratio, significant
 
 if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
@@ -252,3 +253,43 @@ def _next_step(evaluation: Evaluation) -> str:
             "before you blame the legs."
         )
     return ""
+
+
+def heights_headlines(heights: Heights) -> Iterator[Headline]:
+    """Heights before and after, and the size of what is printed."""
+    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
+    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
+    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
+    sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
+    yield "Size of what is printed, of 100 mm", sizes, remark
+
+
+def heights_section(heights: Heights | None) -> list[Section]:
+    """What the heights show and what they do not, in words; none without heights."""
+    if heights is None:
+        return []
+    paragraphs = [
+        f"The heights that the nominal robot would have differ from those measured by "
+        f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
+        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
+        f"use, in {plural(heights.folds, 'part')}.",
+        *heights.notes,
+    ]
+    rows = [
+        (
+            each.plainly,
+            each.parameter,
+            _with_share(each.common),
+            _with_share(each.between),
+        )
+        for each in heights.shown
+    ]
+    columns = ("", "Parameter", "All legs alike", "Between the legs")
+    caption = "What the heights show (in brackets: left of the tolerance)"
+    table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
+    return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
+
+
+def _with_share(known: float) -> str:
+    words = in_words(known)
+    return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"

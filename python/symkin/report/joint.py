@@ -10,12 +10,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.identification.heights import Heights, in_words
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import KINDS
 from symkin.identification.suspicions import blunders_of
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
-from symkin.report.evaluation import before_and_after, error_table
+from symkin.report.evaluation import (
+    before_and_after,
+    error_table,
+    heights_headlines,
+    heights_section,
+)
 from symkin.report.identification import (
     EXPLAINED,
     SCALED_UP,
@@ -28,13 +32,11 @@ from symkin.report.identification import (
 from symkin.report.mechanism import mechanism_section
 from symkin.report.wording import (
     NONE,
-    became,
     chain_subtitle,
     decimals_of,
     fixed,
     milli,
     plural,
-    ratio,
     significant,
 )
 
@@ -509,43 +511,3 @@ def _pose_section(found: JointIdentification) -> Section:
         "measurements."
     )
     return Section("poses", "Latent poses", [paragraph], parts)
-
-
-def heights_headlines(heights: Heights) -> Iterator[Headline]:
-    """Heights before and after, and the size of what is printed."""
-    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
-    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
-    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
-    sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
-    yield "Size of what is printed, of 100 mm", sizes, remark
-
-
-def heights_section(heights: Heights | None) -> list[Section]:
-    """What the heights show and what they do not, in words; none without heights."""
-    if heights is None:
-        return []
-    paragraphs = [
-        f"The heights that the nominal robot would have differ from those measured by "
-        f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
-        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
-        f"use, in {plural(heights.folds, 'part')}.",
-        *heights.notes,
-    ]
-    rows = [
-        (
-            each.plainly,
-            each.parameter,
-            _with_share(each.common),
-            _with_share(each.between),
-        )
-        for each in heights.shown
-    ]
-    columns = ("", "Parameter", "All legs alike", "Between the legs")
-    caption = "What the heights show (in brackets: left of the tolerance)"
-    table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
-    return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
-
-
-def _with_share(known: float) -> str:
-    words = in_words(known)
-    return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"
