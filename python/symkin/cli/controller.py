@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import typer
@@ -20,9 +20,6 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.plans import read_pose_list
 from symkin.io.sensor_tables import read_all_readings, shown_readings
 from symkin.io.tables import csv_text, read_table, write_table
-
-if TYPE_CHECKING:
-    pass
 
 _OUT_OF_REACH = 1
 # Those of symkin.exports.FORMATS, which a test compares.

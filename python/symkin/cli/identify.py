@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -37,9 +37,6 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.tables import read_table
 from symkin.mechanism import require_same_shape
 from symkin.probing import with_printed_length
-
-if TYPE_CHECKING:
-    pass
 
 _FILES = ("evaluation.json", "evaluation.html")
 

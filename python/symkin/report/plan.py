@@ -37,7 +37,6 @@ _SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
 _PERCENT = "\N{NO-BREAK SPACE}%"
-_PERCENT = "\N{NO-BREAK SPACE}%"
 
 
 def plan_page(plan: Plan) -> Page:
