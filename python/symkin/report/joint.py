@@ -502,7 +502,7 @@ def _pose_section(found: JointIdentification) -> Section:
                 "latent_poses",
                 "Scatter plots of the estimated poses.",
                 "Where the platform was, by all observations together, in the robot's own frame.",
-                plotted("poses", found.latent_poses[known]),
+                plotted("poses", found.latent_poses[known], pose_space=found.nominal.pose_space),
             )
         )
     parts += _influence_table(found)

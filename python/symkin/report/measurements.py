@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,13 +31,7 @@ def measurements_page(taken: Measurements) -> Page:
     ]
     columns = ("Leg", "Readings", "Of them in its set")
     table = Table("Readings of every leg", columns, [Group(rows)], brief=True)
-    whole = taken.poses[np.isfinite(taken.poses).all(axis=1)]
-    poses = Image(
-        "poses",
-        "Scatter plots of the measured poses.",
-        "The measured poses." if len(whole) == len(read) else "The poses measured in full.",
-        plotted("poses", whole, pose_space=taken.pose_space),
-    )
+    whole, poses = taken.poses[_whole(taken)], _poses_image(taken)
     headlines = [
         ("Poses", count(len(taken.poses)), f"sets: {', '.join(map(set_name, sets))}"),
         ("Readings", count(int(read.sum())), f"of {count(len(legs))} legs"),
@@ -63,20 +59,29 @@ def measurements_page(taken: Measurements) -> Page:
 
 def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
     """Show where the poses lie that were measured in full."""
-    whole = np.isfinite(measurements.poses).all(axis=1)
-    sets: list[NDArray[np.float64]] = []
+    whole, sets = _whole(measurements), []
     if (measurements.leg_sets >= 0).any():
         legs = range(len(mechanism.legs))
         sets = [measurements.poses[(measurements.leg_sets == leg) & whole] for leg in legs]
-    poses = Image(
-        "poses",
-        "Scatter plots of the measured poses.",
-        "The measured poses.",
-        plotted("poses", measurements.poses[whole], sets),
-    )
+    poses = _poses_image(measurements, sets)
     file = f" from {measurements.source_name}" if measurements.source else ""
     paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
     return Section("poses", "Measured poses", [paragraph], [poses] if whole.any() else [])
+
+
+def _whole(measurements: Measurements) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(measurements.poses).all(axis=1))
+
+
+def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]] = ()) -> Image:
+    """The poses measured in full, and those of each leg's set."""
+    whole = _whole(measurements)
+    return Image(
+        "poses",
+        "Scatter plots of the measured poses.",
+        "The measured poses." if whole.all() else "The poses measured in full.",
+        plotted("poses", measurements.poses[whole], sets, pose_space=measurements.pose_space),
+    )
 
 
 def simulation_page(simulation: Simulation) -> Page:

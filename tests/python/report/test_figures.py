@@ -77,6 +77,16 @@ def test_spatial_poses_are_drawn_in_three_projections(spatial_result):
     assert labels == [("x, m", "y, m"), ("x, m", "z, m"), ("y, m", "z, m")]
 
 
+@pytest.mark.parametrize("unknown", [{}, {"shared": ["sensor_gain"]}], ids=["legs", "joint"])
+def test_positions_in_space_are_not_drawn_as_poses_in_the_plane(unknown):
+    delta = symkin.load_mechanism("linear_delta")
+    plan = symkin.make_plan(delta, delta.sample_workspace(300, 1), 20)
+    found = symkin.identify(delta, symkin.simulate(delta, plan).measurements, **unknown)
+    parts = [part for section in found.page().sections for part in section.parts]
+    (poses,) = [part for part in parts if getattr(part, "name", "") in ("poses", "latent_poses")]
+    assert [axes.get_ylabel() for axes in poses.draw().axes] == ["y, m", "z, m", "z, m"]
+
+
 def test_observability_has_a_bar_for_every_leg_and_parameter():
     diagonals = np.array([[1.0, 20.0, 0.3], [1.0, 20.0, 0.3]])
     figure = plot.observability(("base_radius", "base_angle", "gain"), diagonals).figure
