@@ -294,7 +294,7 @@ def moved_workspace(
 ) -> WorkspaceSettings:
     """Home, and the box around the image of the box, for frames that these motions carry."""
     # The same place of the platform's points over the base's points, in other frames.
-    home = np.array(settings.home or (0.0,) * POSE_SPACES[pose_space].dof)
+    home = np.array(settings.home_or_origin)
     sides = [(a, (a + b) / 2, b) for a, b in zip(settings.lower, settings.upper, strict=True)]
     box = np.array(list(itertools.product(*sides)))
     moved_home = _moved(pose_space, base, tool, home[None])[0]

@@ -458,8 +458,13 @@ class Mechanism(Kinematics):
     @property
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
-        given = None if self.workspace is None else self.workspace.home
-        return _read_only(self.poses_at(given or (0.0,) * self.straight.dof))
+        return _read_only(self.poses_at(self.home_coordinates))
+
+    @property
+    def home_coordinates(self) -> Array:
+        """Home as position (m), then angle or rotation vector (rad), shape (dof,)."""
+        settings = self.workspace
+        return np.array((0.0,) * self.straight.dof if settings is None else settings.home_or_origin)
 
     @property
     def characteristic_length(self) -> float:

@@ -96,6 +96,11 @@ class WorkspaceSettings(_Settings):
     characteristic_length: float | None = None
     home: tuple[float, ...] | None = None
 
+    @property
+    def home_or_origin(self) -> tuple[float, ...]:
+        """The coordinates of home."""
+        return self.home or (0.0,) * len(self.lower)
+
 
 @dataclass(frozen=True)
 class NoiseSettings:

@@ -400,7 +400,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         return
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
     settings = drawn_workspace(mechanism) or mechanism.workspace
-    given = settings.home or (0.0,) * len(settings.lower)
+    given = settings.home_or_origin
     described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
     if np.isnan(readings).any():
         legs = named_legs(np.flatnonzero(np.isnan(readings)))

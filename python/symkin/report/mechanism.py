@@ -235,7 +235,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
         )
         for each in mechanism.free
     ]
-    home = settings.home or (0.0,) * len(names)
+    home = settings.home_or_origin
     if mechanism.bound:
         others = [name for each, (name, _) in enumerate(names) if each not in mechanism.free]
         rows.append((" and ".join([", ".join(others[:-1]), others[-1]]), "follow from the legs"))

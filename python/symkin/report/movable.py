@@ -81,7 +81,7 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     followed = workspace_coordinates(mechanism, poses)[:, bound]
     codes, offset, step = _codes(mechanism, poses, inner, dimensions, followed)
     names = pose_coordinates(mechanism.space)
-    home_values = _home_values(mechanism)[list(mechanism.free)]
+    home_values = mechanism.home_coordinates[list(mechanism.free)]
     assert mechanism.workspace is not None
     return {
         "dimensions": dimensions,
@@ -116,11 +116,6 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def _home_values(mechanism: Mechanism) -> Array:
-    assert mechanism.workspace is not None
-    return np.array(mechanism.workspace.home or (0.0,) * mechanism.core.dof)
-
-
 def _bound(mechanism: Mechanism) -> list[int]:
     """Which coordinates of a pose follow from the others."""
     return [each for each in range(mechanism.space.dof) if each not in mechanism.free]
@@ -134,7 +129,7 @@ def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
     axes = []
     for place in mechanism.free:
         low, high = settings.lower[place], settings.upper[place]
-        home = _home_values(mechanism)[place]
+        home = mechanism.home_coordinates[place]
         axis = np.linspace(min(low, home), max(high, home), count)
         axis[np.argmin(np.abs(axis - home))] = home
         axes.append(axis)
@@ -143,7 +138,7 @@ def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
 
 def _poses(mechanism: Mechanism, chosen: Array) -> Array:
     """Poses by the coordinates that can be chosen, (N, free); NaN where the legs have none."""
-    values = np.tile(_home_values(mechanism), (len(chosen), 1))
+    values = np.tile(mechanism.home_coordinates, (len(chosen), 1))
     values[:, mechanism.free] = chosen
     return np.ascontiguousarray(mechanism.poses_at(values))
 

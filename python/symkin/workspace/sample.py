@@ -280,8 +280,7 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     """
     settings = mechanism.workspace
     assert settings is not None
-    values = settings.home or (0.0,) * mechanism.core.dof
-    home = f"the home pose {_listed(mechanism, values)}"
+    home = f"the home pose {_listed(mechanism, settings.home_or_origin)}"
     unit = mechanism.space.closure_unit
     margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
     if not (margins >= reach_margin).all():

@@ -192,7 +192,7 @@ def constant_orientations(
     if resolution < 2:
         raise SymkinError(f"the resolution is {resolution}; expected at least 2 cells a side")
     options = workspace_options(mechanism)
-    home = _home_coordinates(mechanism)
+    home = mechanism.home_coordinates
     across, along = slice_coordinates(mechanism)
     if not mechanism.space.turns:
         orientations = (math.nan,)
@@ -248,7 +248,7 @@ def singular_orientations(mechanism: Mechanism) -> Array:
     platform that never turns or that the legs bind, and with more legs than degrees of freedom,
     whose determinant has no sign.
     """
-    home = _home_coordinates(mechanism)
+    home = mechanism.home_coordinates
     if not mechanism.space.turns or mechanism.bound:
         return np.empty(0)
     angles = home[-1] + np.linspace(-math.pi, math.pi, _TURNS + 1)
@@ -263,12 +263,6 @@ def singular_orientations(mechanism: Mechanism) -> Array:
     crossed = np.flatnonzero((before * after < 0) & smooth)
     share = before[crossed] / (before[crossed] - after[crossed])
     return np.asarray(angles[crossed] + share * (angles[1] - angles[0])) + 0.0
-
-
-def _home_coordinates(mechanism: Mechanism) -> Array:
-    """Home as position and angle or rotation vector."""
-    given = None if mechanism.workspace is None else mechanism.workspace.home
-    return np.array(given or (0.0,) * mechanism.core.dof, dtype=float)
 
 
 def _constant_orientation(
