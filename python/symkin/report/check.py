@@ -15,7 +15,7 @@ from symkin.points import axis_of_drawing
 from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
-from symkin.report.wording import NONE, count, plural, quantity, setting, significant
+from symkin.report.wording import NONE, count, plural, quantity, setting, significant, sources
 from symkin.report.workspace import elements_table, sampling_table
 from symkin.symmetry import (
     DetectedSymmetry,
@@ -73,7 +73,6 @@ def check_summary(result: CheckResult) -> Page:
     doubts = _doubts(result)
     exact = comparison.verdict == comparison.sensors == "exact"
     bad = result.blind or result.missing or result.unusable is not None
-    source = mechanism.source
     return Page(
         title=f"{mechanism.name}: check",
         subtitle=f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}",
@@ -83,7 +82,7 @@ def check_summary(result: CheckResult) -> Page:
         doubts=doubts,
         notes=_notes(result),
         next_step=result.next_step,
-        inputs=[] if source is None else [(source.name, source)],
+        inputs=sources(mechanism.source),
     )
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import named_legs, printable
+from symkin.errors import named_legs
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification.estimate import CrossValidation, Identification
 from symkin.identification.fit import LegFit
@@ -37,8 +36,10 @@ from symkin.report.wording import (
     fixed,
     milli,
     plural,
+    quoted,
     ratio,
     significant,
+    sources,
 )
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
@@ -145,16 +146,6 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
         ),
     ]
     return Section("identification", "Identified parameters", paragraphs, parts)
-
-
-def sources(*files: Path | None) -> list[tuple[str, Path]]:
-    """Name the files that this comes from."""
-    return [(printable(path.name), path) for path in files if path is not None]
-
-
-def quoted(text: str) -> str:
-    """Return text in quotation marks."""
-    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"
 
 
 def _done(found: Identification) -> str:

@@ -26,8 +26,6 @@ from symkin.report.identification import (
     closure_headline,
     judgement,
     next_step,
-    quoted,
-    sources,
 )
 from symkin.report.mechanism import mechanism_section
 from symkin.report.wording import (
@@ -37,7 +35,9 @@ from symkin.report.wording import (
     fixed,
     milli,
     plural,
+    quoted,
     significant,
+    sources,
 )
 
 _WORST_ROWS = 8

@@ -10,6 +10,7 @@ import numpy as np
 
 from symkin.chains import legs_in_words
 from symkin.mechanism import Mechanism
+from symkin.observability import ExpectedAccuracy
 from symkin.planning import ChosenPoses, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
@@ -56,7 +57,7 @@ def plan_page(plan: Plan) -> Page:
         )
     if expected is not None:
         remark = f"expected, rms ({plan.estimator}, all poses)"
-        headlines += expected_headlines(mechanism, expected.position, expected.orientation, remark)
+        headlines += expected_headlines(mechanism, expected, remark)
     headlines.append(
         ("Way", quantity(plan.travel, mechanism.space.closure_unit), "from home through the poses")
     )
@@ -108,12 +109,11 @@ def plan_page(plan: Plan) -> Page:
 
 
 def expected_headlines(
-    mechanism: Mechanism, position: float, orientation: float, remark: str
+    mechanism: Mechanism, expected: ExpectedAccuracy, remark: str
 ) -> Sequence[Headline]:
     """Expected errors as headlines; of those that the platform has."""
-    errors = {"position": position, "orientation": orientation}
     return [
-        (f"{kind.capitalize()} error", milli(errors[kind], unit), remark)
+        (f"{kind.capitalize()} error", milli(getattr(expected, kind), unit), remark)
         for kind, unit in mechanism.space.errors
     ]
 
@@ -298,7 +298,7 @@ def needed_poses_page(needed: NeededPoses) -> Page:
     )
     headlines = [
         ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
-        *expected_headlines(mechanism, expected.position, expected.orientation, "expected, rms"),
+        *expected_headlines(mechanism, expected, "expected, rms"),
     ]
     remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
     return dataclasses.replace(

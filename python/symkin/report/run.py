@@ -21,8 +21,6 @@ from symkin.report.evaluation import (
 from symkin.report.identification import (
     judgement,
     parameter_section,
-    quoted,
-    sources,
 )
 from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
@@ -35,7 +33,9 @@ from symkin.report.wording import (
     milli,
     plural,
     quantity,
+    quoted,
     setting,
+    sources,
 )
 from symkin.report.workspace import workspace_section
 

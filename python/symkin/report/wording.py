@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+from symkin.errors import printable
 from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 
@@ -108,6 +110,16 @@ def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:
     """Name and unit of the coordinates of a workspace's bounds."""
     names = {"phi": "\N{GREEK SMALL LETTER PHI}"}
     return tuple((names.get(name, name), unit) for name, unit in space.units.items())
+
+
+def sources(*files: Path | None) -> list[tuple[str, Path]]:
+    """Name the files that this comes from."""
+    return [(printable(path.name), path) for path in files if path is not None]
+
+
+def quoted(text: str) -> str:
+    """Return text in quotation marks."""
+    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"
 
 
 def _signed(text: str) -> str:

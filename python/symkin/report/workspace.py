@@ -13,7 +13,7 @@ from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import count, plural, share, significant
+from symkin.report.wording import count, plural, share, significant, sources
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices
 from symkin.workspace.study import READING_ROUNDING, ElementCheck, WorkspaceStudy
@@ -123,7 +123,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
         doubts=doubts,
         notes=[text for row in study.modes if (text := _singular_orientations(row))],
         sections=[_slices_section(study), _joints_section(study), _symmetry_section(study)],
-        inputs=[] if mechanism.source is None else [(mechanism.source.name, mechanism.source)],
+        inputs=sources(mechanism.source),
     )
 
 
