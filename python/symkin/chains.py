@@ -152,6 +152,11 @@ class ChainInfo:
     free: tuple[int, ...]
 
     @property
+    def platform(self) -> str:
+        """What it carries, one of `PLATFORMS`."""
+        return {"planar": "rigid", "spatial": "rigid"}.get(self.pose_space, self.pose_space)
+
+    @property
     def box(self) -> dict[str, str]:
         """The coordinates of a workspace's box, with their units: those that can be chosen."""
         from symkin.poses import POSE_SPACES

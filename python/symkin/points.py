@@ -214,12 +214,11 @@ def _drawn_mechanism(
             kinds = point_parameters(info, end)
             for kind, value in polar(point - about[end], kinds).items() if kinds else ():
                 leg[kinds[kind]] = float(value)
-    space = infos[0].pose_space
     made = zip(infos, parameters, modes, strict=True)
     return Mechanism(
         "drawn",
         [Leg(info.name, each, mode) for info, each, mode in made],
-        platform={"planar": "rigid", "spatial": "rigid"}.get(space, space),
+        platform=infos[0].platform,
         reading_unit=infos[0].reading_unit,  # which symmetry does not ask for
     )
 
