@@ -55,7 +55,6 @@ _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
 _MILLI = 1e3
 _NAMED = 5  # blunders
-_UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "rx": "rad", "ry": "rad", "rz": "rad"}
 
 
 def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | None = None) -> Axes:
@@ -212,8 +211,8 @@ def dependence(
         parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
         axes.plot(along, parabola(along), color=INK, linewidth=1.2)
         reading = identification.nominal.reading_unit if most.name == "reading" else ""
-        unit = _UNITS.get(most.name, reading)
-        label = f"{most.name}, {unit}" if unit else most.name
+        of = identification.nominal.space.units.get(most.name, reading)
+        label = f"{most.name}, {of}" if of else most.name
         axes.set_xlabel(label, fontsize=SMALL, color=INK)
     return figure
 
