@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.checks import undefined_angles
-from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
@@ -300,6 +300,12 @@ class _Demands:
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
         check_regions(self.mechanism, self.avoid)
+        beyond = np.argwhere(np.isnan(self.mechanism.inverse_kinematics(self.required)))
+        if len(beyond):
+            pose, leg = beyond[0].tolist()
+            raise SymkinError(
+                f"required pose {pose + 1} is beyond the reach of {named_legs([leg])}"
+            )
 
     @property
     def tells_legs_apart(self) -> bool:
