@@ -114,20 +114,18 @@ def _done(found: JointIdentification) -> list[str]:
 def _observed(found: JointIdentification) -> str:
     counts = np.bincount(found.rows.kind, minlength=len(KINDS))
     named = {
-        "readings": "reading",
-        "pose": "coordinate of poses",
-        "reported pose": "coordinate that a controller reported",
-        "points": "coordinate of points",
-        "distances": "distance",
-        "heights": "height",
-    }
-    many = {"coordinate of poses": "coordinates of poses"}
-    many |= {
-        "coordinate that a controller reported": "coordinates that a controller reported",
-        "coordinate of points": "coordinates of points",
+        "readings": ("reading", "readings"),
+        "pose": ("coordinate of poses", "coordinates of poses"),
+        "reported pose": (
+            "coordinate that a controller reported",
+            "coordinates that a controller reported",
+        ),
+        "points": ("coordinate of points", "coordinates of points"),
+        "distances": ("distance", "distances"),
+        "heights": ("height", "heights"),
     }
     told = [
-        plural(int(number), named[kind], many.get(named[kind]))
+        plural(int(number), *named[kind])
         for kind, number in zip(KINDS, counts, strict=True)
         if number
     ]

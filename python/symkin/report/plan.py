@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symkin.chains import legs_in_words
+from symkin.errors import named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
 from symkin.planning import ChosenPoses, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
@@ -188,9 +189,8 @@ def _selections(basis: PlanBasis) -> Table:
 def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
     selection, certificate = choice.selection, choice.selection.certificate
     value = selection.criterion_value
-    numbers = ", ".join(str(leg + 1) for leg in choice.legs)
     return (
-        f"leg{'s' * (len(choice.legs) > 1)} {numbers}",
+        named_legs(choice.legs),
         quantity(1e3 * value**0.5, "mm")
         if basis.criterion == "expected_error"
         else significant(value, 4),
