@@ -96,41 +96,30 @@ __all__ = [
 
 # Resolved when they are first used, so that nobody waits for what he does not use.
 _MODULES = {
-    "Leg": "mechanism",
-    "Measurements": "measurements",
-    "Mechanism": "mechanism",
-    "Plan": "planning",
-    "SymkinError": "errors",
-    "align_frames": "alignment",
-    "check_mechanism": "checks",
-    "compare_symmetry": "symmetry",
-    "cross_validate": "identification",
-    "detect_symmetry": "symmetry",
-    "evaluate": "evaluation",
-    "export": "exports",
-    "identify": "identification",
-    "identify_many": "identification",
-    "load": "io.mechanism_file",
-    "load_columns": "io.mechanism_file",
-    "load_mechanism": "io.mechanism_file",
-    "make_plan": "planning",
-    "mechanism_schema": "io.mechanism_schema",
-    "pose_count_curve": "planning",
-    "predict_accuracy": "planning",
-    "read_measurements": "io.measurements",
-    "read_plan": "io.plans",
-    "read_results": "io.results",
-    "run_protocol": "pipeline",
-    "run_study": "study",
-    "sample_workspace": "workspace",
-    "save_mechanism": "io.mechanism_writer",
-    "select_poses": "planning.selection",
-    "shipped_mechanisms": "io.mechanism_file",
-    "simulate": "simulation",
-    "study_workspace": "workspace.study",
-    "write_measurements": "io.measurements",
-    "write_plan": "io.plans",
+    "alignment": ("align_frames",),
+    "checks": ("check_mechanism",),
+    "errors": ("SymkinError",),
+    "evaluation": ("evaluate",),
+    "exports": ("export",),
+    "identification": ("cross_validate", "identify", "identify_many"),
+    "io.measurements": ("read_measurements", "write_measurements"),
+    "io.mechanism_file": ("load", "load_columns", "load_mechanism", "shipped_mechanisms"),
+    "io.mechanism_schema": ("mechanism_schema",),
+    "io.mechanism_writer": ("save_mechanism",),
+    "io.plans": ("read_plan", "write_plan"),
+    "io.results": ("read_results",),
+    "measurements": ("Measurements",),
+    "mechanism": ("Leg", "Mechanism"),
+    "pipeline": ("run_protocol",),
+    "planning": ("Plan", "make_plan", "pose_count_curve", "predict_accuracy"),
+    "planning.selection": ("select_poses",),
+    "simulation": ("simulate",),
+    "study": ("run_study",),
+    "symmetry": ("compare_symmetry", "detect_symmetry"),
+    "workspace": ("sample_workspace",),
+    "workspace.study": ("study_workspace",),
 }
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _ROOMS = (
     "alignment", "checks", "conditions", "errors", "evaluation", "exports", "identification", "io",
     "kinematics", "measurements", "mechanism",
@@ -144,8 +133,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("symkin")
-    if name in _MODULES:
-        module = importlib.import_module(f"symkin.{_MODULES[name]}")
+    if name in _MODULE_OF:
+        module = importlib.import_module(f"symkin.{_MODULE_OF[name]}")
         found = globals()[name] = getattr(module, name)
         return found
     if name in _ROOMS:

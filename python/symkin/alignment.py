@@ -19,15 +19,13 @@ from symkin.poses import (
     Transform,
     rotations_from_vectors,
     space_named,
-    vectors_from_rotations,
 )
 from symkin.result import Result, Value, field, record
-from symkin.settings import Frames
+from symkin.settings import Frames, MeasurementColumns
 
 if TYPE_CHECKING:
     from symkin.io.tables import Table, TableSource
     from symkin.mechanism import Mechanism
-    from symkin.settings import MeasurementColumns
 
 __all__ = [
     "Alignment",
@@ -110,7 +108,7 @@ class Alignment(Result):
     length: float = field(unit="m")
     pose_space: str = field(private=True)
 
-    PAGE: ClassVar[str] = "alignment.alignment_page"
+    PAGE: ClassVar[str] = "measurements.alignment_page"
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -244,7 +242,7 @@ def align_frames(
         np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
     )
     return Alignment(
-        frames=Frames(*(tuple(_tangent(each)[shown].tolist()) for each in (base, target))),
+        frames=Frames(*(tuple(each.tangent[shown].tolist()) for each in (base, target))),
         base_deviations=deviations[: len(shown)],
         target_deviations=deviations[len(shown) :],
         convention=best.convention,
@@ -282,7 +280,6 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
         For another number of columns, or as `read_pose_values`.
     """
     from symkin.io.columns import read_pose_values
-    from symkin.settings import MeasurementColumns
 
     names = [name.strip() for name in names]
     size = {2: 2, 3: 2, 4: 0, 6: 3, 7: 3}.get(len(names))
@@ -429,10 +426,6 @@ def _deviations(
 def _stepped(frame: Transform, step: Array) -> Transform:
     turn = rotations_from_vectors(step[None, 3:])[0]
     return Transform(turn @ frame.rotation, frame.translation + step[:3])
-
-
-def _tangent(frame: Transform) -> Array:
-    return np.concatenate([frame.translation, vectors_from_rotations(frame.rotation[None])[0]])
 
 
 def _rms(rows: Array) -> float:

@@ -227,12 +227,13 @@ class CheckResult(Result):
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 0."""
         mechanism, seen = self.mechanism, self.observability
+        known = np.where(mechanism.has_parameter, mechanism.parameters, np.nan)
         return {
             "leg": list(range(len(self.origins))),
             "reference": [origin.reference for origin in self.origins],
             "element": [origin.element for origin in self.origins],
             "working_mode": list(mechanism.working_modes),
-            **dict(zip(mechanism.parameter_names, _known(mechanism).T, strict=True)),
+            **dict(zip(mechanism.parameter_names, known.T, strict=True)),
             f"home_reading_{mechanism.reading_unit}": self.home.readings,
             **({"rank": [leg.rank for leg in seen]} if seen else {}),
             **({"condition": [leg.condition for leg in seen]} if seen else {}),
@@ -335,11 +336,6 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
         conditions=conditions,
         unusable=unusable,
     )
-
-
-def _known(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Parameters, NaN where a leg has no such one."""
-    return np.where(mechanism.has_parameter, mechanism.parameters, np.nan)
 
 
 def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[NDArray[np.float64], ...]:

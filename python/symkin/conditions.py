@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symkin import _core
-from symkin.chains import shortest, turn_of
-from symkin.legs import legs_in_words
+from symkin.chains import legs_in_words, shortest, turn_of
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, record
 from symkin.symmetry import (
@@ -101,7 +100,7 @@ class Conditions(Result):
     groups: tuple[NamedGroup, ...] = field(private=True)
     derived = ("tested_group",)
 
-    PAGE: ClassVar[str] = "symmetry.conditions_page"
+    PAGE: ClassVar[str] = "check.conditions_page"
 
     @property
     def tested_group(self) -> str:

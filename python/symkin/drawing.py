@@ -133,7 +133,7 @@ def _workspace_in(
     shift[:size] = (base.translation - platform.translation)[:size]
     lower, upper, home = (
         tuple((np.array(each) + shift).tolist())
-        for each in (settings.lower, settings.upper, settings.home or np.zeros(len(shift)))
+        for each in (settings.lower, settings.upper, settings.home_or_origin)
     )
     return dataclasses.replace(settings, lower=lower, upper=upper, home=home)
 

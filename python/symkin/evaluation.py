@@ -14,14 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.frames import align, moved, transforms, unframed
-from symkin.measurements import Measurements
+from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
     POSE_SPACES,
     PoseSpace,
     Transform,
     rotations_from_vectors,
-    vectors_from_rotations,
 )
 from symkin.result import Result, Value, field, plain, record
 from symkin.workspace.sample import WorkspaceSample
@@ -153,7 +152,12 @@ class Evaluation(Result):
     @property
     def errors(self) -> tuple[Array, Array]:
         """Size of each pose's position error (m) and orientation error (rad), both (N,)."""
-        return _sizes(self.differences, self.space)
+        size = self.space.size
+        position, angle = (
+            np.sqrt(np.sum(part**2, axis=1))
+            for part in (self.differences[:, :size], self.differences[:, size:])
+        )
+        return position, angle
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
@@ -196,7 +200,7 @@ class Evaluation(Result):
         left = moved(frames[0], taken, frames[1], wanted)[:, components]
         differences = np.full_like(self.differences, np.nan)
         differences[rows] = left
-        base, tool = (_tangent(frame)[space.frame_components] for frame in frames)
+        base, tool = (frame.tangent[space.frame_components] for frame in frames)
         return AlignedErrors(*_figures(left, space), base, tool, differences)
 
     def to_dict(self) -> dict[str, Any]:
@@ -222,15 +226,6 @@ class Evaluation(Result):
         }
 
 
-def _sizes(differences: Array, space: PoseSpace) -> tuple[Array, Array]:
-    """Distance (m) and angle (rad) of each difference."""
-    position, angle = (
-        np.sqrt(np.sum(part**2, axis=1))
-        for part in (differences[:, : space.size], differences[:, space.size :])
-    )
-    return position, angle
-
-
 def _complete(rows: Array) -> NDArray[np.bool_]:
     """Which rows have finite numbers alone; a reduction of short rows takes ten times as long."""
     return np.isfinite(rows @ np.ones(rows.shape[1]))
@@ -243,11 +238,6 @@ def _figures(differences: Array, space: PoseSpace) -> tuple[float, float, float,
         squares = np.einsum("ij,ij->i", part, part)
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
     return figures[0], figures[1], figures[2], figures[3]
-
-
-def _tangent(transform: Transform) -> Array:
-    rotation = vectors_from_rotations(transform.rotation[None])[0]
-    return np.concatenate([transform.translation, rotation])
 
 
 def evaluate(
@@ -300,8 +290,7 @@ def evaluate(
         differences = pose_differences(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:
         require_same_shape(actual, model)
-        given = poses.poses if isinstance(poses, WorkspaceSample) else poses
-        rows = np.atleast_2d(np.ascontiguousarray(given, dtype=np.float64))
+        rows = pose_rows(poses)
         differences = _core.command_errors(actual.core, model.core, rows).differences
     else:
         raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")

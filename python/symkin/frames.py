@@ -28,6 +28,7 @@ from symkin.settings import WorkspaceSettings
 __all__ = [
     "align",
     "anchor",
+    "between",
     "frame",
     "framed",
     "moved",
@@ -139,7 +140,11 @@ def align(
 
 def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform) -> Array:
     """Tangents (N, 6) from the wanted poses to ``base @ poses @ tool``: m, rad."""
-    found = base @ poses @ tool
+    return between(wanted, base @ poses @ tool)
+
+
+def between(wanted: Transform, found: Transform) -> Array:
+    """Tangents (N, 6) from one motion to another: m, rad."""
     turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
     return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
 
@@ -289,7 +294,7 @@ def moved_workspace(
 ) -> WorkspaceSettings:
     """Home, and the box around the image of the box, for frames that these motions carry."""
     # The same place of the platform's points over the base's points, in other frames.
-    home = np.array(settings.home or (0.0,) * POSE_SPACES[pose_space].dof)
+    home = np.array(settings.home_or_origin)
     sides = [(a, (a + b) / 2, b) for a, b in zip(settings.lower, settings.upper, strict=True)]
     box = np.array(list(itertools.product(*sides)))
     moved_home = _moved(pose_space, base, tool, home[None])[0]
@@ -331,7 +336,9 @@ def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     legs = [leg for leg, each in enumerate(kinds) if each == kind]
     if kind == "none" or (nominal.mixed and len(legs) < (3 if nominal.space.in_space else 2)):
         return _STAYS
-    before, after = (_anchor_points(each, end, legs) for each in (nominal, made))
+    before, after = (
+        np.array([_anchor_point(each, end, leg) for leg in legs]) for each in (nominal, made)
+    )
     if kind == "point":
         motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
     elif kind == "axis":
@@ -344,15 +351,8 @@ def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
     return motion if _rms(displaced) > _MOVED * _rms(expected) else _STAYS
 
 
-def _anchor_points(mechanism: Mechanism, end: str, legs: Sequence[int]) -> Array:
-    """The points of legs, the feet of their guides or, of mere directions, where those point.
-
-    Shape (legs, 3).
-    """
-    return np.array([_anchor_point(mechanism, end, leg) for leg in legs])
-
-
 def _anchor_point(mechanism: Mechanism, end: str, leg: int) -> Array:
+    """The point of a leg, the foot of its guide or, of a mere direction, where that points."""
     roles, row = mechanism.parameter_roles(leg), mechanism.parameters[leg]
     values = {role.kind: value for role, value in zip(roles, row, strict=True) if role.end == end}
     azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]

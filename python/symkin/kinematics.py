@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError
+from symkin.measurements import pose_rows
 from symkin.poses import POSE_SPACES, poses_from_bounds, wrong_quaternion
 
 __all__ = ["Kinematics"]
@@ -58,7 +57,7 @@ class Kinematics:
         ndarray, shape (N, legs)
             The same readings if the sensors are straight.
         """
-        rows = _rows(readings)
+        rows = pose_rows(readings)
         if self.curvature is None:
             return rows
         quadratic, cosine, sine = self.curvature.T
@@ -139,7 +138,7 @@ class Kinematics:
         ndarray, shape (N,), or (N, k) where a leg has k closures
             m.
         """
-        own = np.atleast_1d(_floats(readings))
+        own = np.atleast_1d(np.ascontiguousarray(readings, dtype=np.float64))
         if self.curvature is not None:
             every = np.zeros((len(own), len(self.curvature)))
             every[:, leg] = own
@@ -222,7 +221,7 @@ class Kinematics:
 
     def _poses(self, poses: ArrayLike) -> Array:
         """Poses as rows; a quaternion that stands for no rotation is refused."""
-        rows = _rows(poses)
+        rows = pose_rows(poses)
         turned = POSE_SPACES[self.straight.pose_space].has_quaternion
         wrong = wrong_quaternion(rows) if turned else None
         if wrong is not None:
@@ -230,11 +229,3 @@ class Kinematics:
                 f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"
             )
         return rows
-
-
-def _floats(values: ArrayLike) -> Array:
-    return np.ascontiguousarray(values, dtype=np.float64)
-
-
-def _rows(values: Any) -> Array:
-    return np.atleast_2d(_floats(getattr(values, "poses", values)))

@@ -7,7 +7,7 @@ import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import ABSENT, ChainInfo, ParameterRole, chain_info
-from symkin.errors import MechanismError, one_of, printable
-from symkin.kinematics import Kinematics
-from symkin.legs import (
+from symkin.chains import (
+    ABSENT,
+    ChainInfo,
     Leg,
+    ParameterRole,
+    chain_info,
     chains_in_words,
     common_reading_unit,
     legs_in_words,
@@ -27,6 +28,8 @@ from symkin.legs import (
     require_mixable,
     union_of_names,
 )
+from symkin.errors import MechanismError, one_of, printable
+from symkin.kinematics import Kinematics
 from symkin.poses import POSE_SPACES, PoseSpace
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
@@ -225,7 +228,7 @@ class Mechanism(Kinematics):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Make it anew, since the core cannot be pickled."""
-        return _made, (self._values,)
+        return partial(Mechanism, **self._values), ()
 
     def __eq__(self, other: object) -> bool:
         """Whether it is the same mechanism with the same settings, wherever it comes from."""
@@ -461,8 +464,13 @@ class Mechanism(Kinematics):
     @property
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
-        given = None if self.workspace is None else self.workspace.home
-        return _read_only(self.poses_at(given or (0.0,) * self.straight.dof))
+        return _read_only(self.poses_at(self.home_coordinates))
+
+    @property
+    def home_coordinates(self) -> Array:
+        """Home as position (m), then angle or rotation vector (rad), shape (dof,)."""
+        settings = self.workspace
+        return np.array((0.0,) * self.straight.dof if settings is None else settings.home_or_origin)
 
     @property
     def characteristic_length(self) -> float:
@@ -594,7 +602,3 @@ def _deviations(given: ArrayLike, legs: Sequence[Leg], names: Sequence[str]) -> 
 def _read_only(array: Array) -> Array:
     array.flags.writeable = False
     return array
-
-
-def _made(values: dict[str, Any]) -> Mechanism:
-    return Mechanism(**values)

@@ -200,7 +200,7 @@ def run_protocol(
     """
     one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)
-    progress = progress or _silent
+    progress = progress or (lambda _stage: None)
     seed = mechanism.protocol.seed if seed is None else seed
     progress("sampling the workspace")
     candidates = sample_workspace(mechanism, seed=seed)
@@ -225,7 +225,3 @@ def run_protocol(
         for model in (mechanism, found.mechanism)
     )
     return ProtocolResult(mechanism, candidates, plan, simulation, found, before, after, seed)
-
-
-def _silent(stage: str) -> None:
-    """Tell nobody about a stage."""

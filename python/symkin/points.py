@@ -97,15 +97,7 @@ def split_covariance(covariance: Array) -> tuple[Array, Array]:
 def with_correlations(mechanism: Mechanism, covariance: Array | None) -> Mechanism:
     """Keep how the errors of each point's parameters go together; None: nobody knows.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    covariance : ndarray, shape (legs p, legs p), or None
-        Of all parameters.
-
-    Returns
-    -------
-    Mechanism
+    The covariance is that of all parameters, shape (legs p, legs p).
     """
     points = mechanism.points
     if points is None:
@@ -222,12 +214,11 @@ def _drawn_mechanism(
             kinds = point_parameters(info, end)
             for kind, value in polar(point - about[end], kinds).items() if kinds else ():
                 leg[kinds[kind]] = float(value)
-    space = infos[0].pose_space
     made = zip(infos, parameters, modes, strict=True)
     return Mechanism(
         "drawn",
         [Leg(info.name, each, mode) for info, each, mode in made],
-        platform={"planar": "rigid", "spatial": "rigid"}.get(space, space),
+        platform=infos[0].platform,
         reading_unit=infos[0].reading_unit,  # which symmetry does not ask for
     )
 

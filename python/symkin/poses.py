@@ -20,6 +20,7 @@ __all__ = [
     "rotations_from_quaternions",
     "rotations_from_vectors",
     "space_named",
+    "vectors_from_quaternions",
     "vectors_from_rotations",
     "wrong_quaternion",
 ]
@@ -151,6 +152,12 @@ class Transform(NamedTuple):
         return Transform(self.rotation.T, -self.rotation.T @ self.translation)
 
     @property
+    def tangent(self) -> Array:
+        """Translation (m) and rotation vector (rad) of a single motion, shape (6,)."""
+        turn = vectors_from_rotations(self.rotation[None])[0]
+        return np.concatenate([self.translation, turn])
+
+    @property
     def turn(self) -> float:
         """The angle of a single motion in the plane, rad."""
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
@@ -225,6 +232,16 @@ def rotations_from_quaternions(quaternions: Array) -> Array:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     ).transpose(2, 0, 1)
+
+
+def vectors_from_quaternions(quaternions: Array) -> Array:
+    """Rotation vectors (N, 3), rad, of unit quaternions (x, y, z, w), shape (N, 4)."""
+    quaternions = _shaped("quaternions", quaternions, 4)
+    vector, scalar = quaternions[:, :3], quaternions[:, 3:]
+    vector = np.where(scalar < 0, -vector, vector)
+    size = np.linalg.norm(vector, axis=1, keepdims=True)
+    angle = 2 * np.arctan2(size, np.abs(scalar))
+    return np.asarray(vector * angle / np.where(size > 0, size, 1.0))
 
 
 def quaternions_from_rotation_vectors(vectors: Array) -> Array:

@@ -109,10 +109,7 @@ def _marks(measurements: Measurements) -> NDArray[np.bool_]:
 def ruler(mechanism: Mechanism, measurements: Measurements) -> tuple[float, ...]:
     """The base in the frame of a ruler, ``x, y, z, rx, ry, rz``, as the nominal robot has it.
 
-    Returns
-    -------
-    tuple of float
-        Of the rotation, that about z alone.
+    Of the rotation, that about z alone.
     """
     rows = _marks(measurements) & np.isfinite(measurements.readings).all(axis=1)
     taken = mechanism.forward_kinematics(measurements.readings[rows])[0][:, :2]
@@ -131,18 +128,9 @@ def ruler(mechanism: Mechanism, measurements: Measurements) -> tuple[float, ...]
 def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) -> dict[str, Any]:
     """What is unknown where a probe touched a bed and nothing was said of it.
 
-    The bed's plane; the tolerances are priors. With `marked`, where the ruler lay.
-
-    Parameters
-    ----------
-    wanted : mapping
-        What was asked for, as arguments of `identify`.
-    marked : bool
-        Whether positions in the plane were measured.
-
-    Returns
-    -------
-    dict
+    The bed's plane; the tolerances are priors. Where positions in the plane were measured
+    (`marked`) the place of the ruler, too. What was asked for, and what is returned, are arguments
+    of `identify`.
     """
     chosen = dict(wanted)
     if "free" in chosen or "frames" in chosen:

@@ -172,22 +172,10 @@ def wrong_row(rows: Sequence[tuple[float, float]]) -> tuple[int, str] | None:
 
 
 def turned_into_table(mechanism: Mechanism, straight: Array) -> Array:
-    """Return readings of straight sensors that the mechanism's table reaches, where it can.
+    """Return readings of straight sensors, (N, legs), whole turns further where the table is there.
 
     Readings that are calculated are within half a turn of the sensor's zero; an encoder that counts
     from 0 to 360 degrees shows some of them a turn further.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With or without a table.
-    straight : ndarray, shape (N, legs)
-        What straight sensors show.
-
-    Returns
-    -------
-    ndarray, shape (N, legs)
-        Whole turns of the joint further, if it turns.
     """
     table = mechanism.sensor_table
     turned = np.array(straight)

@@ -26,8 +26,25 @@ __all__ = [
 ]
 
 
+class _Settings:
+    """Takes any sequences: lists and arrays, which could be changed, become tuples."""
+
+    def __post_init__(self) -> None:
+        """Make floats of numpy's numbers, too."""
+        for name, value in vars(self).items():
+            if isinstance(value, list | tuple | np.ndarray):
+                items = value.tolist() if isinstance(value, np.ndarray) else value
+                object.__setattr__(self, name, tuple(_plain(item) for item in items))
+
+
+def _plain(item: object) -> object:
+    if isinstance(item, list | tuple):
+        return tuple(_plain(each) for each in item)
+    return float(item) if isinstance(item, float) else item
+
+
 @dataclass(frozen=True)
-class DeclaredSymmetry:
+class DeclaredSymmetry(_Settings):
     """The symmetry that a mechanism is said to have.
 
     Attributes
@@ -46,13 +63,9 @@ class DeclaredSymmetry:
     axis: float = 0.0
     elements: tuple[str, ...] | None = None
 
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
-
 
 @dataclass(frozen=True)
-class WorkspaceSettings:
+class WorkspaceSettings(_Settings):
     """The box of poses that are sampled, and what keeps a pose away from singularities.
 
     Bounds and home are written as position (m), then orientation (rad): ``x, y, phi`` for a planar
@@ -83,9 +96,10 @@ class WorkspaceSettings:
     characteristic_length: float | None = None
     home: tuple[float, ...] | None = None
 
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
+    @property
+    def home_or_origin(self) -> tuple[float, ...]:
+        """The coordinates of home."""
+        return self.home or (0.0,) * len(self.lower)
 
 
 @dataclass(frozen=True)
@@ -153,7 +167,7 @@ class ProtocolSettings:
 
 
 @dataclass(frozen=True)
-class JointLimits:
+class JointLimits(_Settings):
     """Limits of the sensor readings, in their unit (rad or m).
 
     Attributes
@@ -164,10 +178,6 @@ class JointLimits:
 
     lower: float | tuple[float, ...] = -math.inf
     upper: float | tuple[float, ...] = math.inf
-
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
 
     def of_legs(self, count: int) -> NDArray[np.float64]:
         """Lower and upper limit of each leg, shape (2, legs).
@@ -194,7 +204,7 @@ class JointLimits:
 
 
 @dataclass(frozen=True)
-class Frames:
+class Frames(_Settings):
     """What stands around the robot as it is measured; what is empty is not there.
 
     A frame is written as a pose: ``x, y, phi`` in the plane, ``x, y, z, rx, ry, rz`` with a
@@ -220,13 +230,9 @@ class Frames:
     anchors: tuple[tuple[float, ...], ...] = ()
     plane: tuple[float, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
-
 
 @dataclass(frozen=True)
-class DrawnPoints:
+class DrawnPoints(_Settings):
     """That a file gives points of legs by coordinates, and in which frames.
 
     A mechanism's parameters are polar, about centres. Its own frames, in which its parameters,
@@ -251,10 +257,6 @@ class DrawnPoints:
         default_factory=dict, hash=False
     )
 
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
-
     @property
     def ends(self) -> tuple[str, ...]:
         """The ends whose points are given by coordinates."""
@@ -267,7 +269,7 @@ class DrawnPoints:
 
 
 @dataclass(frozen=True)
-class IdentificationSettings:
+class IdentificationSettings(_Settings):
     """What is unknown, as the arguments of `identify` with these names; None where none is given.
 
     Attributes
@@ -291,13 +293,9 @@ class IdentificationSettings:
     gauge: str | None = None
     loss_per: str | None = None
 
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
-
 
 @dataclass(frozen=True)
-class MeasurementColumns:
+class MeasurementColumns(_Settings):
     """Which columns of a table hold the measured pose and the readings.
 
     A unit that is None is taken from the column's name (``x_mm``, ``psi_1_rev``). At most one of
@@ -335,22 +333,3 @@ class MeasurementColumns:
     reading_unit: str | None = None
     leg: str | None = None
     names: Mapping[str, str] | None = field(default_factory=dict, hash=False)
-
-    def __post_init__(self) -> None:
-        """Take any sequences."""
-        _make_tuples(self)
-
-
-def _make_tuples(settings: object) -> None:
-    """Make tuples of lists and arrays, which could be changed, and floats of numpy's numbers."""
-    for name, value in vars(settings).items():
-        if isinstance(value, list | tuple | np.ndarray):
-            items = value.tolist() if isinstance(value, np.ndarray) else value
-            items = tuple(_plain(item) for item in items)
-            object.__setattr__(settings, name, items)
-
-
-def _plain(item: object) -> object:
-    if isinstance(item, list | tuple):
-        return tuple(_plain(each) for each in item)
-    return float(item) if isinstance(item, float) else item

@@ -48,7 +48,7 @@ class Simulation(Result):
     nominal: Mechanism
     plan: Plan
 
-    PAGE: ClassVar[str] = "run.simulation_page"
+    PAGE: ClassVar[str] = "measurements.simulation_page"
     FILES: ClassVar[tuple[str, ...]] = ("measurements.csv", "actual.toml")
 
     @property

@@ -131,3 +131,13 @@ def test_the_forward_kinematics_of_a_mechanism_is_aligned(tmp_path, capsys):
 def test_align_wants_a_mechanism_or_columns(tmp_path, capsys):
     assert main(["align", str(tmp_path / "x.csv")]) == 2
     assert "expected --mechanism, or --device and --robot" in capsys.readouterr().err
+
+
+def test_the_file_of_the_mechanism_is_not_replaced_by_its_frames(tmp_path, capsys):
+    robot = tmp_path / "frames.toml"
+    symkin.load_mechanism("3RRR").save(robot)
+    before = robot.read_bytes()
+    arguments = ["align", str(tmp_path / "x.csv"), "--mechanism", str(robot)]
+    assert main([*arguments, "--out", str(tmp_path), "--overwrite"]) == 2
+    assert "frames.toml: is an input of this command" in capsys.readouterr().err
+    assert robot.read_bytes() == before

@@ -15,18 +15,12 @@ from typing import Annotated, Any
 
 import typer
 
-from symkin.cli.align import align
-from symkin.cli.check import check, workspace
 from symkin.cli.console import exit_code_of
-from symkin.cli.evaluate import evaluate
-from symkin.cli.formats import export, import_
-from symkin.cli.identify import identify, identify_batch
-from symkin.cli.kinematics import kinematics
-from symkin.cli.new import list_mechanisms, new
+from symkin.cli.controller import export, import_, kinematics
+from symkin.cli.identify import align, evaluate, identify, identify_batch
+from symkin.cli.mechanism import check, list_mechanisms, new, workspace
 from symkin.cli.options import command
-from symkin.cli.plan import plan, pose_count
-from symkin.cli.simulate import run, simulate
-from symkin.cli.study import study
+from symkin.cli.protocol import plan, pose_count, run, simulate, study
 
 __all__ = ["app", "main"]
 

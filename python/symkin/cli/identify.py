@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""``symkin identify`` and ``symkin identify-batch``: one robot, or many of one drawing."""
+"""``symkin identify``, ``identify-batch``, ``align`` and ``evaluate``: what measurements say."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 import symkin
-from symkin.cli.console import not_converged, print_result, progress
+from symkin.alignment import Convention, poses_of_columns, poses_of_mechanism
+from symkin.cli.console import not_converged, print_result, progress, write_result
 from symkin.cli.option_values import columns_of, printed_length_of, with_sensor_table
 from symkin.cli.options import (
+    CandidatesOption,
     ColumnsOption,
     EstimatorOption,
     JsonOption,
@@ -32,7 +34,11 @@ from symkin.identification import FitOptions, JointIdentification
 from symkin.identification.fleet import Fleet, fleet_of_files
 from symkin.identification.unknowns import Gauge, LossPer
 from symkin.io.output_files import OutputFiles
+from symkin.io.tables import read_table
+from symkin.mechanism import require_same_shape
 from symkin.probing import with_printed_length
+
+_FILES = ("evaluation.json", "evaluation.html")
 
 
 @command(
@@ -218,3 +224,180 @@ def identify_batch(
     failed = found.verdicts.count("failed")
     if failed:
         not_converged(f"{failed} of {len(found.robots)} robots; the table says why")
+
+
+@command(
+    "symkin run hexapod_jugglebot --out out",
+    "symkin align out/measurements.csv --mechanism hexapod_jugglebot --out aligned",
+)
+def align(
+    table: Annotated[
+        Path,
+        typer.Argument(metavar="TABLE", help="Poses of the device and of the robot, row by row."),
+    ],
+    mechanism: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MECHANISM",
+            help="The robot: its poses are those that the table's reported_ columns hold, or else "
+            "of its forward kinematics at the readings.",
+        ),
+    ] = None,
+    columns: ColumnsOption = None,
+    device: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="Without a mechanism, columns of the device's poses with commas: x, y, then an "
+            "angle; or x, y, z, then a quaternion (x, y, z, w), rotation vector or three angles.",
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="COLUMNS", help="Likewise, of the robot's own poses.")
+    ] = None,
+    angles: Annotated[
+        str | None,
+        typer.Option(
+            metavar="AXES",
+            help="Three columns of the robot are angles about these axes: XYZ each about the axis "
+            "as it has turned, xyz about fixed ones; by default a rotation vector.",
+        ),
+    ] = None,
+    convention: Annotated[
+        Convention | None,
+        typer.Option(help="How the device's poses are meant; by default what fits best, and said."),
+    ] = None,
+    length: Annotated[
+        float,
+        typer.Option(
+            metavar="M", min=1e-9, help="At which a rotation counts as much as a translation, m."
+        ),
+    ] = 1.0,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for frames.toml, results.json and report.html."),
+    ] = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Find where a measuring device stands, and what it measures on the platform.
+
+    The robot's geometry is trusted; identify finds frames and geometry together.
+    """
+    if mechanism is None and not (device and robot):
+        raise typer.BadParameter("expected --mechanism, or --device and --robot")
+    if mechanism is not None and (device or robot or angles):
+        raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
+    model = None if mechanism is None else symkin.load_mechanism(mechanism)
+    inputs = [table, columns, model.source if model else None]
+    with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
+        names = ("frames.toml", "results.json", "report.html")
+        folder = outputs.folder(out, *names) if out else None
+        stage("reading the poses")
+        if model is not None:
+            measured, own = poses_of_mechanism(model, table, columns_of(columns))
+            space = model.pose_space
+        else:
+            read = read_table(table)
+            measured = poses_of_columns(read, (device or "").split(","))
+            own = poses_of_columns(read, (robot or "").split(","), angles)
+            space = ""
+        stage("aligning the frames")
+        found = symkin.align_frames(
+            measured, own, convention=convention, length=length, pose_space=space
+        )
+        if folder:
+            (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
+            found.save(folder / names[1])
+            found.report(folder / names[2])
+    print_result(found, as_json=as_json)
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin evaluate 3RRR --actual out/actual.toml",
+    "symkin evaluate out/calibrated.toml --actual out/actual.toml",
+    "symkin evaluate out/calibrated.toml --measurements out/measurements.csv",
+)
+def evaluate(
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL",
+            help="The mechanism file that a controller would use, or a shipped name.",
+            show_default=False,
+        ),
+    ],
+    actual: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="The simulated robot, of `symkin simulate`."),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A plan whose poses are commanded."),
+    ] = None,
+    candidates: CandidatesOption = None,
+    measurements: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Measured poses and readings.")
+    ] = None,
+    columns: ColumnsOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for evaluation.json and evaluation.html."),
+    ] = None,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Say how far the end-effector is from where the model puts it.
+
+    Against a simulated robot: the poses that it takes, less those commanded through the model, over
+    the poses of a plan or else over the robot's workspace. Against measurements: the model's poses
+    at the measured readings, less the measured poses. "Aligned" is what remains after the best
+    constant motions of base and tool, which say nothing of the mechanism.
+    The closures are how far each leg is from reaching the measured poses at the measured readings.
+    """
+    given = {"actual": actual, "plan": plan, "candidates": candidates}
+    given |= {"measurements": measurements, "columns": columns}
+    _require_one_robot(given)
+    with progress() as stage:
+        stage("reading the model")
+        loaded = symkin.load_mechanism(model)
+        robot = symkin.load_mechanism(actual) if actual is not None else None
+        inputs = [loaded.source, robot.source if robot else None, plan, measurements, columns]
+        with OutputFiles(inputs, overwrite) as outputs:
+            target = outputs.folder(out, *_FILES) if out else None
+            stage("evaluating")
+            if measurements is not None:
+                measured = symkin.read_measurements(measurements, loaded, columns_of(columns))
+                result = symkin.evaluate(loaded, measurements=measured)
+            elif robot is not None:
+                require_same_shape(robot, loaded)  # before its workspace is sampled
+                if plan is None:
+                    poses = symkin.sample_workspace(robot, candidates, seed).poses
+                else:
+                    commanded = symkin.read_plan(plan, loaded)
+                    poses = commanded.poses[~commanded.spare]
+                result = symkin.evaluate(loaded, actual=robot, poses=poses)
+            document = {
+                "command": "evaluate",
+                "mechanism": loaded.name,
+                "settings": {**given, "seed": seed},
+                "evaluation": result.to_dict(),
+            }
+            if target:
+                write_result(result, document, target, "evaluation")
+    print_result(result, document, as_json=as_json, after=out and out / "evaluation.html")
+
+
+def _require_one_robot(given: dict[str, Any]) -> None:
+    """Refuse options that do not go together."""
+    actual, plan, candidates, measurements, columns = given.values()
+    if (actual is None) == (measurements is None):
+        raise typer.BadParameter("give either --actual or --measurements")
+    if measurements is not None and (plan is not None or candidates is not None):
+        raise typer.BadParameter("--plan and --candidates go with --actual alone")
+    if plan is not None and candidates is not None:
+        raise typer.BadParameter("give --plan or --candidates, not both")
+    if columns is not None and measurements is None:
+        raise typer.BadParameter("--columns goes with --measurements alone")

@@ -15,6 +15,7 @@ from typing import Annotated, get_type_hints
 
 import typer
 
+import symkin
 from symkin.cli.option_values import (
     own_frames_of,
     priors_of,
@@ -76,9 +77,7 @@ def command(*examples: str) -> Callable[[Command], Command]:
 
 def _shipped(incomplete: str) -> list[str]:
     """What completes a mechanism's name, besides the shell's own files."""
-    from symkin.io.mechanism_file import shipped_mechanisms
-
-    return [name for name in shipped_mechanisms() if name.startswith(incomplete)]
+    return [name for name in symkin.shipped_mechanisms() if name.startswith(incomplete)]
 
 
 MechanismArgument = Annotated[

@@ -44,14 +44,14 @@ FORMATS = {
     "klipper": Format("printers", "write_klipper", "sections of printer.cfg; deltas"),
     "marlin": Format("firmware", "write_marlin", "M665, M666; linear deltas"),
     "reprapfirmware": Format("firmware", "write_reprapfirmware", "M665, M666; linear deltas"),
-    "linuxcnc": Format("linuxcnc", "write_linuxcnc", "hexapods and linear deltas"),
+    "linuxcnc": Format("firmware", "write_linuxcnc", "hexapods and linear deltas"),
     "mjcf": Format("models", "write_mjcf", "MuJoCo, loops closed by constraints"),
     "urdf": Format("models", "write_urdf", "a tree, loops cut"),
     "sdf": Format("models", "write_sdf", "Gazebo, loops closed by ball joints"),
     "json": Format("parameters", "write_json", "parameters, units, deviations"),
     "yaml": Format("parameters", "write_yaml", "the same"),
     "c-header": Format("parameters", "write_c_header", "constants of C and C++"),
-    "table": Format("table", "write_table", "pose wanted, pose to command"),
+    "table": Format("parameters", "write_table", "pose wanted, pose to command"),
 }
 
 

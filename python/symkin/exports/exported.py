@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.evaluation import evaluate
+from symkin.evaluation import Evaluation, evaluate
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
 from symkin.workspace.sample import inside_workspace, sample_workspace
@@ -72,6 +72,17 @@ class Loss(Value):
     orientation_rms: float = field(unit="rad")
     poses: int
 
+    @classmethod
+    def of(cls, errors: Evaluation, means: str) -> Loss:
+        """The figures of errors at poses that can all be taken by these means."""
+        if errors.failed:
+            raise SymkinError(
+                f"{errors.failed} of {errors.failed + errors.evaluated} poses of the workspace "
+                f"cannot be taken {means}; make the workspace smaller"
+            )
+        names = ("position_max", "position_rms", "orientation_max", "orientation_rms", "evaluated")
+        return cls(*(getattr(errors, name) for name in names))
+
     def __str__(self) -> str:
         """Say the largest."""
         turned = f" and {self.orientation_max:.3g} rad" if self.orientation_max > 0 else ""
@@ -118,14 +129,9 @@ _STEPS = 30
 _STILL = 1e-11  # m, of the root mean square of what a step changes at the end-effector
 
 
-def workspace_poses(mechanism: Mechanism, count: int = _POSES) -> Array:
-    """Poses all over the workspace and in those corners of its box that belong to it.
-
-    Returns
-    -------
-    ndarray, shape (N, coordinates)
-    """
-    poses = sample_workspace(mechanism, count, seed=1).poses
+def workspace_poses(mechanism: Mechanism) -> Array:
+    """Poses all over the workspace and in those corners of its box that belong to it."""
+    poses = sample_workspace(mechanism, _POSES, seed=1).poses
     assert mechanism.workspace is not None  # or it could not be sampled
     bounds = zip(mechanism.workspace.lower, mechanism.workspace.upper, strict=True)
     corners = mechanism.poses_at(list(itertools.product(*bounds)))
@@ -142,27 +148,13 @@ def nearest(
 
     Gauss-Newton on what `evaluate` shows: the robot's pose moves by (dg/dpose)^-1 of the robot
     times dg/dparam of the model. A rotation counts as the way of a point at the characteristic
-    length.
-
-    Parameters
-    ----------
-    actual : Mechanism
-        The robot, with as many legs as degrees of freedom; none of them binds the platform.
-    start : Mechanism
-        As the format can express it.
-    unknowns : sequence of iterables of (int, str)
-        Each is one unknown: the parameters (leg from 0, name) that change alike.
-    poses : ndarray, shape (N, coordinates)
-        Commanded poses.
-
-    Returns
-    -------
-    Mechanism
+    length. The robot has as many legs as degrees of freedom; `start` is as the format can express
+    it, and each of the unknowns is the parameters (leg from 0, name) that change alike.
 
     Raises
     ------
     SymkinError
-        If the fit does not come to rest, or a pose cannot be taken.
+        If the legs bind the platform, the fit does not come to rest, or a pose cannot be taken.
     """
     if actual.bound:
         raise SymkinError(
@@ -213,15 +205,4 @@ def named_columns(mechanism: Mechanism) -> dict[str, Array]:
 def loss_of(actual: Mechanism, model: Mechanism, poses: Array) -> Loss:
     """Errors of a robot that is commanded by what a format says of it."""
     errors = evaluate(model, actual=actual, poses=poses)
-    if errors.failed:
-        raise SymkinError(
-            f"{errors.failed} of {len(poses)} poses of the workspace cannot be taken with what the "
-            "format can express; make the workspace smaller"
-        )
-    return Loss(
-        errors.position_max,
-        errors.position_rms,
-        errors.orientation_max,
-        errors.orientation_rms,
-        len(poses),
-    )
+    return Loss.of(errors, "with what the format can express")

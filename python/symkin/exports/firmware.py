@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the firmware of delta printers shares: one radius, upright towers, millimetres.
+"""What firmware of delta printers shares; Marlin, RepRapFirmware, and LinuxCNC's HAL.
 
 All of them know a linear delta by the same model: tower i stands at the radius R and an angle a_i,
 its carriage at the height ``z + sqrt(L_i^2 - (x - R cos a_i)^2 - (y - R sin a_i)^2)``, and it is
@@ -11,6 +11,10 @@ one L and trims A, B, C; of RepRapFirmware an L for each) and in the sign and th
 endstops' corrections.
 Sources: Marlin 2.1 src/module/delta.cpp and gcode/calibrate/M665.cpp, M666.cpp;
 RepRapFirmware 3 src/Movement/Kinematics/LinearDeltaKinematics.cpp.
+
+LinuxCNC's genhexkins (man page, src/emc/kinematics/genhexkins.c) has the ends of six struts as
+pins, so a hexapod is expressed in full. Its lineardeltakins has one radius R, one rod length L, and
+towers at exactly 90, 210 and 330 degrees; where a carriage is found is HOME_OFFSET of the ini file.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg
 from symkin.errors import SymkinError
 from symkin.exports.exported import (
     ExportOptions,
@@ -31,7 +36,7 @@ from symkin.exports.exported import (
     nearest,
     workspace_poses,
 )
-from symkin.legs import Leg
+from symkin.exports.structure import structure_of
 from symkin.mechanism import Mechanism
 
 __all__ = [
@@ -41,6 +46,7 @@ __all__ = [
     "linear_delta",
     "mm",
     "require_delta",
+    "write_linuxcnc",
     "write_marlin",
     "write_reprapfirmware",
 ]
@@ -49,6 +55,8 @@ Array = NDArray[np.float64]
 
 _UPRIGHT = np.radians(10)
 _DIGITS = 6  # of millimetres and degrees, as Klipper saves them
+_TOWERS = np.radians([90.0, 210.0, 330.0])  # of LinuxCNC
+_NEAR = np.radians(30)
 
 
 @dataclass(frozen=True)
@@ -180,27 +188,11 @@ def linear_delta(
     own_arms: bool = True,
     angles: Sequence[float] | None = None,
 ) -> tuple[LinearDelta, Loss]:
-    """Find the values of the firmware's model that are nearest to a robot.
+    """Find the values of the firmware's model that are nearest to a robot, and what is lost.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        A linear delta whose carriages run upwards above the effector.
-    options : ExportOptions
-        Where the endstops are.
-    firmware : str
-        For messages.
-    own_arms : bool
-        Whether each tower may have a rod length of its own.
-    angles : sequence of float, optional
-        Of the towers, rad, if they cannot be told.
-
-    Returns
-    -------
-    LinearDelta
-        Rounded as the file has it.
-    Loss
-        What is lost with it.
+    The carriages run upwards above the effector. The values are rounded as the file has them. With
+    `own_arms` each tower may have a rod length of its own; `angles` (rad) are those of the towers
+    if they cannot be told.
     """
     require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
     own = named_columns(mechanism)
@@ -267,7 +259,7 @@ def write_marlin(mechanism: Mechanism, options: ExportOptions) -> Written:
     if any(float(trim) for trim in trims):
         rods += f" A{trims[0]} B{trims[1]} C{trims[2]}"
         notes = (_RODS,)
-    return _written(delta, loss, rods, height, height - delta.heights, "M500 ; keep it", notes)
+    return _commands(delta, loss, rods, height, height - delta.heights, "M500 ; keep it", notes)
 
 
 def write_reprapfirmware(mechanism: Mechanism, options: ExportOptions) -> Written:
@@ -279,10 +271,10 @@ def write_reprapfirmware(mechanism: Mechanism, options: ExportOptions) -> Writte
     rods = "L" + ":".join(mm(arm) for arm in delta.arms)
     height = float(np.mean(delta.heights))
     last = "; these lines belong into config.g"
-    return _written(delta, loss, rods, height, delta.heights - height, last)
+    return _commands(delta, loss, rods, height, delta.heights - height, last)
 
 
-def _written(
+def _commands(
     delta: LinearDelta,
     loss: Loss,
     rods: str,
@@ -298,3 +290,72 @@ def _written(
     lines.append(f"M665 {rods} R{mm(delta.radius)} H{mm(height)} X{x} Y{y} Z{z}")
     lines.append(f"M666 X{mm(stops[0])} Y{mm(stops[1])} Z{mm(stops[2])}")
     return Written("\n".join([*lines, last]) + "\n", notes, loss)
+
+
+def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """Write a hexapod or a linear delta as HAL commands, and what the ini file has to say."""
+    if mechanism.chain == "[P]US" and mechanism.pose_space == "translating":
+        return _linuxcnc_delta(mechanism, options)
+    if (mechanism.chain, mechanism.pose_space, len(mechanism.legs)) != ("U[P]S", "spatial", 6):
+        raise SymkinError(
+            "LinuxCNC has kinematics for hexapods, 6 legs U[P]S, and linear deltas, 3 legs [P]US "
+            f'with a translating platform; "{mechanism.name}" has {len(mechanism.legs)} legs '
+            f"{mechanism.chain}, {mechanism.pose_space}"
+        )
+    structure = structure_of(mechanism)
+    bases = [body.position for body in structure.bodies if not body.parent][:6]
+    ends = [closure.platform_point for closure in structure.closures]
+    lines = ["loadrt genhexkins"]
+    for strut, (base, end) in enumerate(zip(bases, ends, strict=True)):
+        for what, point in (("base", base), ("platform", end)):
+            for axis, value in zip("xyz", point, strict=True):
+                lines.append(f"setp genhexkins.{what}.{strut}.{axis} {mm(value)}")
+    lines += ["", *_ini("genhexkins", 6)]
+    unit = mechanism.reading_unit
+    for strut, leg in enumerate(mechanism.legs):
+        gain, offset = leg.parameters["sensor_gain"] * 1e3, leg.parameters["sensor_offset"] * 1e3
+        lines.append(f"# [JOINT_{strut}] mm = {gain:.9g} * reading in {unit} + {offset:.6f}")
+    notes = (
+        "A joint is the length of a strut: SCALE and HOME_OFFSET of each [JOINT_N] follow from the "
+        "last lines of the file",
+        "A, B, C of LinuxCNC are roll, pitch and yaw in degrees",
+    )
+    return Written("\n".join([*(f"# {note}." for note in notes), *lines]) + "\n", notes)
+
+
+def _linuxcnc_delta(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """A linear delta, whose joint N is the leg that stands nearest to its tower."""
+    column = mechanism.parameter_names.index("base_azimuth")
+    away = mechanism.parameters[:, column, None] - _TOWERS
+    away = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
+    towers = away.argmin(axis=1)
+    if sorted(towers) != [0, 1, 2] or away.min(axis=1).max() > _NEAR:
+        raise SymkinError(
+            "LinuxCNC's towers stand at 90, 210 and 330 degrees; those of "
+            f'"{mechanism.name}" are not near them'
+        )
+    delta, loss = linear_delta(
+        mechanism, options, "LinuxCNC", own_arms=False, angles=_TOWERS[towers].tolist()
+    )
+    lines = ["loadrt lineardeltakins"]
+    lines += [f"setp lineardeltakins.R {mm(delta.radius)}"]
+    lines += [f"setp lineardeltakins.L {mm(delta.arms[0])}", "", *_ini("lineardeltakins", 3)]
+    notes = []
+    for joint in range(3):
+        leg = int(np.flatnonzero(towers == joint)[0])
+        lines.append(f"# [JOINT_{joint}] HOME_OFFSET = {mm(delta.endstops[leg])}")
+        notes.append(f"Joint {joint} is leg {leg + 1}")
+        notes += gain_notes([f"Joint {joint}"], delta.gains[leg : leg + 1], "divide its SCALE")
+    above = [f"# {note}." for note in notes]
+    return Written("\n".join([*above, *lines]) + "\n", tuple(notes), loss)
+
+
+def _ini(module: str, joints: int) -> list[str]:
+    """What the ini file has to say, as comments of the HAL file."""
+    return [
+        "# Of the ini file:",
+        f"# [KINS] KINEMATICS = {module}",
+        f"# [KINS] JOINTS = {joints}",
+        "# [TRAJ] LINEAR_UNITS = mm",
+        "# [TRAJ] ANGULAR_UNITS = degree",
+    ]

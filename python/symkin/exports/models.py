@@ -21,9 +21,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.exports.bodies import Body, Structure
 from symkin.exports.exported import MARK, ExportOptions, Written
-from symkin.exports.structure import structure_of
+from symkin.exports.structure import Body, Structure, structure_of
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform
 from symkin.workspace.sample import workspace_coordinates

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg
 from symkin.errors import SymkinError
 from symkin.exports.exported import (
     ExportOptions,
@@ -41,7 +42,6 @@ from symkin.exports.firmware import (
     require_delta,
 )
 from symkin.io.tables import file_bytes
-from symkin.legs import Leg
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
@@ -201,16 +201,9 @@ class Imported(Value):
 
 
 def import_printer(path: str | os.PathLike[str]) -> Imported:
-    """Read a linear delta from Klipper's printer.cfg.
+    """Read a linear delta from Klipper's printer.cfg, with ``kinematics: delta``.
 
-    Parameters
-    ----------
-    path : str or path
-        With ``kinematics: delta``. What SAVE_CONFIG has written at its end counts, as in Klipper.
-
-    Returns
-    -------
-    Imported
+    What SAVE_CONFIG has written at its end counts, as in Klipper.
 
     Raises
     ------

@@ -14,12 +14,13 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import Leg, chain_info
 from symkin.errors import SymkinError
 from symkin.exports.exported import MARK
 from symkin.exports.printers import Imported, import_printer
 from symkin.io.tables import file_bytes
-from symkin.legs import Leg
 from symkin.mechanism import Mechanism
+from symkin.points import point_parameters, polar
 from symkin.poses import rotations_from_vectors
 from symkin.settings import WorkspaceSettings
 
@@ -244,18 +245,8 @@ def _links(tree: _Tree, leg: str) -> dict[str, float]:
 
 def _coordinates(end: str, point: Array, chain: str) -> dict[str, float]:
     """A point as its chain gives it."""
-    x, y, z = point.tolist()
-    azimuth = float(np.arctan2(y, x))
-    if chain in ("[P]US", "[R]US"):
-        level = {f"{end}_radius": float(np.hypot(x, y)), f"{end}_azimuth": azimuth}
-        return {**level, f"{end}_height": z}
-    if chain == "U[P]S":
-        return {
-            f"{end}_radius": float(np.linalg.norm(point)),
-            f"{end}_polar_angle": float(np.arctan2(np.hypot(x, y), z)),
-            f"{end}_azimuth": azimuth,
-        }
-    return {f"{end}_radius": float(np.hypot(x, y)), f"{end}_angle": azimuth}
+    names = point_parameters(chain_info(chain), end)
+    return {names[kind]: float(value) for kind, value in polar(point, names).items()}
 
 
 def _level(azimuth: float) -> tuple[Array, Array]:

@@ -7,44 +7,136 @@ closed again by constraints. A leg is such a branch, and so is the platform.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError, SymkinError
-from symkin.exports.bodies import Body, Closure, Joint, Structure
 from symkin.frames import transforms
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
+from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors
 
-__all__ = ["structure_of"]
+__all__ = ["Body", "Closure", "Joint", "Structure", "structure_of"]
 
 Array = NDArray[np.float64]
-# Bodies, the end in the frame of the last, and the values of passive joints.
-_Leg = tuple[list[Body], Array, dict[str, Array]]
-
 _X, _Y, _Z = np.eye(3)
 
 
-def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Structure:
-    """Take a mechanism apart into bodies and joints.
+@dataclass(frozen=True)
+class Joint:
+    """One degree of freedom between a body and its parent.
 
-    Parameters
+    Attributes
     ----------
-    mechanism : Mechanism
-        Of chains `[R]RR`, `[P]RR`, `R[P]R`, `U[P]S`, `[P]US` or `[R]US`, with straight sensors.
-    poses : array_like, shape (N, coordinates), optional
-        Where the values of all joints are wanted.
+    name : str
+        Such as ``leg1_active``, which the sensor reads: value = gain * reading.
+    kind : {"hinge", "slide", "free"}
+        A free one has all six, and no axis.
+    axis : ndarray, shape (3,)
+        In the body's own frame.
+    """
 
-    Returns
-    -------
-    Structure
+    name: str
+    kind: str
+    axis: Array
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body; its joints come one after the other, each in the frame that the last one left.
+
+    Attributes
+    ----------
+    name, parent : str
+        The parent "" is the base.
+    position, rotation : ndarray, shapes (3,) and (3, 3)
+        In the parent's frame, while all joints are at zero.
+    joints : tuple of Joint
+        From the parent outwards.
+    tip : ndarray, shape (3,)
+        The end of the link that is drawn, in the body's frame.
+    """
+
+    name: str
+    parent: str
+    position: Array
+    rotation: Array
+    joints: tuple[Joint, ...]
+    tip: Array
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The end of a leg, which is held at a point of the platform by a joint that turns any way."""
+
+    name: str
+    body: str
+    point: Array
+    platform_point: Array
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Bodies, parents first, and what closes the loops.
+
+    Attributes
+    ----------
+    bodies : tuple of Body
+        Those of each leg, then the platform.
+    closures : tuple of Closure
+        One for each leg.
+    values : mapping of str to ndarray, shape (N,) or (N, 7)
+        Of every joint at the poses that were asked for, m and rad; of a free joint the position
+        and the quaternion, scalar first.
+    home : mapping of str to ndarray
+        The same at home.
+    size : float
+        Largest distance of a base point from the platform's origin at home, m.
+    """
+
+    bodies: tuple[Body, ...]
+    closures: tuple[Closure, ...]
+    values: Mapping[str, Array]
+    home: Mapping[str, Array]
+    size: float
+
+    @property
+    def joints(self) -> Iterator[Joint]:
+        """Every joint, in the order of the bodies."""
+        return (joint for body in self.bodies for joint in body.joints)
+
+    def frames(self, values: Mapping[str, Array]) -> dict[str, list[Transform]]:
+        """Frames of each body in the base's, with the given joint values: after each joint."""
+        placed: dict[str, list[Transform]] = {"": [Transform(np.eye(3), np.zeros(3))]}
+        for body in self.bodies:
+            frame = placed[body.parent][-1] @ Transform(body.rotation, body.position)
+            steps = placed[body.name] = []
+            for joint in body.joints:
+                frame = frame @ _motion(joint, values[joint.name])
+                steps.append(frame)
+        del placed[""]
+        return placed
+
+
+def _motion(joint: Joint, value: Array) -> Transform:
+    """What a joint does in its body's frame."""
+    if joint.kind == "free":
+        return Transform(rotations_from_quaternions(value[None, [4, 5, 6, 3]])[0], value[:3])
+    if joint.kind == "slide":
+        return Transform(np.eye(3), value * joint.axis)
+    return Transform(rotations_from_vectors((value * joint.axis)[None])[0], np.zeros(3))
+
+
+def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Structure:
+    """Take a mechanism apart into bodies and joints, with the joints' values at poses.
 
     Raises
     ------
     SymkinError
-        For another chain, curved sensors, or a leg that does not reach home.
+        For a chain that is not in `LEGS`, curved sensors, or a leg that does not reach home.
     """
     for number, chain in enumerate(mechanism.chains, 1):
         if chain not in LEGS:
@@ -60,7 +152,6 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         )
     home = mechanism.home[None]
     rows = home if poses is None else np.vstack([home, pose_rows(poses)])
-    parameters = [dict(leg.parameters) for leg in mechanism.legs]
     readings = mechanism.inverse_kinematics(rows)
     if np.isnan(readings[0]).any():
         raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')
@@ -69,8 +160,8 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     closures: list[Closure] = []
     values: dict[str, Array] = {}
     far = 0.0
-    for leg, (own, gain) in enumerate(zip(parameters, mechanism.sensor_gains, strict=True)):
-        travel = gain * readings[:, leg]
+    for leg, gain in enumerate(mechanism.sensor_gains):
+        own, travel = mechanism.legs[leg].parameters, gain * readings[:, leg]
         point = platform_point(own)
         ends = platform.translation + platform.rotation @ point
         links, tip, passive = LEGS[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
@@ -95,12 +186,10 @@ def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
         joints: tuple[Joint, ...] = (Joint("platform", "free", np.zeros(3)),)
         values = {"platform": np.hstack([rows[:, :3], rows[:, 6:], rows[:, 3:6]])}
     else:
-        slides = dict(zip("xyz", np.eye(3), strict=True))
-        count = 3 if space == "translating" else 2
-        moving = [Joint(f"platform_{n}", "slide", axis) for n, axis in slides.items()][:count]
+        along = list(zip("xyz", np.eye(3), strict=True))[: 3 if space == "translating" else 2]
+        joints = tuple(Joint(f"platform_{name}", "slide", axis) for name, axis in along)
         if space == "planar":
-            moving.append(Joint("platform_phi", "hinge", np.eye(3)[2]))
-        joints = tuple(moving)
+            joints += (Joint("platform_phi", "hinge", _Z),)
         values = {joint.name: rows[:, column] for column, joint in enumerate(joints)}
     return Body("platform", "", np.zeros(3), np.eye(3), joints, np.zeros(3)), values
 
@@ -122,6 +211,10 @@ def _point(own: Mapping[str, float], end: str) -> Array:
         polar = own[f"{end}_polar_angle"]
         return np.asarray(radius * (np.sin(polar) * _rho(azimuth) + np.cos(polar) * _Z))
     return np.asarray(radius * _rho(azimuth) + own[f"{end}_height"] * _Z)
+
+
+# Bodies, the end in the frame of the last, and the values of passive joints.
+_Leg = tuple[list[Body], Array, dict[str, Array]]
 
 
 def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:

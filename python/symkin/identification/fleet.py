@@ -109,7 +109,7 @@ class Fleet(Result):
 
     def page(self) -> Page:
         """Return how many robots fit, and what is wrong with the others."""
-        from symkin.report.fleet import fleet_page
+        from symkin.report.run import fleet_page
 
         return fleet_page(self)
 

@@ -17,25 +17,6 @@ from symkin.io.tables import Table
 from symkin.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.settings import MeasurementColumns
 
-__all__ = [
-    "PoseValues",
-    "StatedUnit",
-    "check_columns",
-    "has_columns",
-    "has_pose",
-    "is_present",
-    "own_columns",
-    "own_pose_columns",
-    "pose_column_names",
-    "read_pose_values",
-    "read_poses",
-    "read_readings",
-    "reading_column_names",
-    "scaled_column",
-    "stated_units",
-    "uses_own_names",
-]
-
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
     "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
@@ -110,21 +91,8 @@ def own_columns(
 ) -> MeasurementColumns:
     """Return the columns of a table that names them as symkin does, with any unit.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
-        Kind of the poses.
-    leg_count : int
-        Number of legs.
-    partial : bool
-        Whether a coordinate of the pose may have no column; one that seems misspelt has to be
-        found. Else all of them are returned.
-
-    Returns
-    -------
-    MeasurementColumns
+    Where poses may be `partial`, a coordinate without a column is left out, but one that seems
+    misspelt has to be found.
     """
     return replace(
         own_pose_columns(table, pose_space, partial=partial),
@@ -257,19 +225,8 @@ def read_pose_values(
 ) -> PoseValues:
     """Return what the columns of the pose hold.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    columns : MeasurementColumns
-        Which of its columns hold the pose.
-    partial_space : {"planar", "point", "spatial", "translating", "spherical", ""}
-        The kind of poses that may have been measured in part: a coordinate without a column, and an
-        empty cell, are NaN. If empty, poses are whole.
-
-    Returns
-    -------
-    PoseValues
+    With a `partial_space`, the kind of poses that may have been measured in part, a coordinate
+    without a column and an empty cell are NaN; else poses are whole.
 
     Raises
     ------
@@ -380,26 +337,10 @@ def scaled_column(
     empty_allowed: bool = False,
     negative_allowed: bool = True,
 ) -> NDArray[np.float64]:
-    """Return a column in SI.
+    """Return a column in SI, shape (N,); the purpose is what it holds, for messages.
 
-    Parameters
-    ----------
-    table : Table
-        The table.
-    name : str
-        Of the column; without its unit if that is None.
-    unit : str or None
-        That of the column, by default the one in its name.
-    si_unit : {"m", "rad"}
-        That of the result.
-    purpose : str
-        What the column holds, for messages.
-    empty_allowed, negative_allowed : bool
-        What cells may be; an empty one is NaN.
-
-    Returns
-    -------
-    ndarray, shape (N,)
+    Without a `unit`, the name has none either, and any unit may stand behind it. Where empty cells
+    are allowed they are NaN.
 
     Raises
     ------

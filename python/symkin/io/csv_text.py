@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from symkin.errors import MeasurementError
 
-__all__ = ["CsvCells", "number", "read_cells"]
-
 _SEPARATORS = ",;\t"
 _NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII)

@@ -13,13 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo
 from symkin.errors import QuantityError, did_you_mean
-from symkin.io.kinds import Kind, Schema, WrongValueError, quantity, table
-from symkin.io.toml_file import TomlSource
+from symkin.io.toml_file import Kind, Schema, TomlSource, WrongValueError, estimate, quantity, table
 from symkin.mechanism import Mechanism
 from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints
-
-__all__ = ["ends_of", "leg_kind", "point_value", "read_points"]
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
@@ -91,21 +88,14 @@ def _point(size: int, estimated: bool) -> Kind:
     value = _numbers("m", size)
     if not estimated:
         return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
-    kinds = {
-        "value": value,
+    errors = {
         "standard_deviation": _numbers("m", size, "not negative; nan where it is held", nan=True),
         "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
     }
+    whole = estimate(value, errors)
 
     def read(raw: Any) -> dict[str, tuple[float, ...]]:
-        if not isinstance(raw, dict):
-            return {"value": value.read(raw)}
-        for name in raw:
-            if name not in kinds:
-                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
-        if "value" not in raw:
-            raise QuantityError('has no "value"')
-        made = {name: kinds[name].read(each) for name, each in raw.items()}
+        made: dict[str, tuple[float, ...]] = whole.read(raw)
         if any(each < 0 for each in made.get("standard_deviation", ())):
             raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
         if "correlation" in made:
@@ -117,7 +107,7 @@ def _point(size: int, estimated: bool) -> Kind:
                 )
         return made
 
-    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+    return Kind(read, whole.schema)
 
 
 def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
@@ -127,14 +117,13 @@ def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kin
         if not isinstance(raw, list) or len(raw) != count:
             found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
             raise QuantityError(f"has {found}; expected {count}, in {unit}")
-        return tuple(math.nan if nan and _is_nan(each) else kind.read(each) for each in raw)
+        return tuple(
+            math.nan if nan and isinstance(each, float) and math.isnan(each) else kind.read(each)
+            for each in raw
+        )
 
     items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
     return Kind(read, items)
-
-
-def _is_nan(value: Any) -> bool:
-    return isinstance(value, float) and math.isnan(value)
 
 
 def read_points(
@@ -146,18 +135,8 @@ def read_points(
 ) -> tuple[list[_Values], DrawnPoints | None]:
     """The tables of legs with all points by parameters, and in which frames they were given.
 
-    Parameters
-    ----------
-    source : TomlSource
-        For errors.
-    section : str
-        That the legs are of: those of "legs" have values with standard deviations.
-    legs : list of dict
-        As they were read.
-    infos : sequence of ChainInfo
-        Of each leg.
-    frames : dict
-        The section with the centres.
+    Legs of the section "legs" have values with standard deviations; `frames` is the section with
+    the centres.
     """
     listed = section == "legs"
     ends = {}
@@ -186,7 +165,9 @@ def read_points(
     points = {
         end: np.array(
             [
-                leg[f"{end}_point"]["value"] if f"{end}_point" in leg else [np.nan] * _size(names)
+                leg[f"{end}_point"]["value"]
+                if f"{end}_point" in leg
+                else [np.nan] * max(map(len, names))
                 for leg in legs
             ]
         )
@@ -199,7 +180,13 @@ def read_points(
         if not listed or np.isnan(each).any()
     }
     fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
-    about = fixed if len(fixed) == len(ends) else _centres(infos, legs, points, fixed)
+    about = fixed
+    if len(fixed) < len(ends):
+        known = [
+            {name: leg[name][0] for name in info.parameter_names if name in leg}
+            for leg, info in zip(legs, infos, strict=True)
+        ]
+        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, fixed)
     made = [
         {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
     ]
@@ -222,11 +209,6 @@ def read_points(
     return made, DrawnPoints(base, platform, correlations=correlations)
 
 
-def _size(names: Sequence[Mapping[str, str]]) -> int:
-    """How many coordinates the points of an end have."""
-    return max(map(len, names))
-
-
 def _require_everywhere(
     source: TomlSource,
     section: str,
@@ -243,21 +225,6 @@ def _require_everywhere(
                 f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in "
                 "none",
             )
-
-
-def _centres(
-    infos: Sequence[ChainInfo],
-    legs: list[_Values],
-    points: dict[str, Array],
-    fixed: dict[str, Array],
-) -> dict[str, Array]:
-    """About which places the points become parameters."""
-    known = [
-        {name: leg[name][0] for name in info.parameter_names if name in leg}
-        for leg, info in zip(legs, infos, strict=True)
-    ]
-    modes = [leg.get("working_mode", -1) for leg in legs]
-    return centres(infos, known, modes, points, fixed)
 
 
 def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array]:

@@ -40,14 +40,6 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
 
-__all__ = [
-    "ROBOT",
-    "measurement_columns",
-    "read_fleet",
-    "read_measurements",
-    "write_measurements",
-]
-
 ROBOT = "robot"  # the column of a table of many robots
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
@@ -221,7 +213,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     if (
         not has_pose(columns)
         and not has_observed_columns(table, space)
-        and not _redundant(mechanism)
+        and not mechanism.core.redundant
     ):
         if mechanism.space.in_space and is_present(table, "psi_1", None):
             raise table.error(
@@ -230,11 +222,6 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
             )
         return own_columns(table, space, legs)  # of which there is none: the error says so
     return columns
-
-
-def _redundant(mechanism: Mechanism) -> bool:
-    """Whether the readings alone say something, each of the others."""
-    return bool(mechanism.core.redundant)
 
 
 def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
@@ -254,10 +241,13 @@ def _check_unread_rows(table: Table, measurements: Measurements) -> None:
 
 
 def _check_observed(table: Table, measurements: Measurements, mechanism: Mechanism) -> None:
-    """Refuse readings that nothing else was observed with, where they say nothing of each other."""
+    """Refuse readings that nothing else was observed with, unless they say something of each other.
+
+    They do with more legs than degrees of freedom.
+    """
     observed = [measurements.poses, measurements.reported, measurements.points]
     observed += [measurements.distances, measurements.heights]
-    if not _redundant(mechanism) and not any(
+    if not mechanism.core.redundant and not any(
         each is not None and np.isfinite(each).any() for each in observed
     ):
         raise table.error(

@@ -14,12 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import (
+    ChainInfo,
+    chain_info,
+    common_reading_unit,
+    require_mixable,
+    union_of_names,
+)
 from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
 from symkin.io.drawn_points import read_points
-from symkin.io.kinds import read_table, table, text
 from symkin.io.mechanism_schema import (
     HEADER,
     MEASUREMENTS,
@@ -27,8 +32,7 @@ from symkin.io.mechanism_schema import (
     mechanism_table,
 )
 from symkin.io.sensor_tables import read_sensor_table
-from symkin.io.toml_file import TomlSource, read_toml
-from symkin.legs import common_reading_unit, require_mixable, union_of_names
+from symkin.io.toml_file import TomlSource, read_table, read_toml, table, text
 from symkin.mechanism import Leg, Mechanism
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
@@ -44,8 +48,6 @@ from symkin.settings import (
     WorkspaceSettings,
 )
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
-
-__all__ = ["load", "load_columns", "load_mechanism", "shipped_mechanisms"]
 
 _Values = dict[str, Any]
 _SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
@@ -80,7 +82,10 @@ def load_mechanism(
     stated: ReadingUnit | None = header.get("reading_unit")
     platform = header.get("platform", "rigid")
     chains = _chains(source, header, platform)
-    reading = stated or ReadingUnit(_joint_unit(source, header, chains, platform))
+    kinds, noun = [chain_info(chain, platform) for chain in chains], _noun(header)
+    reading = stated or ReadingUnit(
+        source.call(("reading_unit",), lambda: common_reading_unit(kinds, noun))
+    )
     used = tuple(dict.fromkeys(chains))
     file = read_table(source, mechanism_table(used, platform, reading.unit, header.get("chain")))
     section = _section_of_legs(source, file)
@@ -90,6 +95,7 @@ def load_mechanism(
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
+    unknown = file.get("identification")
     mechanism = source.call(
         (section,),
         lambda: Mechanism(
@@ -108,7 +114,7 @@ def load_mechanism(
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
             frames=frames,
-            identification=_identification(file),
+            identification=IdentificationSettings(**unknown) if unknown else None,
             curvature=curvature,
             points=points,
             sensor_table=_sensor_table(source, file, len(legs), reading),
@@ -184,11 +190,6 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     return shipped
 
 
-def _identification(file: _Values) -> IdentificationSettings | None:
-    section = file.get("identification")
-    return IdentificationSettings(**section) if section else None
-
-
 def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:
     """The chain of each leg that is described, its own or the one at the top of the file."""
     default = header.get("chain")
@@ -216,13 +217,6 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
         section = next(each for each in _SECTIONS_OF_LEGS if each in header)
         source.call((section,), lambda: require_mixable(infos, _noun(header)))
     return tuple(found) or (str(default),)
-
-
-def _joint_unit(source: TomlSource, header: _Values, chains: tuple[str, ...], platform: str) -> str:
-    """The unit of all active joints, for sensors of which nothing is said."""
-    infos = [chain_info(chain, platform) for chain in chains]
-    noun = _noun(header)
-    return source.call(("reading_unit",), lambda: common_reading_unit(infos, noun))
 
 
 def _noun(header: _Values) -> str:
@@ -406,7 +400,7 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         return
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
     settings = drawn_workspace(mechanism) or mechanism.workspace
-    given = settings.home or (0.0,) * len(settings.lower)
+    given = settings.home_or_origin
     described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
     if np.isnan(readings).any():
         legs = named_legs(np.flatnonzero(np.isnan(readings)))

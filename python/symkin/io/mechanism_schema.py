@@ -19,14 +19,17 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
-from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.errors import QuantityError, printable
 from symkin.io.drawn_points import ends_of, leg_kind
-from symkin.io.kinds import (
+from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
+from symkin.io.sensor_tables import MOST_ROWS
+from symkin.io.toml_file import (
     Kind,
     Schema,
     Sign,
     WrongValueError,
     choice,
+    estimate,
     list_of,
     one_or_list,
     quantity,
@@ -35,8 +38,6 @@ from symkin.io.kinds import (
     text,
     whole,
 )
-from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
-from symkin.io.sensor_tables import MOST_ROWS
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -46,14 +47,6 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-
-__all__ = [
-    "HEADER",
-    "MEASUREMENTS",
-    "ReadingUnit",
-    "mechanism_schema",
-    "mechanism_table",
-]
 
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
@@ -82,11 +75,6 @@ def _coordinates(*units: str) -> Kind:
     return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
 
 
-def _row(unit: str) -> Kind:
-    """``[shown, straight]`` of a sensor, of any number of turns."""
-    return list_of(quantity(unit), 2, 2)
-
-
 def _interval(unit: str) -> Kind:
     """``[lower, upper]``."""
     both = _coordinates(unit, unit)
@@ -102,21 +90,13 @@ def _interval(unit: str) -> Kind:
 
 def _estimate(unit: str, value: Kind) -> Kind:
     """A quantity, or ``{ value = ..., standard_deviation = ... }``; NaN where there is none."""
-    deviation = quantity(unit, "not negative")
-    kinds = {"value": value, "standard_deviation": deviation}
+    both = estimate(value, {"standard_deviation": quantity(unit, "not negative")})
 
     def read(raw: Any) -> tuple[float, float]:
-        if not isinstance(raw, dict):
-            return value.read(raw), math.nan
-        for name in raw:
-            if name not in kinds:
-                raise QuantityError(f'has an unknown key "{name}"{did_you_mean(name, kinds)}')
-        if "value" not in raw:
-            raise QuantityError('has no "value"')
-        values = {name: kinds[name].read(each) for name, each in raw.items()}
-        return values["value"], values.get("standard_deviation", math.nan)
+        made = both.read(raw)
+        return made["value"], made.get("standard_deviation", math.nan)
 
-    return Kind(read, {"anyOf": [value.schema, table(kinds, ("value",)).schema]})
+    return Kind(read, both.schema)
 
 
 def _check_name(name: str) -> str:
@@ -264,18 +244,9 @@ HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {}
 def mechanism_table(
     chains: tuple[str, ...], platform: str, reading_unit: str, default: str | None
 ) -> Kind:
-    """Describe the files of mechanisms whose legs are of these chains, of one kind of platform.
+    """Describe the files of mechanisms with legs of these chains, of a platform and a reading unit.
 
-    Parameters
-    ----------
-    chains : tuple of str
-        One or more.
-    platform : str
-        See `chain_info`.
-    reading_unit : {"rad", "m"}
-        Of the sensors.
-    default : str, optional
-        The chain of legs that name none.
+    Legs that name no chain have the `default`.
 
     Raises
     ------
@@ -330,7 +301,8 @@ def mechanism_table(
         frames["plane"] = _coordinates("m", "1", "1")
     ends = dict.fromkeys(end for each in infos for end in ends_of(each))
     frames |= {f"{end}_centre": _coordinates(*place) for end in ends}
-    rows = list_of(_row(unit), 2, MOST_ROWS)
+    # ``[shown, straight]`` of a sensor, of any number of turns.
+    rows = list_of(list_of(quantity(unit), 2, 2), 2, MOST_ROWS)
     sections |= {
         "frames": table(frames),
         "identification": IDENTIFICATION,

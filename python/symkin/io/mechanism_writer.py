@@ -25,8 +25,6 @@ from symkin.sensor_table import SensorTable
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
-__all__ = ["SCHEMA_LINE", "mechanism_text", "save_mechanism", "toml_value"]
-
 # Editors that know TOML look there for what a file may say.
 SCHEMA_LINE = "#:schema mechanism.schema.json"
 
@@ -223,6 +221,10 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             others["home"] = tuple(settings.home[each] for each in free)
         names = ("home", "reach_margin", "conditioning_limit", "characteristic_length")
         workspace |= {name: others[name] for name in names if others[name] is not None}
+    drawn, points = drawn_frames(mechanism), mechanism.points
+    frames = {} if drawn is None else {k: v for k, v in asdict(drawn).items() if v}
+    for end in () if points is None else points.ends:
+        frames[f"{end}_centre"] = getattr(points, end)
     columns = mechanism.measurement_columns
     unit = mechanism.reading_unit
     return {
@@ -253,7 +255,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {},
         ),
         "frames": (
-            _frames(mechanism),
+            frames,
             {
                 "base": "of the robot in the frame of the measuring device",
                 "target": "in the platform's frame",
@@ -288,12 +290,3 @@ def _sensor_table(table: SensorTable, unit: str) -> str:
     for leg in legs:
         leg[0], leg[-1] = f"[{leg[0]}", f"{leg[-1]}],"
     return "\n".join([*lines, "legs = [", *(line for leg in legs for line in leg), "]"]) + "\n"
-
-
-def _frames(mechanism: Mechanism) -> _Values:
-    """What stands around the robot, and the centres of points by coordinates."""
-    frames, points = drawn_frames(mechanism), mechanism.points
-    values = {} if frames is None else {k: v for k, v in asdict(frames).items() if v}
-    for end in () if points is None else points.ends:
-        values[f"{end}_centre"] = getattr(points, end)
-    return values

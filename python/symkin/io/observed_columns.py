@@ -27,8 +27,6 @@ from symkin.settings import MeasurementColumns
 if TYPE_CHECKING:
     from symkin.measurements import Measurements
 
-__all__ = ["has_observed_columns", "observed_columns", "read_observed"]
-
 _Array = NDArray[np.float64]
 _REPORTED = "reported_"
 _PURPOSES = {
@@ -49,19 +47,7 @@ def read_observed(
 ) -> dict[str, _Array]:
     """Return what was observed besides poses and readings, and all standard deviations.
 
-    Parameters
-    ----------
-    table : Table
-        Has the columns of poses and readings.
-    columns : MeasurementColumns
-        Which those are, and which hold the rest.
-    pose_space, leg_count, reading_unit
-        Of the mechanism.
-
-    Returns
-    -------
-    dict
-        Of the optional attributes of `Measurements`, those that the table has a column of.
+    Of the optional attributes of `Measurements`, those that the table has a column of.
 
     Raises
     ------

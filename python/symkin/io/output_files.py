@@ -17,8 +17,6 @@ from types import TracebackType
 
 from symkin.errors import SymkinError
 
-__all__ = ["OutputFiles"]
-
 # The process that writes is named for whoever finds its files after it was killed.
 _STAGE = ".symkin-"
 _UNFINISHED = "symkin-unfinished-"

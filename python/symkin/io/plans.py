@@ -19,14 +19,12 @@ from symkin.io.columns import (
     reading_column_names,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.io.sensor_tables import read_straight_readings, shown_readings
+from symkin.io.sensor_tables import read_all_readings, shown_readings
 from symkin.io.tables import TableSource, read_table, write_table
 from symkin.planning import Plan
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
-
-__all__ = ["plan_columns", "read_plan", "read_pose_list", "write_plan"]
 
 _ROLES = ("primary", "spare")
 
@@ -95,11 +93,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
     ):
         table.require(name, purpose)
     columns = own_columns(table, mechanism.pose_space, leg_count)
-    readings, _ = read_straight_readings(table, columns, mechanism)
-    missing = np.isnan(readings)
-    if missing.any():
-        index, leg = (int(found[0]) for found in np.nonzero(missing))
-        raise table.row_error(index, f"has no reading of leg {leg + 1}; a plan commands every leg")
+    readings = read_all_readings(table, columns, mechanism, "a plan commands every leg")
     spare = np.array([role == "spare" for role in table.words("role", _ROLES)])
     if spare.all():
         raise table.error("has spares only; expected primary poses that they stand in for")

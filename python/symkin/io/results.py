@@ -15,8 +15,6 @@ from symkin.io.output_files import OutputFiles
 from symkin.io.tables import file_bytes
 from symkin.result import plain
 
-__all__ = ["SCHEMA_VERSION", "read_results", "results_text", "write_results"]
-
 SCHEMA_VERSION = 2
 
 
@@ -25,10 +23,6 @@ def results_text(results: Mapping[str, Any]) -> str:
 
     Arrays become lists, dataclasses objects, NaN and infinities null (JSON has neither). Keys keep
     the order in which they were given, below ``"schema"``.
-
-    Returns
-    -------
-    str
 
     Raises
     ------

@@ -19,14 +19,6 @@ if TYPE_CHECKING:
     from symkin.measurements import Measurements
     from symkin.mechanism import Mechanism
 
-__all__ = [
-    "MOST_ROWS",
-    "as_shown",
-    "read_sensor_table",
-    "read_straight_readings",
-    "shown_readings",
-]
-
 _Array = NDArray[np.float64]
 # More would not fit into a mechanism's file.
 MOST_ROWS = 10_000
@@ -35,24 +27,11 @@ MOST_ROWS = 10_000
 def read_sensor_table(
     source: TableSource, *, legs: int, reading_unit: str, step: str = ""
 ) -> SensorTable:
-    """Read a calibration table of the sensors.
+    """Read a calibration table of the sensors; the source is as `read_measurements` takes it.
 
-    Parameters
-    ----------
-    source : str, path, stream, DataFrame or dict of arrays
-        As `read_measurements` takes it, with columns ``reading_rad`` (what the sensor shows) and
-        ``joint_rad`` (what a straight one would show), in any unit of the sensor's kind; and
-        ``leg``, from 1, if the sensors differ.
-    legs : int
-        How many the mechanism has.
-    reading_unit : {"rad", "m"}
-        Of the mechanism's sensors.
-    step : str
-        The size of the steps that ``reading_step`` counts, `Mechanism.step`.
-
-    Returns
-    -------
-    SensorTable
+    It has columns ``reading_rad`` (what the sensor shows) and ``joint_rad`` (what a straight one
+    would show), in any unit of the sensor's kind, or in steps of the size `step`; and ``leg``, from
+    1, if the sensors differ.
 
     Raises
     ------
@@ -91,10 +70,7 @@ def read_straight_readings(
 ) -> tuple[_Array, _Array]:
     """Return readings as straight sensors would show them, and the slopes of the sensors' table.
 
-    Returns
-    -------
-    tuple of ndarray, shape (N, legs)
-        As `read_readings` returns them, made straight; and 1 for sensors without a table.
+    Both have the shape (N, legs); slopes are 1 for sensors without a table.
 
     Raises
     ------
@@ -120,14 +96,20 @@ def read_straight_readings(
     return straight, curves.slope(readings)
 
 
-def shown_readings(mechanism: Mechanism, straight: _Array) -> _Array:
-    """Return what the mechanism's sensors show where straight ones would show this.
+def read_all_readings(
+    table: Table, columns: MeasurementColumns, mechanism: Mechanism, why: str
+) -> _Array:
+    """Return the readings of `read_straight_readings`, of every leg in every row."""
+    readings, _ = read_straight_readings(table, columns, mechanism)
+    missing = np.argwhere(np.isnan(readings))
+    if len(missing):
+        row, leg = missing[0].tolist()
+        raise table.row_error(row, f"has no reading of leg {leg + 1}; {why}")
+    return readings
 
-    Returns
-    -------
-    ndarray, shape (N, legs)
-        NaN beyond the sensors' table.
-    """
+
+def shown_readings(mechanism: Mechanism, straight: _Array) -> _Array:
+    """Return what the sensors show where straight ones would show this; NaN beyond their table."""
     if mechanism.sensor_table is None:
         return straight
     return mechanism.sensor_table.shown(turned_into_table(mechanism, straight))

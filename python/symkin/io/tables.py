@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from symkin.errors import MeasurementError, SymkinError, did_you_mean
 from symkin.io.csv_text import number, read_cells
 
-__all__ = ["Table", "TableSource", "file_bytes", "read_table", "write_table"]
-
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
 _PARQUET = (".parquet", ".pq")
@@ -204,16 +202,12 @@ class Table:
 def read_table(source: TableSource, step: str = "") -> Table:
     """Read a table.
 
-    Parameters
-    ----------
-    source : str, path, stream or mapping of columns
-        A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
-        semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin
-        with ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed
-        is read too. A stream holds text or bytes of such a file; a mapping of columns is a pandas
-        DataFrame, or a dictionary of arrays, where NaN is an empty cell.
-    step : str
-        The size of the steps that its columns may count.
+    A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
+    semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin with
+    ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed is read
+    too. A stream holds text or bytes of such a file; a mapping of columns is a pandas DataFrame, or
+    a dictionary of arrays, where NaN is an empty cell. `step` is the size of the steps that columns
+    may count.
 
     Raises
     ------
@@ -268,27 +262,21 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
         data = {name: arrow.array(values, from_pandas=True) for name, values in columns.items()}
         parquet.write_table(arrow.table(data), path)
         return
-    cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
-    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
-    text = ("\n".join(lines) + "\n").encode()
+    text = csv_text(columns).encode()
     path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
 
 
+def csv_text(columns: Mapping[str, Any]) -> str:
+    """Return columns as CSV."""
+    cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
+    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
+    return "\n".join(lines) + "\n"
+
+
 def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
-    """Return what a regular file holds.
+    """Return what a regular file holds; `error` makes the exception out of what is wrong with it.
 
     Pipes and devices are refused, since they may never end.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : callable
-        Makes the exception out of what is wrong with the file.
-
-    Returns
-    -------
-    bytes
     """
     try:
         mode = path.stat().st_mode

@@ -9,17 +9,14 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
-from symkin.chains import ChainInfo, chain_info
+from symkin.chains import ChainInfo, Leg, chain_info, require_mixable
 from symkin.errors import MechanismError
 from symkin.io.mechanism_writer import SCHEMA_LINE, toml_value
 from symkin.io.quantities import evaluate_quantity
-from symkin.legs import Leg, require_mixable
 from symkin.mechanism import Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.settings import DeclaredSymmetry, WorkspaceSettings
 from symkin.symmetry import generate_legs
-
-__all__ = ["mechanism_template"]
 
 _CHAIN = "joints from base to platform, the actuated one in brackets"
 _PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
@@ -400,7 +397,6 @@ def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -
     if space.turns and len({each.name for each in infos}) > 1:
         length = f"characteristic_length = {_LENGTH}  # counts as much as one radian below\n"
     identified = max(_identified(each) for each in infos)
-    platform = {"planar": "rigid", "spatial": "rigid"}.get(info.pose_space, info.pose_space)
     return f"""{SCHEMA_LINE}
 #
 # A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.
@@ -408,7 +404,7 @@ def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -
 # an expression, such as "6 m / sqrt(3)".
 
 schema = 1
-{head}platform = "{platform}"  # {_PLATFORM}
+{head}platform = "{info.platform}"  # {_PLATFORM}
 reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 
 {legs}
@@ -433,11 +429,7 @@ seed = 1
 
 
 def _identified(info: ChainInfo) -> int:
-    """How many parameters are: what is redundant, or constant, is held."""
-    held = info.name in ("[P]US", "[P]RS", "R[P]S")
-    return (
-        len(info.parameter_names)
-        - len(info.defaults)
-        - held
-        - ("pulley_radius" in info.parameter_names)
-    )
+    """How many parameters of a leg are; no mechanism has one leg alone."""
+    leg = _turned(info, _values(info, info.reading_unit, _texts(info)), 0.0)
+    legs = [leg] * (POSE_SPACES[info.pose_space].dof // info.closures)
+    return Mechanism("leg", legs, platform=info.platform).estimated_counts[0]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -152,29 +152,21 @@ class Task:
 
 
 def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) -> list[Task]:
-    """Return the selections of a design.
+    """Return the selections of a design, see `make_plan`.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its symmetry carries poses from leg to leg.
-    design : {"legs", "orbits", "mechanism"}
-        See `make_plan`.
-    use_symmetry : bool
-        Whether one selection serves all legs of an orbit (design "legs").
+    With `use_symmetry` one selection serves all legs of an orbit (design "legs").
 
     Raises
     ------
     SymkinError
         For orbits of a mechanism whose legs are not all images of leg 1.
     """
-    makers: dict[str, Callable[[], list[Task]]] = {
-        "legs": lambda: _leg_tasks(mechanism, use_symmetry),
-        "orbits": lambda: [_orbit_task(mechanism)],
-        "mechanism": lambda: [_mechanism_task(mechanism)],
-    }
-    tasks: list[Task] = one_of("design", design, makers)()
-    return tasks
+    one_of("design", design, Design)
+    if design == "legs":
+        return _leg_tasks(mechanism, use_symmetry)
+    if design == "orbits":
+        return [_orbit_task(mechanism)]
+    return [Task(mechanism, None, ((ALL_LEGS, (_identity(mechanism),)),))]
 
 
 def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
@@ -204,10 +196,6 @@ def _orbit_task(mechanism: Mechanism) -> Task:
             'poses serves all legs; choose the design "legs" or "mechanism"'
         )
     return Task(mechanism, 0, ((ALL_LEGS, tuple(elements)),))
-
-
-def _mechanism_task(mechanism: Mechanism) -> Task:
-    return Task(mechanism, None, ((ALL_LEGS, (_identity(mechanism),)),))
 
 
 def _identity(mechanism: Mechanism) -> SymmetryElement:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.checks import undefined_angles
-from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
@@ -300,6 +300,12 @@ class _Demands:
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
         check_regions(self.mechanism, self.avoid)
+        beyond = np.argwhere(np.isnan(self.mechanism.inverse_kinematics(self.required)))
+        if len(beyond):
+            pose, leg = beyond[0].tolist()
+            raise SymkinError(
+                f"required pose {pose + 1} is beyond the reach of {named_legs([leg])}"
+            )
 
     @property
     def tells_legs_apart(self) -> bool:
@@ -351,6 +357,12 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
     prior = task.prior(demands.measured, demands.rows)
+    settings: dict[str, Any] = {"scale": task.scale()}
+    if demands.criterion == "expected_error":
+        settings["error_weight"] = task.error_weight(thinned(demands.candidates))
+    if demands.minimum_distance:
+        settings["coordinates"] = poses[:, : demands.mechanism.space.size]
+        settings["minimum_distance"] = demands.minimum_distance
     selection = _select(
         demands,
         task,
@@ -365,8 +377,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         time_limit=demands.time_limit,
         threads=demands.threads,
         parameter_names=task.parameter_names(),
-        **_distances(demands, poses),
-        **_criterion_settings(demands, task),
+        **settings,
     )
     chosen = np.setdiff1d(selection.indices, numbers)
     spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
@@ -388,23 +399,6 @@ def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selec
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
         error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
         raise
-
-
-def _distances(demands: _Demands, poses: Poses) -> dict[str, Any]:
-    if not demands.minimum_distance:
-        return {}
-    return {
-        "coordinates": poses[:, : demands.mechanism.space.size],
-        "minimum_distance": demands.minimum_distance,
-    }
-
-
-def _criterion_settings(demands: _Demands, task: Task) -> dict[str, Any]:
-    scale = task.scale()
-    if demands.criterion != "expected_error":
-        return {"scale": scale}
-    weight = task.error_weight(thinned(demands.candidates))
-    return {"scale": scale, "error_weight": weight}
 
 
 def _spares(

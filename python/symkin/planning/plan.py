@@ -24,7 +24,7 @@ from symkin.planning.visiting import travel_length
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
-    from symkin.identification.estimate import Estimator
+    from symkin.identification.estimate import Estimator, PoseUse
     from symkin.workspace import WorkspaceSample
 
 __all__ = ["ChosenPoses", "Plan", "PlanBasis", "set_name", "thinned"]
@@ -212,8 +212,6 @@ class Plan(Result):
 
     @cached_property
     def _survey_rows(self) -> list[NDArray[np.float64]]:
-        from symkin.planning.prediction import survey_rows
-
         assert self._survey is not None
         return survey_rows(self._survey, self, measured=self.measured)
 
@@ -304,3 +302,20 @@ class Plan(Result):
 
         write_plan(self, path, self.mechanism, overwrite=overwrite)
         return Path(path)
+
+
+def survey_rows(
+    survey: Survey,
+    plan: Plan,
+    *,
+    poses: PoseUse = "all",
+    measured: Measurements | None = None,
+) -> list[NDArray[np.float64]]:
+    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
+    wanted = ~plan.spare
+    sets = plan.leg_sets[wanted, None]
+    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
+    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
+    if not np.isfinite(rows[0]).all():
+        raise SymkinError("a pose of the plan is out of the nominal robot's reach")
+    return rows if measured is None else [*rows, survey.measured_rows(measured)]

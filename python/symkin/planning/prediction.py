@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError, one_of
 from symkin.identification.estimate import Estimator, PoseUse, identify_legs
-from symkin.measurements import ALL_LEGS, Measurements, pose_rows
+from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
 from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
 from symkin.planning.observing import Observing, Survey, Unknowns
-from symkin.planning.plan import Plan, thinned
+from symkin.planning.plan import Plan, survey_rows, thinned
 from symkin.planning.selection import Criterion
 from symkin.result import Result, Value, plain, record
 
@@ -102,23 +102,6 @@ def predict_accuracy(
     return expected_accuracy(mechanism, workspace, covariance)
 
 
-def survey_rows(
-    survey: Survey,
-    plan: Plan,
-    *,
-    poses: PoseUse = "all",
-    measured: Measurements | None = None,
-) -> list[NDArray[np.float64]]:
-    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
-    wanted = ~plan.spare
-    sets = plan.leg_sets[wanted, None]
-    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
-    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
-    if not np.isfinite(rows[0]).all():
-        raise SymkinError("a pose of the plan is out of the nominal robot's reach")
-    return rows if measured is None else [*rows, survey.measured_rows(measured)]
-
-
 def _require_joint(estimator: Estimator | None) -> None:
     if estimator is not None and one_of("estimator", estimator, Estimator) != "joint":
         raise SymkinError(
@@ -167,7 +150,7 @@ class PoseCountCurve(Result):
     least_gain: float
     enough: int | None
 
-    PAGE: ClassVar[str] = "pose_count.pose_count_page"
+    PAGE: ClassVar[str] = "plan.pose_count_page"
 
     def for_accuracy(
         self, position: float | None = None, orientation: float | None = None
@@ -308,7 +291,7 @@ class NeededPoses(Result):
     expected: ExpectedAccuracy
     remedies: tuple[Remedy, ...]
 
-    PAGE: ClassVar[str] = "pose_count.needed_poses_page"
+    PAGE: ClassVar[str] = "plan.needed_poses_page"
 
     @property
     def excess(self) -> float:

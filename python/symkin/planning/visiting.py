@@ -38,16 +38,7 @@ def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> f
 
 
 def visiting_order(mechanism: Mechanism, poses: Array, seed: int) -> NDArray[np.intp]:
-    """Order poses for a short way from home through all of them (a heuristic).
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its home is where the way begins; it ends at the last pose.
-    poses : ndarray, shape (N, coordinates)
-        To visit.
-    seed : int
-        Of the heuristic.
+    """Order poses for a short way from home through all of them (a heuristic), to the last one.
 
     Returns
     -------

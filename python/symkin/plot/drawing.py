@@ -37,8 +37,6 @@ from symkin.plot.style import (
 from symkin.skeleton import Joint, Skeleton, arcs, skeleton_of
 from symkin.symmetry.group import SymmetryGroup
 
-__all__ = ["DrawnSymmetry", "mechanism"]
-
 Array = NDArray[np.float64]
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}

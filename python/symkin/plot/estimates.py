@@ -50,24 +50,11 @@ from symkin.plot.workspaces import View, shown_of, views_of
 from symkin.poses import PoseSpace
 from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
 
-__all__ = [
-    "INTERVAL",
-    "dependence",
-    "error_histogram",
-    "error_map",
-    "observability",
-    "parameter_errors",
-    "pose_count",
-    "residuals",
-    "t_values",
-]
-
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
 _MILLI = 1e3
 _NAMED = 5  # blunders
-_UNITS = {"x": "m", "y": "m", "z": "m", "phi": "rad", "rx": "rad", "ry": "rad", "rz": "rad"}
 
 
 def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | None = None) -> Axes:
@@ -166,7 +153,8 @@ def residuals(
     fits = identification.legs
     unit = identification.nominal.space.closure_unit
     titles = [
-        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}" for leg, fit in _counted(fits)
+        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}"
+        for leg, fit in enumerate(fits, 1)
     ]
     figure, panels = _panels(titles, unit, figure)
     for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
@@ -210,7 +198,9 @@ def dependence(
     found = [
         _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
     ]
-    titles = [f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in _counted(found)]
+    titles = [
+        f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in enumerate(found, 1)
+    ]
     unit = identification.nominal.space.closure_unit
     figure, panels = _panels(titles, unit, figure)
     for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
@@ -221,8 +211,8 @@ def dependence(
         parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
         axes.plot(along, parabola(along), color=INK, linewidth=1.2)
         reading = identification.nominal.reading_unit if most.name == "reading" else ""
-        unit = _UNITS.get(most.name, reading)
-        label = f"{most.name}, {unit}" if unit else most.name
+        of = identification.nominal.space.units.get(most.name, reading)
+        label = f"{most.name}, {of}" if of else most.name
         axes.set_xlabel(label, fontsize=SMALL, color=INK)
     return figure
 
@@ -312,7 +302,40 @@ def parameter_errors(
     in_sigmas = np.full_like(errors, np.nan)
     if deviations is not None:
         np.divide(errors, deviations, out=in_sigmas, where=deviations > 0)
-    return draw_parameter_errors(actual.parameter_names, in_sigmas, figure)
+    legs, count = in_sigmas.shape
+    rows = -(-legs // _COLUMNS)
+    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
+    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
+    first = None
+    for leg, errors in enumerate(in_sigmas):
+        row, column = divmod(leg, _COLUMNS)
+        place, title = places[row, column], f"leg {leg + 1}"
+        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
+        first = first or axes
+        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
+        axes.axvline(0, color=LINE, linewidth=0.8)
+        outside = np.abs(errors) > INTERVAL
+        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
+            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
+        axes.set_yticks(
+            range(count),
+            [name.replace("_", " ") for name in actual.parameter_names],
+            fontsize=SMALL,
+        )
+        axes.tick_params(axis="y", length=0, labelleft=column == 0)
+        if leg + _COLUMNS >= legs:
+            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
+    if first is not None:
+        largest = np.nanmax(np.abs(in_sigmas), initial=3)
+        first.set_xlim(-1.08 * largest, 1.08 * largest)
+        first.set_ylim(count - 0.4, -0.6)
+    handles = [
+        sign("o", "truth within the 95% interval", AFTER, 5),
+        sign("D", "truth outside", ACCENT, 5),
+        Patch(color=AFTER, alpha=0.12, label="95% interval"),
+    ]
+    legend_below(figure, handles)
+    return figure
 
 
 def error_histogram(
@@ -498,45 +521,6 @@ def _draw_closures(
     )
 
 
-# Errors of the parameters.
-
-
-def draw_parameter_errors(
-    names: Sequence[str], in_sigmas: Array, figure: FigureBase | None = None
-) -> FigureBase:
-    """Draw errors in standard deviations, shape (legs, p), NaN where there is none."""
-    legs, count = in_sigmas.shape
-    rows = -(-legs // _COLUMNS)
-    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
-    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
-    first = None
-    for leg, errors in enumerate(in_sigmas):
-        row, column = divmod(leg, _COLUMNS)
-        place, title = places[row, column], f"leg {leg + 1}"
-        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
-        first = first or axes
-        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
-        axes.axvline(0, color=LINE, linewidth=0.8)
-        outside = np.abs(errors) > INTERVAL
-        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
-            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
-        axes.set_yticks(range(count), [name.replace("_", " ") for name in names], fontsize=SMALL)
-        axes.tick_params(axis="y", length=0, labelleft=column == 0)
-        if leg + _COLUMNS >= legs:
-            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
-    if first is not None:
-        largest = np.nanmax(np.abs(in_sigmas), initial=3)
-        first.set_xlim(-1.08 * largest, 1.08 * largest)
-        first.set_ylim(count - 0.4, -0.6)
-    handles = [
-        sign("o", "truth within the 95% interval", AFTER, 5),
-        sign("D", "truth outside", ACCENT, 5),
-        Patch(color=AFTER, alpha=0.12, label="95% interval"),
-    ]
-    legend_below(figure, handles)
-    return figure
-
-
 # Errors of the end effector.
 
 
@@ -638,10 +622,6 @@ def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
         return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
     style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
     return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
-
-
-def _counted(values: Sequence[Any]) -> Any:
-    return enumerate(values, 1)
 
 
 def _rms(values: Any) -> float:

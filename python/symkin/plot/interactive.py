@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from symkin.errors import MeasurementError, MechanismError
 from symkin.io.columns import pose_column_names
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.plot.style import BEFORE, COLOUR_MAP, INK, Array, leg_style, thinned
@@ -17,8 +18,6 @@ from symkin.poses import space_named
 from symkin.report.wording import setting
 from symkin.skeleton import Skeleton, skeleton_of
 from symkin.workspace.sample import WorkspaceSample, sample_workspace
-
-__all__ = ["explore"]
 
 _CLOUD = 3000  # poses drawn of the workspace
 _STEPS = 150  # poses that the slider offers
@@ -70,8 +69,8 @@ def explore(
         raise MechanismError(
             f'the platform of "{mechanism.name}" has no position; expected one that moves'
         )
-    chosen = plan if isinstance(plan, Plan) or plan is None else np.atleast_2d(np.asarray(plan))
-    poses = np.empty((0, len(mechanism.home))) if chosen is None else pose_array(chosen)
+    chosen = plan if isinstance(plan, Plan) or plan is None else pose_rows(plan)
+    poses = np.empty((0, len(mechanism.home))) if chosen is None else pose_rows(chosen)
     cloud = _cloud(mechanism, chosen, candidates)
     space_named(mechanism.pose_space, cloud.shape[1])
     stops = [("home", mechanism.home), *_stops(poses, chosen)]
@@ -95,17 +94,12 @@ def explore(
     return figure
 
 
-def pose_array(poses: Plan | WorkspaceSample | ArrayLike) -> Array:
-    """The poses of whatever has some."""
-    return np.asarray(getattr(poses, "poses", poses), dtype=float)
-
-
 def _cloud(
     mechanism: Mechanism, chosen: Plan | Array | None, given: WorkspaceSample | ArrayLike | None
 ) -> Array:
     if given is None and isinstance(chosen, Plan):
         given = chosen.candidates
-    cloud = pose_array(sample_workspace(mechanism, _CLOUD) if given is None else given)
+    cloud = pose_rows(sample_workspace(mechanism, _CLOUD) if given is None else given)
     return cloud[thinned(len(cloud), _CLOUD)]
 
 

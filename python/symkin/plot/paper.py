@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from symkin.study.paper import LocalErrors
     from symkin.study.result import CellSummary, ErrorFigure
 
-__all__ = ["chosen_readings", "local_errors", "protocol_errors"]
-
 _CLOUD = "#C9D3DA"
 _FLAT_LIMIT, _SPATIAL_LIMIT = 12_000, 3000  # points drawn of a cloud
 _MILLI = 1e3

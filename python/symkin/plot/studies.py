@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
     from symkin.study.asymmetry import Curve
 
-__all__ = ["study_cells", "study_cost", "study_curves", "study_protocols"]
-
 _MILLI = 1e3
 _LINES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
 
@@ -229,7 +227,9 @@ def study_cost(
 def _draw_protocol(
     axes: Axes, cells: Sequence[CellSummary], kind: str, colour: str, place: int
 ) -> None:
-    cells = sorted((each for each in cells if each.robots > each.failed), key=_measured)
+    cells = sorted(
+        (each for each in cells if each.robots > each.failed), key=lambda each: each.measured_poses
+    )
     if not cells:
         return
     errors = [getattr(each, kind) for each in cells]
@@ -280,10 +280,6 @@ def _some(value: float, _place: int) -> str:
     """Those that have room."""
     text = f"{value:g}"
     return text if text.strip("0.") in ("2", "3", "5") else ""
-
-
-def _measured(summary: CellSummary) -> int:
-    return summary.measured_poses
 
 
 def _choice(summary: CellSummary) -> str:

@@ -40,15 +40,12 @@ from symkin.plot.style import (
 from symkin.poses import (
     POSE_SPACES,
     PoseSpace,
-    rotations_from_quaternions,
     space_named,
-    vectors_from_rotations,
+    vectors_from_quaternions,
 )
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
 from symkin.workspace.study import WorkspaceStudy
-
-__all__ = ["active_joints", "poses", "workspace"]
 
 _SIZES = {
     "planar": (8.6, 4.2),
@@ -93,7 +90,7 @@ def views_of(space: PoseSpace) -> tuple[View, ...]:
 
 def shown_of(space: PoseSpace, poses: Array) -> Array:
     """What the views show of poses: the arrays themselves, or rotation vectors."""
-    return poses if space.moves else vectors_from_rotations(rotations_from_quaternions(poses))
+    return poses if space.moves else vectors_from_quaternions(poses)
 
 
 def poses(

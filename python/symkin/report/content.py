@@ -13,18 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
-__all__ = [
-    "Group",
-    "Headline",
-    "Image",
-    "Movable",
-    "Page",
-    "Section",
-    "Table",
-    "Verdict",
-    "plotted",
-]
-
 Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
 

@@ -1,32 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""End-effector errors: of one model, of poses that were not seen, before and after."""
+"""Errors of end-effectors: of a model, of unseen poses, before and after; and of a printer."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symkin.evaluation import AlignedErrors, Evaluation
+from symkin.identification.heights import Heights, in_words
 from symkin.observability import ExpectedAccuracy
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, count, milli, plural, ratio
+from symkin.report.wording import NONE, became, count, milli, plural, ratio, significant
 
 if TYPE_CHECKING:
     from symkin.identification.estimate import CrossValidation
-
-__all__ = [
-    "ALIGNED",
-    "before_and_after",
-    "cross_validation_page",
-    "error_figures",
-    "error_table",
-    "errors_in_words",
-    "evaluation_page",
-    "left_out",
-]
 
 ALIGNED = (
     "A constant error of the base frame or of the tool frame can be taken out by measuring the "
@@ -101,12 +91,11 @@ def cross_validation_page(validation: CrossValidation) -> Page:
 def error_table(
     evaluations: Mapping[str, Evaluation],
     expected: ExpectedAccuracy | None = None,
-    unseen: tuple[str, Evaluation] | None = None,
+    validation: CrossValidation | None = None,
 ) -> Table:
     """Errors with a column an evaluation: with frames aligned, as they are, and their means.
 
-    Of two, the change gets a column; `expected` is that of the last one, and so is `unseen`, at
-    poses that its model did not see.
+    Of two, the change gets a column; `expected` is that of the last one, and so is `validation`.
     """
     found = list(evaluations.values())
     first = found[0]
@@ -117,9 +106,9 @@ def error_table(
         rows = _error_rows(first, aligned, "aligned ", spare)
         groups.append(Group(rows, "After the best alignment of the frames"))
     groups.append(Group(_error_rows(first, found, "", spare, expected), "As it is"))
-    if unseen is not None:
-        rows = _error_rows(first, [*found[:-1], unseen[1]], "unseen ", spare)
-        groups.append(Group(rows, f"As it is, {unseen[0]}"))
+    if validation is not None and validation.evaluation is not None:
+        rows = _error_rows(first, [*found[:-1], validation.evaluation], "unseen ", spare)
+        groups.append(Group(rows, f"As it is, {validation.name}"))
     means = [
         [
             f"mean {name.rpartition('_')[0]}",
@@ -176,8 +165,7 @@ def before_and_after(
         remark = ratio(old, new)
         if expected is not None:
             remark += f"; {milli(getattr(expected, kind), unit)} expected"
-        arrow = "\N{RIGHTWARDS ARROW}"
-        value = f"{milli(old, unit)} {arrow} {milli(new, unit)}"
+        value = became(old, new, unit)
         figures.append((f"{kind.capitalize()} error, root mean square", value, remark))
     return figures
 
@@ -265,3 +253,43 @@ def _next_step(evaluation: Evaluation) -> str:
             "before you blame the legs."
         )
     return ""
+
+
+def heights_headlines(heights: Heights) -> Iterator[Headline]:
+    """Heights before and after, and the size of what is printed."""
+    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
+    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
+    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
+    sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
+    yield "Size of what is printed, of 100 mm", sizes, remark
+
+
+def heights_section(heights: Heights | None) -> list[Section]:
+    """What the heights show and what they do not, in words; none without heights."""
+    if heights is None:
+        return []
+    paragraphs = [
+        f"The heights that the nominal robot would have differ from those measured by "
+        f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
+        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
+        f"use, in {plural(heights.folds, 'part')}.",
+        *heights.notes,
+    ]
+    rows = [
+        (
+            each.plainly,
+            each.parameter,
+            _with_share(each.common),
+            _with_share(each.between),
+        )
+        for each in heights.shown
+    ]
+    columns = ("", "Parameter", "All legs alike", "Between the legs")
+    caption = "What the heights show (in brackets: left of the tolerance)"
+    table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
+    return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
+
+
+def _with_share(known: float) -> str:
+    words = in_words(known)
+    return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"

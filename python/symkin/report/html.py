@@ -25,8 +25,6 @@ from symkin.report.content import Image, Movable, Page, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["page_html", "summary_html", "write_page"]
-
 _TEMPLATES = Path(__file__).parent / "templates"
 _DOTS_PER_INCH = 160  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
@@ -35,22 +33,7 @@ _DIGITS = 12  # of the SHA-256
 
 
 def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
-    """Write a page.
-
-    Parameters
-    ----------
-    page : Page
-        What it says.
-    path : Path
-        The HTML file; its folder is made if it does not exist.
-    overwrite : bool
-        Whether a file that exists may be replaced.
-
-    Returns
-    -------
-    Path
-        The file.
-    """
+    """Write a page as an HTML file, whose folder is made if it does not exist, and return it."""
     with OutputFiles(overwrite=overwrite) as outputs:
         folder = outputs.folder(path.parent, path.name)  # refused before anything is drawn
         (folder / path.name).write_text(page_html(page), encoding="utf-8")
@@ -67,15 +50,7 @@ def page_html(page: Page) -> str:
 
 
 def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
-    """Return title, verdict and the few numbers that matter, for a notebook.
-
-    Parameters
-    ----------
-    page : Page
-        Whose top it is.
-    shown : sequence of Table and Image
-        Parts that it shows below.
-    """
+    """Return title, verdict and the few numbers that matter, for a notebook; and these parts."""
     if not _can_draw():
         shown = [part for part in shown if not isinstance(part, Image)]
     return _rendered("notebook.html", page, shown)

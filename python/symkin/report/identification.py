@@ -5,16 +5,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import named_legs, printable
+from symkin.errors import named_legs
 from symkin.evaluation import AlignedErrors, Evaluation
 from symkin.identification.estimate import CrossValidation, Identification
 from symkin.identification.fit import LegFit
+from symkin.identification.joint import JointIdentification
 from symkin.mechanism import Mechanism
+from symkin.report.check import symmetry_section
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
 from symkin.report.evaluation import (
     ALIGNED,
@@ -24,29 +25,32 @@ from symkin.report.evaluation import (
     errors_in_words,
     left_out,
 )
+from symkin.report.measurements import measured_poses_section
+from symkin.report.mechanism import mechanism_section
+from symkin.report.observability import observability_section
 from symkin.report.wording import (
     NONE,
+    became,
     chain_subtitle,
     decimals_of,
     fixed,
     milli,
     plural,
+    quoted,
     ratio,
     significant,
+    sources,
 )
-
-__all__ = [
-    "identification_page",
-    "identification_summary",
-    "judgement",
-    "parameter_section",
-    "quoted",
-    "sources",
-]
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _SHOWN_ROWS = 8
 _WORST_ROWS = 5
+# Where standard deviations come from.
+EXPLAINED = "from the declared noise, which explains the residuals"
+SCALED_UP = (
+    "from the declared noise, scaled up by the root of chi-square per degree of freedom, since the "
+    "residuals are larger than it explains"
+)
 _SUSPECTS = {
     "sensor_curvature": "square of the reading",
     "sensor_eccentricity": "period of a turn in the reading",
@@ -59,11 +63,6 @@ _SUSPECTS = {
 
 def identification_page(found: Identification) -> Page:
     """Tell an identification from measurements."""
-    from symkin.report.mechanism import mechanism_section
-    from symkin.report.observability import observability_section
-    from symkin.report.symmetry import symmetry_section
-    from symkin.report.workspace import measured_poses_section
-
     nominal, measurements = found.nominal, found.measurements
     sets = [measurements.poses[fit.rows] for fit in found.legs]
     sections = [
@@ -91,12 +90,17 @@ def identification_summary(found: Identification) -> Page:
         doubts=found.doubts,
         notes=found.notes,
         paragraphs=[_done(found), *paragraphs],
-        next_step=_next_step(found),
+        next_step=next_step(
+            found,
+            "`symkin check` shows what the mechanism expects.",
+            "poses are",
+            "on poses measured anew: symkin evaluate calibrated.toml --measurements FILE.",
+        ),
         inputs=sources(nominal.source, found.measurements.source),
     )
 
 
-def judgement(found: Identification) -> tuple[Verdict, str]:
+def judgement(found: Identification | JointIdentification) -> tuple[Verdict, str]:
     """Whether an estimate can be trusted, for the eye and in words."""
     if not found.converged:
         return "bad", f"Not converged: {found.failure}."
@@ -144,16 +148,6 @@ def parameter_section(found: Identification, actual: Mechanism | None = None) ->
     return Section("identification", "Identified parameters", paragraphs, parts)
 
 
-def sources(*files: Path | None) -> list[tuple[str, Path]]:
-    """Name the files that this comes from."""
-    return [(printable(path.name), path) for path in files if path is not None]
-
-
-def quoted(text: str) -> str:
-    """Return text in quotation marks."""
-    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"
-
-
 def _done(found: Identification) -> str:
     measurements, nominal = found.measurements, found.nominal
     source = f" ({measurements.source_name})" if measurements.source else ""
@@ -169,27 +163,33 @@ def _achieved(found: Identification) -> tuple[list[Headline], list[str]]:
     """The errors before and after, as headlines and in words."""
     before, after, validation = found.before, found.after, found.cross_validation
     unit = found.nominal.space.closure_unit
-    closures = milli(found.nominal_residual_rms, unit), milli(found.residual_rms, unit)
-    remark = ratio(found.nominal_residual_rms, found.residual_rms)
     words = (
-        f"The legs miss closing by {closures[0]} (root mean square) with the nominal parameters, "
-        f"and by {closures[1]} with the identified ones."
+        f"The legs miss closing by {milli(found.nominal_residual_rms, unit)} (root mean square) "
+        f"with the nominal parameters, and by {milli(found.residual_rms, unit)} with the "
+        "identified ones."
     )
     if validation is not None:
-        unseen = milli(validation.residual_rms, unit)
-        remark += f"; {unseen} in cross-validation"
         words += (
-            f" At poses that the identification did not see they miss by {unseen} "
-            f"({validation.name})."
+            " At poses that the identification did not see they miss by "
+            f"{milli(validation.residual_rms, unit)} ({validation.name})."
         )
         if not validation.converged:
             words += " Not every identification of the cross-validation converged."
-    value = " \N{RIGHTWARDS ARROW} ".join(closures)
-    closure = ("Closure of the legs, root mean square", value, remark)
+    closure = closure_headline(found)
     if before is None or after is None:
         return [closure], [words]
     missed = [_missed(before, after, validation), *left_out({"before": before, "after": after})]
     return [*_measured_headlines(before, after), closure], [*missed, words]
+
+
+def closure_headline(found: Identification | JointIdentification) -> Headline:
+    """By how much the legs miss closing, before and after, and at poses that were not seen."""
+    unit, validation = found.nominal.space.closure_unit, found.cross_validation
+    remark = ratio(found.nominal_residual_rms, found.residual_rms)
+    if validation is not None:
+        remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
+    value = became(found.nominal_residual_rms, found.residual_rms, unit)
+    return "Closure of the legs, root mean square", value, remark
 
 
 def _measured_headlines(before: Evaluation, after: Evaluation) -> list[Headline]:
@@ -227,28 +227,28 @@ def _missed(before: Evaluation, after: Evaluation, validation: CrossValidation |
     return text
 
 
-def _next_step(found: Identification) -> str:
+def next_step(
+    found: Identification | JointIdentification, advice: str, predicted: str, where: str
+) -> str:
+    """What to do now: with `advice` if it did not converge; else what to predict or evaluate."""
     if not found.converged:
         return (
             "look for what keeps the estimate from converging: units, frames, signs, the order of "
-            "the legs, the working mode; `symkin check` shows what the mechanism expects."
+            f"the legs, the working mode; {advice}"
         )
     if found.doubts:
         return "settle the doubts, beginning with the first, and identify again."
     if found.cross_validation is None:
         return (
-            "see how well poses are predicted that the fit did not see: identify with "
+            f"see how well {predicted} predicted that the fit did not see: identify with "
             "--cross-validate 5."
         )
-    return (
-        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew: "
-        "symkin evaluate calibrated.toml --measurements FILE."
-    )
+    return f"let the controller use the calibrated mechanism, and evaluate it {where}"
 
 
 def _accuracy_section(found: Identification) -> Section:
     """Compare measured poses with those that the models calculate from the readings."""
-    before, after, validation = found.before, found.after, found.cross_validation
+    before, after = found.before, found.after
     if before is None or after is None:
         text = (
             "No end-effector error: at no measured pose are there readings of all legs that both "
@@ -261,11 +261,8 @@ def _accuracy_section(found: Identification) -> Section:
         f"the noise of the measurements. {quoted('Expected')} is what the uncertainty of the "
         "identified parameters adds at these poses by itself, to first order. " + ALIGNED
     )
-    unseen = validation and validation.evaluation
     table = error_table(
-        {"Before": before, "After": after},
-        found.expected_accuracy(),
-        (validation.name, unseen) if validation and unseen else None,
+        {"Before": before, "After": after}, found.expected_accuracy(), found.cross_validation
     )
     parts: list[Table | Image] = [table, _closure_table(found), *error_figures(before, after)]
     return Section("accuracy", "End-effector error", [paragraph], parts)
@@ -287,12 +284,9 @@ def _closure_table(found: Identification) -> Table:
 
 def _origin_of_deviations(found: Identification) -> str:
     if not any(fit.unexplained for fit in found.goodness):
-        return "from the declared noise, which explains the residuals"
+        return EXPLAINED
     if found.estimator == "joint":
-        return (
-            "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
-            "since the residuals are larger than it explains"
-        )
+        return SCALED_UP
     return "from the residuals, since these are larger than the declared noise explains"
 
 

@@ -13,10 +13,21 @@ from numpy.typing import NDArray
 from symkin.identification.joint import JointIdentification, Unknown
 from symkin.identification.problem import KINDS
 from symkin.identification.suspicions import blunders_of
-from symkin.report.content import Group, Headline, Image, Page, Section, Table, Verdict, plotted
-from symkin.report.evaluation import before_and_after, error_table
-from symkin.report.heights import heights_headlines, heights_section
-from symkin.report.identification import quoted, sources
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
+from symkin.report.evaluation import (
+    before_and_after,
+    error_table,
+    heights_headlines,
+    heights_section,
+)
+from symkin.report.identification import (
+    EXPLAINED,
+    SCALED_UP,
+    closure_headline,
+    judgement,
+    next_step,
+)
+from symkin.report.mechanism import mechanism_section
 from symkin.report.wording import (
     NONE,
     chain_subtitle,
@@ -24,11 +35,10 @@ from symkin.report.wording import (
     fixed,
     milli,
     plural,
-    ratio,
+    quoted,
     significant,
+    sources,
 )
-
-__all__ = ["joint_page", "joint_summary"]
 
 _WORST_ROWS = 8
 _WIDER = {
@@ -43,8 +53,6 @@ _NAMED_SHARE = 1e-3  # of a direction's square
 
 def joint_page(found: JointIdentification) -> Page:
     """Tell an identification of whatever was unknown."""
-    from symkin.report.mechanism import mechanism_section
-
     sections = [
         _parameter_section(found),
         _observation_section(found),
@@ -60,20 +68,25 @@ def joint_page(found: JointIdentification) -> Page:
 def joint_summary(found: JointIdentification) -> Page:
     """Tell the answer, and whether to trust it."""
     nominal = found.nominal
-    verdict: Verdict = "good" if found.trustworthy else "doubtful" if found.converged else "bad"
+    verdict, words = judgement(found)
+    step = next_step(
+        found,
+        "fix what is known, or give priors.",
+        "observations are",
+        "on poses measured anew.",
+    )
+    if found.trustworthy and found.heights is not None:
+        step = "let the controller use the calibrated mechanism, print, and measure the print."
     return Page(
         title=f"{nominal.name}: identification from what was observed",
         subtitle=chain_subtitle(nominal),
         headlines=list(_headlines(found)),
         verdict=verdict,
-        judgement={
-            "good": "Converged; nothing speaks against the estimate.",
-            "doubtful": "Converged, with doubts.",
-        }.get(verdict, f"Not converged: {found.failure}."),
+        judgement=words,
         doubts=found.doubts if found.converged else (),
         notes=found.notes,
         paragraphs=_done(found),
-        next_step=_next_step(found),
+        next_step=step,
         inputs=sources(nominal.source, found.measurements.source),
     )
 
@@ -101,20 +114,18 @@ def _done(found: JointIdentification) -> list[str]:
 def _observed(found: JointIdentification) -> str:
     counts = np.bincount(found.rows.kind, minlength=len(KINDS))
     named = {
-        "readings": "reading",
-        "pose": "coordinate of poses",
-        "reported pose": "coordinate that a controller reported",
-        "points": "coordinate of points",
-        "distances": "distance",
-        "heights": "height",
-    }
-    many = {"coordinate of poses": "coordinates of poses"}
-    many |= {
-        "coordinate that a controller reported": "coordinates that a controller reported",
-        "coordinate of points": "coordinates of points",
+        "readings": ("reading", "readings"),
+        "pose": ("coordinate of poses", "coordinates of poses"),
+        "reported pose": (
+            "coordinate that a controller reported",
+            "coordinates that a controller reported",
+        ),
+        "points": ("coordinate of points", "coordinates of points"),
+        "distances": ("distance", "distances"),
+        "heights": ("height", "heights"),
     }
     told = [
-        plural(int(number), named[kind], many.get(named[kind]))
+        plural(int(number), *named[kind])
         for kind, number in zip(KINDS, counts, strict=True)
         if number
     ]
@@ -146,15 +157,9 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
     if found.heights is not None:
         yield from heights_headlines(found.heights)
         return
-    before, after, validation = found.before, found.after, found.cross_validation
+    before, after = found.before, found.after
     if math.isfinite(found.residual_rms):
-        unit = found.nominal.space.closure_unit
-        remark = ratio(found.nominal_residual_rms, found.residual_rms)
-        if validation is not None:
-            remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
-        closures = [milli(found.nominal_residual_rms, unit), milli(found.residual_rms, unit)]
-        value = " \N{RIGHTWARDS ARROW} ".join(closures)
-        yield "Closure of the legs, root mean square", value, remark
+        yield closure_headline(found)
     if before is None or after is None:
         return
     if before.aligned is not None and after.aligned is not None:
@@ -164,33 +169,8 @@ def _headlines(found: JointIdentification) -> Iterator[Headline]:
         yield from before_and_after(before, after, after)
 
 
-def _next_step(found: JointIdentification) -> str:
-    if not found.converged:
-        return (
-            "look for what keeps the estimate from converging: units, frames, signs, the order of "
-            "the legs, the working mode; fix what is known, or give priors."
-        )
-    if found.doubts:
-        return "settle the doubts, beginning with the first, and identify again."
-    if found.heights is not None:
-        return "let the controller use the calibrated mechanism, print, and measure the print."
-    if found.cross_validation is None:
-        return (
-            "see how well observations are predicted that the fit did not see: identify with "
-            "--cross-validate 5."
-        )
-    return (
-        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew."
-    )
-
-
 def _parameter_section(found: JointIdentification) -> Section:
-    origin = (
-        "from the declared noise, which explains the residuals"
-        if not found.unexplained
-        else "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
-        "since the residuals are larger than it explains"
-    )
+    origin = SCALED_UP if found.unexplained else EXPLAINED
     if found.options.noise == "estimate":
         origin = "from the estimated noise"
     paragraphs = [f"Standard deviations follow {origin}."]
@@ -392,17 +372,12 @@ def _worst_rows(found: JointIdentification) -> Table:
 
 
 def _accuracy_section(found: JointIdentification) -> list[Section]:
-    before, after, validation = found.before, found.after, found.cross_validation
+    before, after = found.before, found.after
     expected = _expected_table(found)
     if before is None or after is None:
         paragraph = "What the uncertain unknowns alone lead to expect at given readings."
         return [Section("accuracy", "End-effector error", [paragraph], expected)] * bool(expected)
-    unseen = validation and validation.evaluation
-    table = error_table(
-        {"Before": before, "After": after},
-        None,
-        (validation.name, unseen) if validation and unseen else None,
-    )
+    table = error_table({"Before": before, "After": after}, None, found.cross_validation)
     paragraph = (
         "At poses that were measured in full, the distance between the measured pose and the one "
         "that the forward kinematics gives for the readings, with the nominal and with the "
@@ -525,7 +500,7 @@ def _pose_section(found: JointIdentification) -> Section:
                 "latent_poses",
                 "Scatter plots of the estimated poses.",
                 "Where the platform was, by all observations together, in the robot's own frame.",
-                plotted("poses", found.latent_poses[known]),
+                plotted("poses", found.latent_poses[known], pose_space=found.nominal.pose_space),
             )
         )
     parts += _influence_table(found)

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.chains import legs_in_words
 from symkin.errors import named_legs
-from symkin.legs import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.report.content import Group, Image, Section, Table
 from symkin.report.movable import movable
 from symkin.report.wording import (
     NONE,
     has_lengths,
+    leg_columns,
     plural,
     pose_coordinates,
     quantity,
@@ -27,8 +28,6 @@ from symkin.workspace.sample import least_reach_margin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-__all__ = ["legs_table", "mechanism_parts", "mechanism_section", "mechanism_title"]
 
 _PLATFORMS = {
     "planar": "moves in the plane and turns",
@@ -120,7 +119,7 @@ def legs_table(
         *(_parameter_row(mechanism, index) for index in range(len(mechanism.parameter_names))),
         *after,
     ]
-    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(mechanism.legs))))
+    columns = ("", *leg_columns(len(mechanism.legs)))
     return Table("The legs", columns, [Group(rows)], brief=True)
 
 
@@ -236,7 +235,7 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
         )
         for each in mechanism.free
     ]
-    home = settings.home or (0.0,) * len(names)
+    home = settings.home_or_origin
     if mechanism.bound:
         others = [name for each, (name, _) in enumerate(names) if each not in mechanism.free]
         rows.append((" and ".join([", ".join(others[:-1]), others[-1]]), "follow from the legs"))

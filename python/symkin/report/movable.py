@@ -10,21 +10,23 @@ interpolates between the nodes.
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.frames import transforms
 from symkin.mechanism import Mechanism
-from symkin.poses import rotations_from_quaternions, vectors_from_rotations
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
-from symkin.workspace.sample import inside_workspace, least_reach_margin
-
-__all__ = ["movable"]
+from symkin.workspace.sample import (
+    inside_workspace,
+    interpolated,
+    least_reach_margin,
+    workspace_coordinates,
+)
 
 Array = NDArray[np.float64]
 
@@ -41,18 +43,7 @@ _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 
 
 def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
-    """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Any.
-
-    Returns
-    -------
-    tuple of Movable
-        To be unpacked among the parts of a section.
-    """
+    """Return a mechanism that can be moved through its workspace's box; nothing if it has none."""
     if mechanism.workspace is None:
         return ()
     names = list(mechanism.space.units)
@@ -70,13 +61,10 @@ def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
 def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     """Return what the page's script needs: a grid of poses, rigid bodies, and what each pose shows.
 
-    Returns
-    -------
-    dict
-        With axes, the corners of base and platform, each leg's joints, how many of them lie
-        between its ends, and the nodes as text: for each a character for its state, two for the
-        logarithm of its condition number, for each leg and inner joint two for each of its
-        coordinates, and two for each coordinate of the pose that the legs bind.
+    Axes, the corners of base and platform, each leg's joints, how many of them lie between its
+    ends, and the nodes as text: for each a character for its state, two for the logarithm of its
+    condition number, for each leg and inner joint two for each of its coordinates, and two for each
+    coordinate of the pose that the legs bind.
     """
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]
@@ -87,11 +75,13 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     dimensions = base.shape[1]
     bound = _bound(mechanism)
     axes = _axes(mechanism, 3 + 2 * (dimensions * sum(inner) + len(bound)))
-    poses = _poses(mechanism, _nodes(axes))
-    followed = _coordinates(mechanism, poses)[:, bound]
+    # All places of the grid, the last coordinate running fastest.
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    poses = _poses(mechanism, nodes)
+    followed = workspace_coordinates(mechanism, poses)[:, bound]
     codes, offset, step = _codes(mechanism, poses, inner, dimensions, followed)
     names = pose_coordinates(mechanism.space)
-    home_values = _home_values(mechanism)[list(mechanism.free)]
+    home_values = mechanism.home_coordinates[list(mechanism.free)]
     assert mechanism.workspace is not None
     return {
         "dimensions": dimensions,
@@ -126,11 +116,6 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def _home_values(mechanism: Mechanism) -> Array:
-    assert mechanism.workspace is not None
-    return np.array(mechanism.workspace.home or (0.0,) * mechanism.core.dof)
-
-
 def _bound(mechanism: Mechanism) -> list[int]:
     """Which coordinates of a pose follow from the others."""
     return [each for each in range(mechanism.space.dof) if each not in mechanism.free]
@@ -144,31 +129,18 @@ def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
     axes = []
     for place in mechanism.free:
         low, high = settings.lower[place], settings.upper[place]
-        home = _home_values(mechanism)[place]
+        home = mechanism.home_coordinates[place]
         axis = np.linspace(min(low, home), max(high, home), count)
         axis[np.argmin(np.abs(axis - home))] = home
         axes.append(axis)
     return axes
 
 
-def _nodes(axes: list[Array]) -> Array:
-    """All places of the grid, the last coordinate running fastest."""
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-
-
 def _poses(mechanism: Mechanism, chosen: Array) -> Array:
     """Poses by the coordinates that can be chosen, (N, free); NaN where the legs have none."""
-    values = np.tile(_home_values(mechanism), (len(chosen), 1))
+    values = np.tile(mechanism.home_coordinates, (len(chosen), 1))
     values[:, mechanism.free] = chosen
     return np.ascontiguousarray(mechanism.poses_at(values))
-
-
-def _coordinates(mechanism: Mechanism, poses: Array) -> Array:
-    """Poses as position and angle or rotation vector, (N, dof)."""
-    if not mechanism.space.has_quaternion:
-        return poses
-    vectors = vectors_from_rotations(rotations_from_quaternions(poses[:, -4:]))
-    return np.hstack([poses[:, :-4], vectors])
 
 
 def _span(values: Array) -> tuple[float, float]:
@@ -184,11 +156,8 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
     shape = [len(axis) for axis in axes]
     logarithms = np.log(mechanism.singularity_measures(poses)[2]).reshape(shape)
     places = np.random.default_rng(0).uniform(0, np.array(shape) - 1, (_TRIED, len(axes)))
-    below = np.minimum(places.astype(np.intp), np.array(shape) - 2)
-    between = np.zeros(_TRIED)
-    for corner in product((0, 1), repeat=len(axes)):
-        weights = np.abs(1 - np.array(corner) - (places - below)).prod(axis=1)
-        between += weights * logarithms[tuple((below + corner).T)]
+    steps = [np.arange(count, dtype=np.float64) for count in shape]
+    between = interpolated(steps, logarithms[..., np.newaxis], places)[:, 0]
     values = [
         np.interp(place, np.arange(len(axis)), axis)
         for place, axis in zip(places.T, axes, strict=True)
@@ -264,17 +233,9 @@ def _states(
 
 def _in_platform(mechanism: Mechanism, points: Array) -> Array:
     """Points at home, in the platform's frame."""
-    home = mechanism.home
-    dimensions = points.shape[1]
-    rotation = np.eye(dimensions)
-    if mechanism.pose_space == "planar":
-        cosine, sine = np.cos(home[2]), np.sin(home[2])
-        rotation = np.array([[cosine, -sine], [sine, cosine]])
-    elif mechanism.space.has_quaternion:
-        rotation = rotations_from_quaternions(home[np.newaxis, -4:])[0]
-    centre = home[:dimensions] if mechanism.space.moves else np.zeros(dimensions)
-    local: Array = (points - centre) @ rotation
-    return local
+    platform, size = transforms(mechanism.pose_space, mechanism.home[np.newaxis]), points.shape[1]
+    local = (points - platform.translation[0, :size]) @ platform.rotation[0, :size, :size]
+    return np.asarray(local)
 
 
 def _rounded(points: Array) -> list[list[float]]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +19,8 @@ from symkin.observability import (
     observability_rows,
 )
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, plural, significant
+from symkin.report.wording import NONE, leg_columns, plural, significant
 from symkin.symmetry import observability_group
-
-if TYPE_CHECKING:
-    pass
-
-__all__ = ["observability_page", "observability_section", "singular_values_table"]
 
 _R = "|R_ii|"
 _INDICES = {
@@ -74,24 +68,11 @@ def observability_section(
     rows: RowKind = "paper",
     brief: bool = False,
 ) -> Section:
-    """Compare the observability of all legs.
+    """Compare the observability of all legs, each at its own poses.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Where it is evaluated.
-    sets : sequence of ndarray, shape (N, coordinates)
-        Poses of each leg; those that the leg cannot reach are left out, and said so.
-    symmetric : bool
-        Whether the sets were made to be images of each other.
-    rows : {"paper", "noise_aware"}
-        Of which rows the indices are: those that poses were chosen by.
-    brief : bool
-        Whether the command line prints the table.
-
-    Returns
-    -------
-    Section
+    Poses that a leg cannot reach are left out, and said so. `symmetric` says that the sets were
+    made to be images of each other; the indices are of the rows that poses were chosen by; a
+    `brief` table is printed by the command line.
     """
     reached = [_within_reach(mechanism, leg, poses) for leg, poses in enumerate(sets)]
     try:
@@ -120,8 +101,26 @@ def observability_section(
         f"{_R} of every parameter, all legs at their own poses.",
         plotted("observability", names, diagonals),
     )
-    groups = _groups(legs, names, diagonals, deviations, Group(_indices(indices), _of(rows)))
-    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))), "Largest relative deviation")
+    visible = [
+        (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
+        for i, name in enumerate(names)
+    ]
+    shares = [
+        (label, *(significant(leg[key]) for leg in indices), "") for key, label in _INDICES.items()
+    ]
+    ranks = [
+        ("condition number, free of units", *(significant(leg.condition) for leg in legs), ""),
+        ("rank", *(f"{leg.rank} of {len(leg.parameter_names)}" for leg in legs), ""),
+        ("not shown at all", *("; ".join(leg.unseen) or "nothing" for leg in legs), ""),
+    ]
+    # Whose indices they are: those that a plan's selection made large.
+    of = "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
+    groups = [
+        Group(visible, f"{_R}, SI units"),
+        Group(shares, of),
+        Group(ranks, "Identifiability"),
+    ]
+    columns = ("", *leg_columns(len(legs)), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
     table = Table(title, columns, groups, brief=brief)
     return Section("observability", "Observability", paragraphs, [bars, table])
@@ -134,7 +133,7 @@ def singular_values_table(legs: Sequence[Observability]) -> Table:
         (f"s_{number}", *(NONE if value is None else significant(value) for value in values))
         for number, values in enumerate(all_values, 1)
     ]
-    columns = ("", *(f"Leg {leg + 1}" for leg in range(len(legs))))
+    columns = ("", *leg_columns(len(legs)))
     return Table("Singular values, columns scaled to length one", columns, [Group(rows)])
 
 
@@ -180,37 +179,3 @@ def _largest_deviations(
         scale = np.where(own[0] > 0, own[0], 1.0)
         largest = np.fmax(largest, np.abs(own - own[0]).max(axis=0) / scale)
     return largest
-
-
-def _indices(legs: Sequence[Mapping[str, float]]) -> list[tuple[str, ...]]:
-    return [
-        (label, *(significant(leg[key]) for leg in legs), "") for key, label in _INDICES.items()
-    ]
-
-
-def _of(rows: RowKind) -> str:
-    """Whose indices they are: those that a plan's selection made large."""
-    return "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
-
-
-def _groups(
-    legs: Sequence[Observability],
-    names: Sequence[str],
-    diagonals: NDArray[np.float64],
-    deviations: NDArray[np.float64],
-    indices: Group,
-) -> list[Group]:
-    visible = [
-        (name, *map(significant, diagonals[:, i]), significant(deviations[i], 2))
-        for i, name in enumerate(names)
-    ]
-    ranks = [
-        ("condition number, free of units", *(significant(leg.condition) for leg in legs), ""),
-        ("rank", *(f"{leg.rank} of {len(leg.parameter_names)}" for leg in legs), ""),
-        ("not shown at all", *("; ".join(leg.unseen) or "nothing" for leg in legs), ""),
-    ]
-    return [
-        Group(visible, f"{_R}, SI units"),
-        indices,
-        Group(ranks, "Identifiability"),
-    ]

@@ -1,25 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""The poses that were planned, how good they are, and those that spares had to replace."""
+"""What was planned: poses, how good they are, and how many there should be."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
-from symkin.legs import legs_in_words
+from symkin.chains import legs_in_words
+from symkin.errors import named_legs
 from symkin.mechanism import Mechanism
-from symkin.planning import ChosenPoses, Plan, PlanBasis, Survey
+from symkin.observability import ExpectedAccuracy
+from symkin.planning import ChosenPoses, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.plan import set_name
-from symkin.report.content import Group, Headline, Page, Section, Table
+from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
-from symkin.report.wording import count, milli, plural, quantity, significant
+from symkin.report.wording import count, milli, plural, quantity, setting, significant
 from symkin.report.workspace import workspace_section
 from symkin.simulation import Simulation
 from symkin.workspace import WorkspaceSample
-
-__all__ = ["CRITERIA", "expected_headlines", "plan_page", "plan_section", "survey_text"]
 
 CRITERIA = {
     "O1": "O1 (D-optimality)",
@@ -57,7 +58,7 @@ def plan_page(plan: Plan) -> Page:
         )
     if expected is not None:
         remark = f"expected, rms ({plan.estimator}, all poses)"
-        headlines += expected_headlines(mechanism, expected.position, expected.orientation, remark)
+        headlines += expected_headlines(mechanism, expected, remark)
     headlines.append(
         ("Way", quantity(plan.travel, mechanism.space.closure_unit), "from home through the poses")
     )
@@ -109,12 +110,11 @@ def plan_page(plan: Plan) -> Page:
 
 
 def expected_headlines(
-    mechanism: Mechanism, position: float, orientation: float, remark: str
+    mechanism: Mechanism, expected: ExpectedAccuracy, remark: str
 ) -> Sequence[Headline]:
     """Expected errors as headlines; of those that the platform has."""
-    errors = {"position": position, "orientation": orientation}
     return [
-        (f"{kind.capitalize()} error", milli(errors[kind], unit), remark)
+        (f"{kind.capitalize()} error", milli(getattr(expected, kind), unit), remark)
         for kind, unit in mechanism.space.errors
     ]
 
@@ -189,9 +189,8 @@ def _selections(basis: PlanBasis) -> Table:
 def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
     selection, certificate = choice.selection, choice.selection.certificate
     value = selection.criterion_value
-    numbers = ", ".join(str(leg + 1) for leg in choice.legs)
     return (
-        f"leg{'s' * (len(choice.legs) > 1)} {numbers}",
+        named_legs(choice.legs),
         quantity(1e3 * value**0.5, "mm")
         if basis.criterion == "expected_error"
         else significant(value, 4),
@@ -241,3 +240,114 @@ def _made(basis: PlanBasis) -> list[str]:
         "for that criterion. The bound with repeats lets a pose be measured more than once."
     )
     return [text, *([] if basis.survey is None else [survey_text(basis.survey)]), certificate]
+
+
+def pose_count_page(curve: PoseCountCurve) -> Page:
+    """Describe what more poses bring."""
+    mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
+    (kind, unit), *_ = mechanism.space.errors
+    errors = getattr(curve, kind)
+    enough = (
+        f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
+        f"{kind} error"
+        if curve.enough is not None
+        else f"Every further pose saves at least {gain} of the {kind} error"
+    )
+    ends: list[Headline] = [
+        (name, milli(errors[at], unit), f"{plural(int(curve.counts[at]), 'pose')} a leg")
+        for name, at in (("Fewest", 0), ("Most", -1))
+    ]
+    return Page(
+        title=f"{mechanism.name}: number of poses",
+        subtitle=legs_in_words(mechanism.legs),
+        headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
+        verdict="good",
+        judgement=enough,
+        paragraphs=[_basis(curve)],
+        next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
+        sections=[_curve_section(curve)],
+    )
+
+
+def _basis(curve: PoseCountCurve) -> str:
+    text = "Errors are predicted to first order from the declared noise"
+    survey = curve.survey
+    return f"{text}." if survey is None else f"{text}. {survey_text(survey)}"
+
+
+def needed_poses_page(needed: NeededPoses) -> Page:
+    """Describe how many poses a wanted accuracy needs, and what else would help."""
+    curve, expected = needed.curve, needed.expected
+    mechanism, reached = curve.mechanism, needed.count is not None
+    wanted = " and ".join(
+        setting(1e3 * value, unit)
+        for value, unit in ((needed.position, "mm"), (needed.orientation, "mrad"))
+        if value is not None
+    )
+    poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
+    judgement = (
+        f"{poses}, are enough for {wanted}" if reached else f"{poses}, are too few for {wanted}"
+    )
+    doubts = (
+        []
+        if reached
+        else [
+            f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
+            "accuracy that much coarser"
+        ]
+    )
+    headlines = [
+        ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
+        *expected_headlines(mechanism, expected, "expected, rms"),
+    ]
+    remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
+    return dataclasses.replace(
+        pose_count_page(curve),
+        headlines=headlines,
+        verdict="good" if reached else "bad",
+        judgement=judgement,
+        doubts=doubts,
+        next_step=_plan(curve, needed.tried) if reached else "",
+        sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
+    )
+
+
+def _plan(curve: PoseCountCurve, count: int) -> str:
+    same = "" if curve.survey is None else ", with the same options"
+    return f"symkin plan MECHANISM --pose-count {count} --out DIR{same}"
+
+
+def _remedies(needed: NeededPoses) -> Table:
+    kinds = needed.curve.mechanism.space.errors
+    rows = [
+        (
+            remedy.change,
+            *(milli(getattr(remedy.expected, kind), unit) for kind, unit in kinds),
+            "yes" if remedy.enough else "no",
+        )
+        for remedy in needed.remedies
+    ]
+    columns = ["Change", *(f"{kind.capitalize()} error, rms" for kind, _ in kinds)]
+    caption = "What else would help, at the same poses"
+    return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
+
+
+def _curve_section(curve: PoseCountCurve) -> Section:
+    kinds = curve.mechanism.space.errors
+    figure = Image(
+        "pose_count",
+        "Expected errors and efficiency against the number of poses.",
+        "Expected error after identification, and efficiency of the selection, against the number "
+        "of poses that each leg is identified from. The dashed line is where another pose begins "
+        "to gain too little.",
+        plotted("pose_count", curve),
+    )
+    rows = []
+    for at, number in enumerate(curve.counts.tolist()):
+        row = [str(number), str(curve.measured[at])]
+        row += [milli(getattr(curve, kind)[at], unit) for kind, unit in kinds]
+        rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
+    columns = ["Poses a leg", "Poses in all"]
+    columns += [f"{kind.capitalize()} error, rms" for kind, _ in kinds]
+    table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)], brief=True)
+    return Section("curve", "Number of poses", [], [figure, table])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a run of the protocol, or a simulation, came to."""
+"""What a run of the protocol came to, and the identification of many robots."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from symkin.evaluation import Evaluation
 from symkin.observability import ExpectedAccuracy
-from symkin.report.content import Group, Image, Page, Section, Table
+from symkin.report.check import symmetry_section
+from symkin.report.content import Group, Image, Page, Section, Table, Verdict
 from symkin.report.evaluation import (
     ALIGNED,
     before_and_after,
@@ -20,26 +21,34 @@ from symkin.report.evaluation import (
 from symkin.report.identification import (
     judgement,
     parameter_section,
+)
+from symkin.report.mechanism import mechanism_section
+from symkin.report.observability import observability_section
+from symkin.report.plan import plan_section
+from symkin.report.wording import (
+    NONE,
+    chain_subtitle,
+    count,
+    has_lengths,
+    milli,
+    plural,
+    quantity,
     quoted,
+    setting,
     sources,
 )
-from symkin.report.wording import NONE, chain_subtitle, count, has_lengths, milli, plural, setting
+from symkin.report.workspace import workspace_section
 
 if TYPE_CHECKING:
+    from symkin.identification.fleet import Fleet
     from symkin.pipeline import ProtocolResult
     from symkin.simulation import Simulation
 
-__all__ = ["run_page", "run_summary", "simulation_page"]
+_SHOWN = 20
 
 
 def run_page(result: ProtocolResult) -> Page:
     """Tell a run of the protocol on a simulated robot."""
-    from symkin.report.mechanism import mechanism_section
-    from symkin.report.observability import observability_section
-    from symkin.report.plan import plan_section
-    from symkin.report.symmetry import symmetry_section
-    from symkin.report.workspace import workspace_section
-
     nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
     symmetric = plan.basis is not None and plan.basis.symmetrical
     sections = [
@@ -72,23 +81,6 @@ def run_summary(result: ProtocolResult) -> Page:
             "like measurements.csv, and identify: symkin identify MECHANISM measured.csv."
         ),
         inputs=sources(nominal.source),
-    )
-
-
-def simulation_page(simulation: Simulation) -> Page:
-    """Tell what was measured of a simulated robot."""
-    sets = simulation.replaced_by_set.items()
-    return Page(
-        title=f"{simulation.nominal.name}: measurements of a simulated robot",
-        headlines=[
-            ("Poses measured", count(len(simulation.measurements.poses)), ""),
-            (
-                "Replaced by spares",
-                count(sum(simulation.replaced)),
-                ", ".join(f"{name}: {number}" for name, number in sets),
-            ),
-        ],
-        next_step="identify its parameters: symkin identify MECHANISM measurements.csv.",
     )
 
 
@@ -167,3 +159,56 @@ def _comparison_table(result: ProtocolResult) -> Table:
         rows.append(row)
     caption = "Every estimator on the same measurements"
     return Table(caption, columns, [Group(rows)], brief=True)
+
+
+def fleet_page(fleet: Fleet) -> Page:
+    """Count the robots that fit, and say what is wrong with the others."""
+    counts = {word: fleet.verdicts.count(word) for word in ("fits", "doubtful", "failed")}
+    total = len(fleet.robots)
+    verdict: Verdict = "bad" if counts["failed"] else "doubtful" if counts["doubtful"] else "good"
+    rows = [
+        (robot, verdict, failure or doubt)
+        for wanted in ("failed", "doubtful")
+        for robot, verdict, failure, doubt in zip(
+            fleet.robots, fleet.verdicts, fleet.failures, fleet.doubts, strict=True
+        )
+        if verdict == wanted
+    ]
+    caption = "Robots that failed, and those that something speaks against"
+    table = Table(
+        caption,
+        ("Robot", "Verdict", "Why"),
+        [Group(rows)],
+        wordy=True,
+        brief=True,
+        brief_rows=_SHOWN,
+    )
+    judgement = (
+        f"{count(counts['fits'])} of {plural(total, 'robot')} fit the declared noise and the "
+        "tolerances"
+    )
+    if counts["doubtful"]:
+        judgement += f", {count(counts['doubtful'])} are doubtful"
+    if counts["failed"]:
+        judgement += f", {count(counts['failed'])} failed"
+    return Page(
+        title=f"{fleet.nominal.name}: {plural(total, 'robot')}",
+        subtitle=f"estimator {fleet.options.estimator}",
+        headlines=[
+            ("Fit", count(counts["fits"]), f"of {count(total)}"),
+            ("Doubtful", count(counts["doubtful"]), "see the table"),
+            ("Failed", count(counts["failed"]), "see the table"),
+            (
+                "Throughput",
+                f"{quantity(fleet.robots_per_second, '')}".strip(),
+                f"robots a second, {quantity(fleet.seconds, 's')}",
+            ),
+        ],
+        verdict=verdict,
+        judgement=judgement,
+        notes=[
+            "A robot that fits passed the tests of noise and tolerance; symkin identify makes more "
+            "of a single one."
+        ],
+        sections=[Section("robots", "Robots to look at", [], [table])] if rows else [],
+    )

@@ -10,8 +10,6 @@ import sys
 
 from symkin.report.content import Page, Table
 
-__all__ = ["page_text", "summary_text", "table_text"]
-
 _PIPE_WIDTH = 100
 _TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
 
@@ -25,17 +23,10 @@ def summary_text(page: Page) -> str:
     return _typed("\n".join(lines))
 
 
-def page_text(page: Page, width: int | None = None, *, whole: bool = False) -> str:
+def page_text(page: Page, *, whole: bool = False) -> str:
     """Return what the command line prints: the summary, then the brief tables.
 
-    Parameters
-    ----------
-    page : Page
-        What there is to say.
-    width : int, optional
-        Columns of the terminal, by default those of the one that it is printed to.
-    whole : bool
-        Whether to print all sections, with their paragraphs and tables.
+    The `whole` page has all sections, with their paragraphs and tables.
     """
     lines = [page.title, *([page.subtitle] if page.subtitle else [])]
     if page.judgement:
@@ -44,27 +35,27 @@ def page_text(page: Page, width: int | None = None, *, whole: bool = False) -> s
     blocks = ["\n".join(lines)]
     if page.headlines:
         rows = [[label, value, remark] for label, value, remark in page.headlines]
-        blocks.append(_grid([], rows, words=3, width=width))
+        blocks.append(_grid([], rows, words=3))
     for section in page.sections:
         tables = [part for part in section.parts if isinstance(part, Table)]
         if whole:
             blocks += ["\n".join([section.title.upper(), *section.paragraphs])]
-            blocks += [table_text(table, width) for table in tables]
+            blocks += [table_text(table) for table in tables]
         else:
-            blocks += [table_text(_cut(table), width) for table in tables if table.brief]
+            blocks += [table_text(_cut(table)) for table in tables if table.brief]
     blocks += ["\n".join(f"Note: {note}" for note in page.notes)] if page.notes else []
     blocks += [f"Next: {page.next_step}"] if page.next_step else []
     return _typed("\n\n".join(blocks))
 
 
-def table_text(table: Table, width: int | None = None) -> str:
+def table_text(table: Table) -> str:
     """Return a table as aligned columns under its caption; empty columns are left out."""
     rows: list[list[str]] = []
     for group in table.groups:
         rows += [[group.title]] if group.title else []
         rows += [[str(cell) for cell in row] for row in group.rows]
     words = len(table.columns) if table.wordy else 1
-    grid = _grid(list(table.columns), rows, words, width)
+    grid = _grid(list(table.columns), rows, words)
     return f"{table.caption}\n{grid}" if table.caption else grid
 
 
@@ -78,7 +69,7 @@ def _cut(table: Table) -> Table:
     return dataclasses.replace(table, groups=[dataclasses.replace(group, rows=rows)])
 
 
-def _grid(heading: list[str], rows: list[list[str]], words: int, width: int | None) -> str:
+def _grid(heading: list[str], rows: list[list[str]], words: int) -> str:
     """Rows as aligned columns: the first `words` to the left, the others to the right."""
     from rich.console import Console
     from rich.table import Table as Grid
@@ -96,7 +87,8 @@ def _grid(heading: list[str], rows: list[list[str]], words: int, width: int | No
         grid.add_column(name, justify="left" if number < words else "right", no_wrap=True)
     for row in rows:
         grid.add_row(*row, *[""] * (count - len(row)))
-    console = Console(file=io.StringIO(), width=width or _terminal_width(), markup=False)
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH
+    console = Console(file=io.StringIO(), width=width, markup=False)
     # A table that is too wide is better wrapped by the terminal than cut.
     unbound = console.options.update(max_width=10_000)
     console.width = max(console.width, console.measure(grid, options=unbound).maximum)
@@ -108,7 +100,3 @@ def _grid(heading: list[str], rows: list[list[str]], words: int, width: int | No
 def _typed(text: str) -> str:
     """With the characters of a keyboard, which can be searched for and pasted."""
     return text.translate(_TYPED)
-
-
-def _terminal_width() -> int:
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH

@@ -4,26 +4,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+from symkin.errors import printable
 from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
-
-__all__ = [
-    "NONE",
-    "chain_subtitle",
-    "count",
-    "decimals_of",
-    "fixed",
-    "has_lengths",
-    "milli",
-    "plural",
-    "pose_coordinates",
-    "quantity",
-    "ratio",
-    "setting",
-    "share",
-    "significant",
-]
 
 NONE = "\N{EN DASH}"
 _SPACE = "\N{NO-BREAK SPACE}"
@@ -85,6 +70,11 @@ def ratio(before: float, after: float) -> str:
     return f"{significant(after / before, 2)} times larger"
 
 
+def became(before: float, after: float, unit: str) -> str:
+    """A small error as it was and as it is: ``0.82 mm`` and ``0.0821 mm`` with an arrow between."""
+    return f"{milli(before, unit)} \N{RIGHTWARDS ARROW} {milli(after, unit)}"
+
+
 def count(number: int) -> str:
     """An integer with its thousands apart."""
     return f"{number:,}".replace(",", _SPACE)
@@ -111,10 +101,25 @@ def has_lengths(mechanism: Mechanism) -> bool:
     return any("m" in mechanism.parameter_units(leg) for leg in range(len(mechanism.legs)))
 
 
+def leg_columns(count: int) -> tuple[str, ...]:
+    """Headings of a table with a column a leg."""
+    return tuple(f"Leg {leg + 1}" for leg in range(count))
+
+
 def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:
     """Name and unit of the coordinates of a workspace's bounds."""
     names = {"phi": "\N{GREEK SMALL LETTER PHI}"}
     return tuple((names.get(name, name), unit) for name, unit in space.units.items())
+
+
+def sources(*files: Path | None) -> list[tuple[str, Path]]:
+    """Name the files that this comes from."""
+    return [(printable(path.name), path) for path in files if path is not None]
+
+
+def quoted(text: str) -> str:
+    """Return text in quotation marks."""
+    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"
 
 
 def _signed(text: str) -> str:

@@ -5,33 +5,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symkin.legs import legs_in_words
-from symkin.measurements import Measurements
+from symkin.chains import legs_in_words
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.symmetry import elements_table
-from symkin.report.wording import count, plural, share, significant
+from symkin.report.wording import count, plural, share, significant, sources
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices
-from symkin.workspace.study import READING_ROUNDING, WorkspaceStudy
-
-if TYPE_CHECKING:
-    pass
-
-__all__ = [
-    "measured_poses_section",
-    "sample_page",
-    "sampling_table",
-    "workspace_page",
-    "workspace_section",
-]
+from symkin.workspace.study import READING_ROUNDING, ElementCheck, WorkspaceStudy
 
 _CAUSES = {
     "reach": "out of a leg's reach, or too near its limits",
@@ -61,24 +46,6 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
     return Section("workspace", "Workspace", [paragraph], [sampling_table(candidates), poses])
 
 
-def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
-    """Show where the poses lie that were measured in full."""
-    whole = np.isfinite(measurements.poses).all(axis=1)
-    sets: list[NDArray[np.float64]] = []
-    if (measurements.leg_sets >= 0).any():
-        legs = range(len(mechanism.legs))
-        sets = [measurements.poses[(measurements.leg_sets == leg) & whole] for leg in legs]
-    poses = Image(
-        "poses",
-        "Scatter plots of the measured poses.",
-        "The measured poses.",
-        plotted("poses", measurements.poses[whole], sets),
-    )
-    file = f" from {measurements.source_name}" if measurements.source else ""
-    paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
-    return Section("poses", "Measured poses", [paragraph], [poses] if whole.any() else [])
-
-
 def sampling_table(sample: WorkspaceSample) -> Table:
     """Poses drawn, rejected and kept."""
     kept, drawn = len(sample), sample.drawn
@@ -92,6 +59,26 @@ def sampling_table(sample: WorkspaceSample) -> Table:
         rows.append(("more than needed", count(surplus), share(surplus, drawn)))
     rows.append(("candidates", count(kept), share(kept, drawn)))
     return Table("Sampling of the workspace", ("Poses", "Number", "Share"), [Group(rows)])
+
+
+def elements_table(
+    caption: str, elements: Sequence[ElementCheck], unit: str, *, brief: bool = False
+) -> Table:
+    """Show what poses say of each element of a group."""
+    rows = [
+        (
+            found.element,
+            "yes" if found.keeps_modes else "no",
+            "yes" if found.keeps_aspect else "no",
+            count(found.tested),
+            count(found.inside),
+            count(found.mismatches),
+            f"{found.reading_deviation:.2g} {unit}",
+        )
+        for found in elements
+    ]
+    columns = ("Element", "Keeps modes", "Keeps aspect", "Tested", "Inside", "Mismatches")
+    return Table(caption, (*columns, "Largest deviation"), [Group(rows)], brief=brief)
 
 
 def sample_page(sample: WorkspaceSample) -> Page:
@@ -136,7 +123,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
         doubts=doubts,
         notes=[text for row in study.modes if (text := _singular_orientations(row))],
         sections=[_slices_section(study), _joints_section(study), _symmetry_section(study)],
-        inputs=[] if mechanism.source is None else [(mechanism.source.name, mechanism.source)],
+        inputs=sources(mechanism.source),
     )
 
 

@@ -19,10 +19,20 @@ from typing import Any, Literal, get_args
 
 from symkin.errors import StudyFileError, SymkinError, did_you_mean
 from symkin.identification.fit import Estimator, Loss, PoseUse
-from symkin.io.kinds import Kind, WrongValueError, choice, list_of, quantity, table, text, whole
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.mechanism_writer import mechanism_text
-from symkin.io.toml_file import dotted, read_toml
+from symkin.io.toml_file import (
+    Kind,
+    WrongValueError,
+    choice,
+    dotted,
+    list_of,
+    quantity,
+    read_toml,
+    table,
+    text,
+    whole,
+)
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
 from symkin.planning.designs import Design

@@ -118,7 +118,7 @@ class SymmetryComparison(Result):
     sensor_deviations: tuple[ParameterDeviation, ...]
     spatial: bool
 
-    PAGE: ClassVar[str] = "symmetry.comparison_page"
+    PAGE: ClassVar[str] = "check.comparison_page"
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -230,11 +230,18 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         verdict = "nearly" if needed <= _near_limit(reference) else "broken"
         group = reference
         tolerance = scaled_tolerance(mechanism, max(_near_limit(reference), 1.001 * needed))
-        kept = _kept(mechanism, group, tolerance)
+        kept = tuple(
+            element.label
+            for element in group.elements
+            if _core.image_of_legs(mechanism.core, group.core, element, tolerance).keeps_modes
+        )
     structure, sensors = _deviations(mechanism, group, tolerance)
     # The images of two legs share what lies between them; a single parameter may be off by more.
     if verdict == "nearly" and any(each.in_tolerances > _near_limit(group) for each in structure):
         verdict = "broken"
+    of_sensors: SymmetryVerdict = "exact"
+    if sensors:
+        of_sensors = "nearly" if sensors[0].in_tolerances <= _near_limit(group) else "broken"
     return SymmetryComparison(
         declared=declared,
         found=found,
@@ -243,29 +250,10 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
         reference_elements=kept,
         tolerance=(tolerance.length, tolerance.angle, tolerance.gain),
         deviations=structure if reference is not None else (),
-        sensors=_sensor_verdict(sensors, group),
+        sensors=of_sensors,
         sensor_deviations=sensors,
         spatial=mechanism.space.in_space,
     )
-
-
-def _kept(
-    mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance
-) -> tuple[str, ...]:
-    """The elements that keep the working modes too."""
-    return tuple(
-        element.label
-        for element in group.elements
-        if _core.image_of_legs(mechanism.core, group.core, element, tolerance).keeps_modes
-    )
-
-
-def _sensor_verdict(
-    deviations: tuple[ParameterDeviation, ...], group: SymmetryGroup
-) -> SymmetryVerdict:
-    if not deviations:
-        return "exact"
-    return "nearly" if deviations[0].in_tolerances <= _near_limit(group) else "broken"
 
 
 def _deviations(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.chains import chain_info
-from symkin.legs import parameter_values
+from symkin.chains import chain_info, parameter_values
+from symkin.measurements import pose_rows
 from symkin.mechanism import Leg, Mechanism
 from symkin.poses import POSE_SPACES
 from symkin.result import Result, field, record
@@ -63,11 +63,7 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
     SymkinError
         If the group does not carry one leg to so many.
     """
-    group = declared_group(symmetry)
-    if symmetry.elements is None:
-        elements = _core.generating_elements(group.core, count)
-    else:
-        elements = [group.parse(label) for label in symmetry.elements]
+    group, elements = _carrying(symmetry, count)
     return _images(reference, _platform_of(reference), group, elements)
 
 
@@ -91,11 +87,7 @@ def generate_orbits(
     -------
     list of Leg
     """
-    group = declared_group(symmetry)
-    if symmetry.elements is None:
-        elements = _core.generating_elements(group.core, group.size)
-    else:
-        elements = [group.parse(label) for label in symmetry.elements]
+    group, elements = _carrying(symmetry)
     legs = []
     for number, leg in enumerate(references, 1):
         info = chain_info(leg.chain, platform)
@@ -109,6 +101,16 @@ def generate_orbits(
         own = [element for element in elements if element in kept]
         legs += _images(whole, platform, group, own)
     return legs
+
+
+def _carrying(
+    symmetry: DeclaredSymmetry, count: int | None = None
+) -> tuple[SymmetryGroup, Sequence[SymmetryElement]]:
+    """The group and the elements that carry a leg to so many, by default to all images."""
+    group = declared_group(symmetry)
+    if symmetry.elements is not None:
+        return group, [group.parse(label) for label in symmetry.elements]
+    return group, _core.generating_elements(group.core, group.size if count is None else count)
 
 
 def _stabiliser(leg: Leg, group: SymmetryGroup, platform: str) -> set[SymmetryElement]:
@@ -178,7 +180,7 @@ class DetectedSymmetry(Result):
     permutations: Mapping[str, tuple[int, ...]] = field(number=True)
     keeps_modes: Mapping[str, bool]
 
-    PAGE: ClassVar[str] = "symmetry.detection_page"
+    PAGE: ClassVar[str] = "check.detection_page"
 
 
 def detect_symmetry(
@@ -330,8 +332,7 @@ def map_poses(
     """
     group = symmetry_group(mechanism)
     chosen = group.parse(element) if isinstance(element, str) else element
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    return _core.transform_poses(group.core, chosen, mechanism.core, rows)
+    return _core.transform_poses(group.core, chosen, mechanism.core, pose_rows(poses))
 
 
 def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[NamedGroup, ...]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -11,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
+from symkin.poses import vectors_from_quaternions
 from symkin.result import Result, field, record
 
 __all__ = [
@@ -22,6 +25,7 @@ __all__ = [
     "coordinate_names",
     "inside_box",
     "inside_workspace",
+    "interpolated",
     "least_reach_margin",
     "sample_workspace",
     "workspace_coordinates",
@@ -146,13 +150,13 @@ def sample_workspace(
 
 def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose meets the workspace's demands, shape (N,); its box is not asked."""
-    rows = np.atleast_2d(np.ascontiguousarray(poses, dtype=np.float64))
-    return np.array(_core.inside_workspace(mechanism.core, workspace_options(mechanism), rows))
+    options = workspace_options(mechanism)
+    return np.array(_core.inside_workspace(mechanism.core, options, pose_rows(poses)))
 
 
 def _rows(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
     """Poses as rows of as many columns as the mechanism's have."""
-    rows = np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+    rows = pose_rows(poses)
     if rows.ndim != 2 or rows.shape[1] != len(mechanism.home):
         raise MechanismError(
             f"poses have shape {rows.shape}; expected (N, {len(mechanism.home)}) of "
@@ -174,11 +178,7 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
     if mechanism.pose_space == "planar":
         turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)
         return np.hstack([rows[:, :2], turned])
-    position, vector, scalar = rows[:, :-4], rows[:, -4:-1], rows[:, -1:]
-    vector = np.where(scalar < 0, -vector, vector)
-    size = np.linalg.norm(vector, axis=1, keepdims=True)
-    angle = 2 * np.arctan2(size, np.abs(scalar))
-    return np.hstack([position, vector * angle / np.where(size > 0, size, 1.0)])
+    return np.hstack([rows[:, :-4], vectors_from_quaternions(rows[:, -4:])])
 
 
 def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
@@ -200,6 +200,27 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
         lower, upper = workspace.lower[free], workspace.upper[free]
         inside &= (columns[free] >= lower - slack) & (columns[free] <= upper + slack)
     return inside
+
+
+def interpolated(
+    axes: Sequence[NDArray[np.float64]], values: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Multilinear interpolation on a grid, shape (N, k); NaN beside a node that is NaN."""
+    lower, share = [], []
+    for axis, column in zip(axes, points.T, strict=True):
+        last = max(len(axis) - 2, 0)
+        cell = np.clip(np.searchsorted(axis, column, side="right") - 1, 0, last)
+        width = axis[cell + 1] - axis[cell] if len(axis) > 1 else np.ones(len(column))
+        lower.append(cell)
+        share.append((column - axis[cell]) / width)
+    found = np.zeros((len(points), values.shape[-1]))
+    for corner in itertools.product(*([(0, 1) if len(axis) > 1 else (0,) for axis in axes])):
+        weight = np.ones(len(points))
+        for up, part in zip(corner, share, strict=True):
+            weight *= part if up else 1 - part
+        index = tuple(cell + up for cell, up in zip(lower, corner, strict=True))
+        found += weight[:, None] * values[index]
+    return found
 
 
 def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
@@ -259,8 +280,7 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     """
     settings = mechanism.workspace
     assert settings is not None
-    values = settings.home or (0.0,) * mechanism.core.dof
-    home = f"the home pose {_listed(mechanism, values)}"
+    home = f"the home pose {_listed(mechanism, settings.home_or_origin)}"
     unit = mechanism.space.closure_unit
     margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
     if not (margins >= reach_margin).all():

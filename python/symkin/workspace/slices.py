@@ -30,6 +30,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _PAPER_ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
+_TURNS = 3600  # orientations at which a singularity is looked for
 _BEYOND_BOX = 0.1  # of the box's side
 _SINGULAR = 1e8  # condition number beyond which rounding decides the determinant's sign
 
@@ -191,7 +192,7 @@ def constant_orientations(
     if resolution < 2:
         raise SymkinError(f"the resolution is {resolution}; expected at least 2 cells a side")
     options = workspace_options(mechanism)
-    home = _home_coordinates(mechanism)
+    home = mechanism.home_coordinates
     across, along = slice_coordinates(mechanism)
     if not mechanism.space.turns:
         orientations = (math.nan,)
@@ -240,17 +241,17 @@ def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
     return mechanism.replace(legs=legs)
 
 
-def singular_orientations(mechanism: Mechanism, steps: int = 3600) -> Array:
+def singular_orientations(mechanism: Mechanism) -> Array:
     """Orientations at home's position where the platform meets a parallel singularity, rad.
 
-    Within half a turn of home, ascending, interpolated between `steps` samples. Empty for a
+    Within half a turn of home, ascending, interpolated between samples. Empty for a
     platform that never turns or that the legs bind, and with more legs than degrees of freedom,
     whose determinant has no sign.
     """
-    home = _home_coordinates(mechanism)
+    home = mechanism.home_coordinates
     if not mechanism.space.turns or mechanism.bound:
         return np.empty(0)
-    angles = home[-1] + np.linspace(-math.pi, math.pi, steps + 1)
+    angles = home[-1] + np.linspace(-math.pi, math.pi, _TURNS + 1)
     values = np.tile(home, (len(angles), 1))
     values[:, -1] = angles
     poses = mechanism.poses_at(values)
@@ -262,12 +263,6 @@ def singular_orientations(mechanism: Mechanism, steps: int = 3600) -> Array:
     crossed = np.flatnonzero((before * after < 0) & smooth)
     share = before[crossed] / (before[crossed] - after[crossed])
     return np.asarray(angles[crossed] + share * (angles[1] - angles[0])) + 0.0
-
-
-def _home_coordinates(mechanism: Mechanism) -> Array:
-    """Home as position and angle or rotation vector."""
-    given = None if mechanism.workspace is None else mechanism.workspace.home
-    return np.array(given or (0.0,) * mechanism.core.dof, dtype=float)
 
 
 def _constant_orientation(

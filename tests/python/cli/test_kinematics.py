@@ -89,7 +89,7 @@ def test_rows_out_of_reach_are_empty_and_counted(symkin: Callable, tmp_path: Pat
     assert shown.err == "out of reach: 2 of 4 rows, left empty\n"
     readings = readings_of(table(shown.out))
     assert np.isfinite(readings).all(axis=1).tolist() == [True, False, True, False]
-    assert shown.out.splitlines()[2].startswith("9.0,0.0,0.0,")
+    assert shown.out.splitlines()[2].startswith("9,0,0,")
     document = symkin("kinematics", "3RRR", path, "--json").json
     assert (document["rows"], document["out_of_reach"]) == (4, 2)
     assert document["psi_1_rad"][1] is None
@@ -104,3 +104,11 @@ def test_a_missing_reading_is_refused(refused: Callable, tmp_path: Path) -> None
     path = tmp_path / "readings.csv"
     path.write_text("psi_1_rad,psi_2_rad,psi_3_rad\n0.3,,2.5\n")
     refused("kinematics", "3RRR", path, "--forward", words="row 2 has no reading of leg 2")
+
+
+def test_what_is_printed_is_what_the_file_has(symkin: Callable, tmp_path: Path) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text("x_m,y_m,phi_rad\n0,0,0\n0.01,0,0\n9,0,0\n")
+    out = tmp_path / "out"
+    symkin("kinematics", "3RRR", path, "--out", out)
+    assert symkin("kinematics", "3RRR", path).out == (out / "readings.csv").read_text()

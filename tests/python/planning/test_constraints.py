@@ -148,6 +148,7 @@ def test_a_plan_is_the_same_on_any_number_of_threads(paper, candidates):
         ({"criterion": "expected_error", "rows": "paper"}, 'choose rows "noise_aware"'),
         ({"design": "orbits", "minimum_distance": 0.1}, "orbits are chosen for one leg"),
         ({"design": "orbits", "required": np.zeros((1, 3))}, "orbits are chosen for one leg"),
+        ({"required": [[0, 0, 0], [2, 0, 0]]}, "required pose 2 is beyond the reach of leg "),
         ({"avoid": [{"z": (0, 1)}]}, 'limits "z"; expected coordinates of the poses, x, y, phi'),
         ({"avoid": [{"x": (1, 0)}]}, "expected the lower limit first"),
         ({"avoid": [{"x": (math.nan, 0)}]}, "expected the lower limit first"),

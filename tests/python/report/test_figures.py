@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import symkin
 from symkin import plot
 from symkin.evaluation import Evaluation
+from symkin.plot.style import point_names
 
 # One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
 DRAWN = ["3RRR", "3PRR", "3PRP", "3RRP", "3RPR", "3RPR_end_joint", "5bar", "hexapod_jugglebot"]
@@ -75,6 +76,16 @@ def test_spatial_poses_are_drawn_in_three_projections(spatial_result):
     assert_not_blank(figure)
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes[:3]]
     assert labels == [("x, m", "y, m"), ("x, m", "z, m"), ("y, m", "z, m")]
+
+
+@pytest.mark.parametrize("unknown", [{}, {"shared": ["sensor_gain"]}], ids=["legs", "joint"])
+def test_positions_in_space_are_not_drawn_as_poses_in_the_plane(unknown):
+    delta = symkin.load_mechanism("linear_delta")
+    plan = symkin.make_plan(delta, delta.sample_workspace(300, 1), 20)
+    found = symkin.identify(delta, symkin.simulate(delta, plan).measurements, **unknown)
+    parts = [part for section in found.page().sections for part in section.parts]
+    (poses,) = [part for part in parts if getattr(part, "name", "") in ("poses", "latent_poses")]
+    assert [axes.get_ylabel() for axes in poses.draw().axes] == ["y, m", "z, m", "z, m"]
 
 
 def test_observability_has_a_bar_for_every_leg_and_parameter():
@@ -146,6 +157,14 @@ def test_residuals_are_drawn_against_what_they_depend_on_most(planar_result):
     for axes, fit in zip(figure.axes, found.legs, strict=True):
         assert "reading explains 100%" in axes.get_title()
         np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * fit.residuals)
+
+
+def test_points_of_every_leg_say_their_closure_in_its_own_unit(planar_result):
+    measured, found = planar_result.simulation.measurements, planar_result.identification
+    for figure in (plot.residuals(measured, found), plot.dependence(measured, found)):
+        names = [name for of_leg in point_names(figure).values() for name in of_leg]
+        assert len(names) == sum(len(leg.residuals) for leg in found.legs)
+        assert {name.rpartition(" ")[2] for name in names} == {"mm"}
 
 
 def test_residuals_show_every_pose_of_every_leg(planar_result):

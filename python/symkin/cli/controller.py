@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``symkin export`` and ``symkin import``: formats of controllers and simulators."""
+"""``symkin kinematics``, ``export`` and ``import``: what controllers and simulators need."""
 
 from __future__ import annotations
 
@@ -7,14 +7,21 @@ import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import typer
 
 import symkin
 from symkin.cli.console import print_json, progress, say
 from symkin.cli.option_values import quantity_of
 from symkin.cli.options import JsonOption, MechanismArgument, OverwriteOption, command
+from symkin.drawing import as_drawn
+from symkin.io.columns import own_columns, pose_column_names, reading_column_names
 from symkin.io.output_files import OutputFiles
+from symkin.io.plans import read_pose_list
+from symkin.io.sensor_tables import read_all_readings, shown_readings
+from symkin.io.tables import csv_text, read_table, write_table
 
+_OUT_OF_REACH = 1
 # Those of symkin.exports.FORMATS, which a test compares.
 _To = Literal[
     "klipper",
@@ -30,6 +37,74 @@ _To = Literal[
     "table",
 ]
 _MECHANISM, _PROBED = "mechanism.toml", "probed.csv"
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin kinematics out/calibrated.toml out/plan.csv --out out",
+    "symkin kinematics out/calibrated.toml out/readings.csv --forward > taken.csv",
+)
+def kinematics(
+    mechanism: MechanismArgument,
+    table: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="Poses (x_m, y_m, phi_rad, ...), or readings (psi_1_rad, ...)."
+        ),
+    ],
+    forward: Annotated[
+        bool,
+        typer.Option(
+            "--forward", help="From readings to poses, in the aspect of home; else the reverse."
+        ),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for readings.csv, or poses.csv with --forward."),
+    ] = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Calculate the sensor readings at poses, or the poses at sensor readings.
+
+    The columns are named as in symkin's other files, in any unit; others are not read. What comes
+    out is a table with the poses first, then the readings, in the order of the rows: on stdout, or
+    in a folder. In rows that the mechanism cannot take, the cells of what was to be calculated are
+    empty; such rows are counted on stderr, and then the exit code is 1.
+    """
+    with progress() as stage:
+        stage("reading the mechanism and the table")
+        robot = symkin.load_mechanism(mechanism)
+        file = "poses.csv" if forward else "readings.csv"
+        with OutputFiles([robot.source, table], overwrite) as outputs:
+            target = outputs.folder(out, file) if out else None
+            if forward:
+                read = read_table(table, robot.step)
+                named = own_columns(read, robot.pose_space, len(robot.legs))
+                readings = read_all_readings(read, named, robot, "a pose takes those of all")
+                stage("calculating")
+                poses, _ = robot.forward_kinematics(readings)
+            else:
+                poses = read_pose_list(table, robot)
+                stage("calculating")
+                readings = robot.inverse_kinematics(poses)
+            names = pose_column_names(robot.pose_space)
+            names += reading_column_names(len(robot.legs), robot.reading_unit)
+            shown = shown_readings(robot, readings)
+            columns = dict(zip(names, [*as_drawn(robot, poses).T, *shown.T], strict=True))
+            if target:
+                write_table(target / file, columns)
+    missed = int(np.isnan(poses if forward else shown).any(axis=1).sum())
+    if as_json:
+        document = {"command": "kinematics", "mechanism": robot.name, "forward": forward}
+        print_json({**document, "rows": len(poses), "out_of_reach": missed, **columns})
+    elif out is None:
+        sys.stdout.write(csv_text(columns))
+    else:
+        say(str(out / file))
+    if missed:
+        typer.echo(f"out of reach: {missed} of {len(poses)} rows, left empty", err=True)
+        raise typer.Exit(_OUT_OF_REACH)
 
 
 @command(

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""``symkin plan`` and ``symkin pose-count``: which poses to measure, and how many."""
+"""``symkin plan``, ``pose-count``, ``simulate``, ``run`` and ``study``: the protocol, its parts."""
 
 from __future__ import annotations
 
+import dataclasses
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,7 +12,7 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.console import not_converged, print_result, progress, progress_bar, write_result
 from symkin.cli.option_values import accuracies_of, columns_of, length_of, region_of
 from symkin.cli.options import (
     AccuracyOption,
@@ -18,6 +20,7 @@ from symkin.cli.options import (
     Choosing,
     ChoosingForPlan,
     ColumnsOption,
+    EstimatorOption,
     JsonOption,
     MechanismArgument,
     Observing,
@@ -25,14 +28,18 @@ from symkin.cli.options import (
     OverwriteOption,
     PoseCountOption,
     PoseUseOption,
+    SchedulerOption,
     SeedOption,
     ThreadsOption,
     Unknown,
+    WorkersOption,
     command,
 )
 from symkin.io.output_files import OutputFiles
-from symkin.planning import NeededPoses, PoseCountCurve, pose_count_curve
+from symkin.pipeline import ProtocolResult
+from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.planning.observing import is_probing, write_bed_points
+from symkin.simulation import Simulation
 
 _PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
 _POINTS = "points.csv"
@@ -215,7 +222,7 @@ def pose_count(
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")
-            curve = pose_count_curve(
+            curve = symkin.pose_count_curve(
                 loaded,
                 sample,
                 seed=seed,
@@ -239,3 +246,195 @@ def pose_count(
 
 def _written(folder: Path, files: Sequence[str]) -> str:
     return f"Written: {', '.join(str(folder / name) for name in files)}"
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
+    "symkin simulate 3RRR --plan out/plan.csv --observe position --missing 0.2 --out third",
+)
+def simulate(
+    *,
+    mechanism: MechanismArgument,
+    plan: Annotated[Path, typer.Option(metavar="FILE", help="A plan of `symkin plan`.")],
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for measurements.csv and actual.toml, the robot."),
+    ],
+    seen: Observing,
+    missing: Annotated[
+        float, typer.Option(metavar="FRACTION", help="Of the readings, that are not taken.")
+    ] = 0.0,
+    spread: Annotated[
+        float,
+        typer.Option(
+            metavar="S",
+            help="Times exp(S z), z normal, the noise differs from row to row; the table says it.",
+        ),
+    ] = 0.0,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate the measurements of a plan.
+
+    A robot is made that differs from the mechanism within its tolerances, takes the poses of the
+    plan, and is measured with its noise. Poses that it cannot take are replaced by spares. Frames
+    and points may have units: '1 m, 20 cm, 170 deg'.
+    """
+    with progress() as stage:
+        stage("reading the mechanism and the plan")
+        loaded = symkin.load_mechanism(mechanism)
+        commanded = symkin.read_plan(plan, loaded)
+        observe = seen.observed(loaded, missing, spread)
+        with OutputFiles([loaded.source, plan], overwrite) as outputs:
+            folder = outputs.folder(out, *Simulation.FILES)
+            stage("simulating measurements")
+            simulation = symkin.simulate(loaded, commanded, seed, observe=observe)
+            simulation.write(folder)
+    after = f"{out / 'measurements.csv'}\n{out / 'actual.toml'}"
+    print_result(simulation, as_json=as_json, after=after)
+
+
+@command("symkin run 3RRR --out out")
+def run(
+    *,
+    mechanism: MechanismArgument,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for all files of the run.")],
+    estimator: EstimatorOption = "implicit",
+    use: PoseUseOption = "all",
+    choosing: ChoosingForPlan,
+    pose_count: PoseCountOption = None,
+    candidates: CandidatesOption = None,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the whole protocol on a simulated robot and write a report.
+
+    Writes plan.csv, measurements.csv, actual.toml (the simulated robot), calibrated.toml,
+    results.json and report.html. The last line printed is the report's path.
+    """
+    with progress() as stage:
+        stage("reading the mechanism")
+        nominal = symkin.load_mechanism(mechanism)
+        given = {"pose_count": pose_count, "candidates": candidates}
+        changes = {name: value for name, value in given.items() if value is not None}
+        nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
+        with OutputFiles([nominal.source], overwrite) as outputs:
+            target = outputs.folder(out, *ProtocolResult.FILES)
+            result = symkin.run_protocol(
+                nominal,
+                estimator=estimator,
+                poses=use,
+                **vars(choosing),
+                seed=seed,
+                progress=stage,
+            )
+            stage("writing the report")
+            result.write(target)
+    print_result(result, as_json=as_json, after=out / "report.html")
+    if not result.identification.converged:
+        not_converged(result.identification.failure)
+
+
+def _builtin(incomplete: str) -> list[str]:
+    from symkin.study import builtin_studies
+
+    return [name for name in builtin_studies() if name.startswith(incomplete)]
+
+
+@command(
+    "symkin study protocols --accuracy 0.05mm --workers 2 --out studied",
+    "symkin study --show protocols > mine.toml",
+)
+def study(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME|FILE]",
+            help="A study file, or a built-in study: paper, protocols, cost or symmetry.",
+            autocompletion=_builtin,
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder for the table, results.json, report.html and, while it runs, parts.",
+        ),
+    ] = None,
+    show: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Print the file of a built-in study, to begin one's own with.",
+            autocompletion=_builtin,
+        ),
+    ] = None,
+    mechanism: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MECHANISM",
+            help="Instead of those of the study; a file or a name. May be given several times.",
+        ),
+    ] = None,
+    robots: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=10**7, help="In each cell, instead of the study's."),
+    ] = None,
+    accuracy: AccuracyOption = None,
+    workers: WorkersOption = 1,
+    scheduler: SchedulerOption = None,
+    format: Annotated[  # noqa: A002  # the option's name
+        Literal["csv", "parquet"], typer.Option(help="Of the table, a row a robot and cell.")
+    ] = "csv",
+    overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare protocols on the same simulated robots.
+
+    A study is a TOML file of lists: mechanisms, designs, rows, criteria, estimators, numbers of
+    poses, noise. Every combination is a cell; all cells have the same robots and the same noise.
+    The same command continues a study that was killed, and adds robots to one that has fewer. The
+    same seed gives the same table, byte for byte, on any number of processes or machines.
+    """
+    from symkin.study import StudyResult, builtin_text, load_study, run_study
+
+    if show is not None:
+        if name is not None or out is not None:
+            raise typer.BadParameter(
+                "prints a study; expected no other study and no --out", param_hint="--show"
+            )
+        sys.stdout.write(builtin_text(show))
+        return
+    if name is None:
+        raise typer.BadParameter("a study is missing: expected its name or file, or --show NAME")
+    if out is None:
+        raise typer.BadParameter("is missing: expected a folder", param_hint="--out")
+    definition = load_study(name)
+    changes = {"mechanisms": tuple(mechanism) if mechanism else None, "robots": robots}
+    definition = definition.replace(**{key: each for key, each in changes.items() if each})
+    wanted = accuracies_of(accuracy)
+    if accuracy and definition.kind != "accuracy":
+        raise typer.BadParameter(
+            f"goes with a study of accuracy, and {definition.name} is one of {definition.kind}",
+            param_hint="--accuracy",
+        )
+    with progress_bar() as tell:
+        result = run_study(
+            definition,
+            out,
+            workers=workers,
+            scheduler=scheduler,
+            format=format,
+            progress=tell,
+            overwrite=overwrite,
+        )
+        if accuracy and isinstance(result, StudyResult):
+            tell("looking for the cheapest protocol", 1.0)
+            result = result.for_accuracy(*wanted)
+        tell("writing the report", 1.0)
+        report = result.write(out, overwrite=True)
+    print_result(result, as_json=as_json, after=report)

@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""``symkin check`` and ``symkin workspace``: what a mechanism is, and where it can go."""
+"""``symkin new``, ``list``, ``check`` and ``workspace``: mechanism files and what they mean."""
 
 from __future__ import annotations
 
+import itertools
+import re
+import sys
+import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import typer
 
 import symkin
-from symkin.cli.console import print_result, progress, write_result
+from symkin.cli.console import print_json, print_result, progress, say, write_result
 from symkin.cli.option_values import angles_of
 from symkin.cli.options import (
     JsonOption,
@@ -19,6 +23,82 @@ from symkin.cli.options import (
     command,
 )
 from symkin.io.output_files import OutputFiles
+
+
+def _chains(incomplete: str) -> list[str]:
+    return [name for name in symkin.chains() if name.startswith(incomplete)]
+
+
+@command('symkin new --chain "[R]RR" --legs 3 > robot.toml')
+def new(
+    chain: Annotated[
+        str,
+        typer.Option(
+            metavar="CHAIN",
+            help='Joints of a leg from base to platform, the actuated one in brackets: "[R]RR". '
+            'Or how many legs have which: "2 [R]RR + 1 [P]RP".',
+            show_default=False,
+            autocompletion=_chains,
+        ),
+    ],
+    legs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="By default as few as the platform needs."),
+    ] = None,
+    platform: Annotated[
+        Literal["rigid", "point", "translating", "spherical"],
+        typer.Option(
+            help="A platform that turns, a point that only moves in the plane (five-bar), one "
+            "that moves in space and never turns (delta), or one that only turns (Agile Eye)."
+        ),
+    ] = "rigid",
+) -> None:
+    """Print a mechanism file to begin with: symmetrical legs, every key explained.
+
+    It works with every command before you put your dimensions in place of its own.
+    """
+    from symkin.io.template import mechanism_template
+
+    sys.stdout.write(mechanism_template(chain, legs, platform))
+
+
+@command("symkin list")
+def list_mechanisms(as_json: JsonOption = False) -> None:
+    """List the mechanisms that come with symkin; their names can stand for a file."""
+    rows: list[dict[str, Any]] = []
+    for name in symkin.shipped_mechanisms():
+        mechanism = symkin.load_mechanism(name)
+        assert mechanism.source is not None
+        rows.append(
+            {
+                "name": name,
+                "chain": mechanism.chain,
+                "legs": len(mechanism.legs),
+                "platform": mechanism.pose_space,
+                "symmetry": mechanism.symmetry.group if mechanism.symmetry else None,
+                "description": _first_sentence(mechanism.source),
+                "file": mechanism.source,
+            }
+        )
+    if as_json:
+        print_json({"command": "list", "mechanisms": rows})
+        return
+    for row in rows:
+        apart = "," if " + " in row["chain"] else ""
+        legs = f"{row['legs']} legs{apart} {row['chain']}"
+        symmetry = f", {row['symmetry']}" if row["symmetry"] else ""
+        say(f"{row['name']}: {legs}, {row['platform']}{symmetry}")
+        for line in textwrap.wrap(row["description"], 94):
+            say(f"    {line}")
+    say(f"The files are in {rows[0]['file'].parent}.")
+
+
+def _first_sentence(path: Path) -> str:
+    """What the comment at the top of a file says first."""
+    lines = path.read_text(encoding="utf-8").splitlines()[1:]
+    comment = itertools.takewhile(lambda line: line.startswith("#"), lines)
+    text = " ".join(line.lstrip("# ") for line in comment).strip()
+    return re.split(r"(?<=\.) +(?=[A-Z])|  ", text)[0]
 
 
 @command("symkin check 3RRR", "symkin check 3RRR --out checked")
@@ -53,15 +133,13 @@ def check(
     declared beside them are shown like any others, then refused; so is a workspace that cannot be
     sampled, such as one around a singular home, without what rests on its poses.
     """
-    from symkin.checks import check_mechanism
-
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
         with OutputFiles([loaded.source], overwrite) as outputs:
             target = None if out is None else outputs.folder(out, "check.json", "check.html")
             stage("sampling the workspace")
-            result = check_mechanism(loaded, seed)
+            result = symkin.check_mechanism(loaded, seed)
             document = {"command": "check", "settings": {"seed": seed}, **result.to_dict()}
             if target is not None:
                 stage("writing the page")
@@ -118,8 +196,6 @@ def workspace(
     With --out, writes workspace.html and workspace.json, and the last line printed is the page's
     path.
     """
-    from symkin.workspace.study import study_workspace
-
     orientation_list = None if orientations is None else angles_of(orientations, "--orientations")
     with progress() as stage:
         stage("reading the mechanism")
@@ -128,7 +204,9 @@ def workspace(
             files = "workspace.json", "workspace.html"
             target = None if out is None else outputs.folder(out, *files)
             stage("studying the workspace")
-            study = study_workspace(loaded, orientation_list, count, seed, resolution, both_modes)
+            study = symkin.study_workspace(
+                loaded, orientation_list, count, seed, resolution, both_modes
+            )
             settings = {"count": count, "resolution": resolution, "seed": seed}
             document = {"command": "workspace", "settings": settings, **study.to_dict()}
             if target is not None:
