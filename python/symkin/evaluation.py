@@ -126,7 +126,8 @@ class Evaluation(Result):
         row_numbers: NDArray[np.intp] | None = None,
     ) -> Evaluation:
         """Return the figures of single differences; poses count from 1 without `row_numbers`."""
-        good = differences[_complete(differences)]
+        complete = _complete(differences)
+        good = differences if complete.all() else differences[complete]
         return cls(
             *_figures(good, mechanism.space),
             evaluated=len(good),
@@ -235,7 +236,7 @@ def _figures(differences: Array, space: PoseSpace) -> tuple[float, float, float,
     """Root mean square and maximum of the distance (m), and of the angle (rad)."""
     figures: list[float] = []
     for part in (differences[:, : space.size], differences[:, space.size :]):
-        squares = np.einsum("ij,ij->i", part, part)
+        squares = sum((column**2 for column in part.T), np.zeros(len(part)))
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
     return figures[0], figures[1], figures[2], figures[3]
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "symkin/kinematics/constraint.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
@@ -12,48 +14,70 @@
 namespace symkin {
 namespace {
 
-PoseErrors compare(PoseSpace space, const ForwardKinematicsResult& taken, ConstRows wanted) {
-  const Index position = position_size(space);
-  const Index orientation = degrees_of_freedom(space) - position;
-  PoseErrors errors;
-  errors.differences.setConstant(wanted.rows(), degrees_of_freedom(space),
-                                 std::numeric_limits<double>::quiet_NaN());
-  double position_sum = 0;
-  double orientation_sum = 0;
+constexpr Index kBlock = 2048;  // poses whose readings stay in the cache
+
+// Taken less wanted, N x dof, or NaN.
+void compare(PoseSpace space, const ForwardKinematicsResult& taken, ConstRows wanted,
+             Rows differences) {
   for (Index i = 0; i < wanted.rows(); ++i) {
-    if (taken.status[static_cast<std::size_t>(i)] != ForwardStatus::converged) {
+    if (taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged) {
+      pose_difference(space, taken.poses.row(i).data(), wanted.row(i).data(),
+                      differences.row(i).data());
+    } else {
+      differences.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+}
+
+PoseErrors summarise(PoseSpace space, RowMatrix differences) {
+  const Index position = position_size(space);
+  const Index dof = degrees_of_freedom(space);
+  PoseErrors errors;
+  for (Index i = 0; i < differences.rows(); ++i) {
+    const double* const row = differences.row(i).data();
+    if (std::isnan(row[0])) {
       ++errors.failed;
       continue;
     }
-    auto row = errors.differences.row(i);
-    pose_difference(space, taken.poses.row(i).data(), wanted.row(i).data(), row.data());
-    const double distance = row.head(position).squaredNorm();
-    const double angle = row.tail(orientation).squaredNorm();
-    position_sum += distance;
-    orientation_sum += angle;
-    errors.position_max = std::max(errors.position_max, std::sqrt(distance));
-    errors.orientation_max = std::max(errors.orientation_max, std::sqrt(angle));
+    const auto square = [&](Index first, Index end) {
+      return std::inner_product(row + first, row + end, row + first, 0.0);
+    };
+    const double distance = square(0, position);
+    const double angle = square(position, dof);
+    errors.position_rms += distance;
+    errors.orientation_rms += angle;
+    errors.position_max = std::max(errors.position_max, distance);
+    errors.orientation_max = std::max(errors.orientation_max, angle);
     ++errors.evaluated;
   }
   const double count = static_cast<double>(std::max<Index>(errors.evaluated, 1));
-  errors.position_rms = std::sqrt(position_sum / count);
-  errors.orientation_rms = std::sqrt(orientation_sum / count);
+  errors.position_rms = std::sqrt(errors.position_rms / count);
+  errors.orientation_rms = std::sqrt(errors.orientation_rms / count);
+  errors.position_max = std::sqrt(errors.position_max);
+  errors.orientation_max = std::sqrt(errors.orientation_max);
+  errors.differences = std::move(differences);
   return errors;
 }
 
 }  // namespace
 
 PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, ConstRows commanded) {
-  const RowMatrix poses = on_constraint(model, commanded);
-  const RowMatrix readings = inverse_kinematics(model, poses);
+  RowMatrix differences(commanded.rows(), actual.dof());
   ForwardKinematicsResult taken;
-  forward_kinematics(actual, readings, poses, {}, taken);
-  return compare(actual.pose_space(), taken, poses);
+  for (Index first = 0; first < commanded.rows(); first += kBlock) {
+    const Index count = std::min(kBlock, commanded.rows() - first);
+    const RowMatrix poses = on_constraint(model, commanded.middleRows(first, count));
+    forward_kinematics(actual, inverse_kinematics(model, poses), poses, {}, taken);
+    compare(actual.pose_space(), taken, poses, differences.middleRows(first, count));
+  }
+  return summarise(actual.pose_space(), std::move(differences));
 }
 
 PoseErrors measurement_errors(const Mechanism& model, ConstRows measured, ConstRows readings) {
   check_readings(model, measured.rows(), readings);
-  return compare(model.pose_space(), forward_kinematics(model, readings, measured), measured);
+  RowMatrix differences(measured.rows(), model.dof());
+  compare(model.pose_space(), forward_kinematics(model, readings, measured), measured, differences);
+  return summarise(model.pose_space(), std::move(differences));
 }
 
 }  // namespace symkin

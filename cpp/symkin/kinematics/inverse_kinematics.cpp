@@ -4,11 +4,15 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include "symkin/chains/detail/kernels.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/scale_rows.hpp"
 
@@ -26,39 +30,87 @@ double sensor_gain(const Mechanism& mechanism, Index leg) {
   return mechanism.model(leg).sensor_gain(mechanism.leg(leg).parameters, 0);
 }
 
-// Eigenvalues of J'J, ascending. The closed form of Eigen for 2 and 3 columns is accurate enough
-// for a condition number of some thousands, and twenty times faster than a decomposition.
-template <int Dof>
-Eigen::Matrix<double, Dof, 1> gram_eigenvalues(const Eigen::Matrix<double, Dof, Dof>& gram) {
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Dof, Dof>> solver;
-  if constexpr (Dof <= 3) {
-    solver.computeDirect(gram, Eigen::EigenvaluesOnly);
-  } else {
-    solver.compute(gram, Eigen::EigenvaluesOnly);
+template <typename T, std::size_t N>
+using Gram = std::array<std::array<T, N>, N>;  // J'J, the lower triangle
+
+template <typename T>
+struct Eigenvalues {
+  T smallest, largest;
+};
+
+template <std::size_t N>
+Eigenvalues<double> eigenvalues(const Gram<double, N>& gram) {
+  using Matrix = Eigen::Matrix<double, N, N>;
+  const Matrix matrix = Eigen::Map<const Eigen::Matrix<double, N, N, Eigen::RowMajor>>(&gram[0][0]);
+  if (!matrix.allFinite()) {
+    return {std::numeric_limits<double>::quiet_NaN(), 0};
   }
-  return solver.eigenvalues();
+  Eigen::SelfAdjointEigenSolver<Matrix> solver;
+  if constexpr (N == 2) {
+    solver.computeDirect(matrix, Eigen::EigenvaluesOnly);
+  } else {
+    solver.compute(matrix, Eigen::EigenvaluesOnly);
+  }
+  return {solver.eigenvalues()[0], solver.eigenvalues()[N - 1]};
 }
 
-template <int Dof>
-double condition(const double* jacobian, ConstVector scales, Index position, double length) {
-  // The lower triangle, which is all that the solver reads.
-  Eigen::Matrix<double, Dof, Dof> gram = Eigen::Matrix<double, Dof, Dof>::Zero();
-  for (Index k = 0; k < scales.size(); ++k) {
-    const double scale = scales[k] / scales[0];
-    double row[Dof];
-    for (Index i = 0; i < Dof; ++i) {
-      row[i] = jacobian[k * Dof + i] * (i < position ? scale : scale / length);
-      for (Index j = 0; j <= i; ++j) {
-        gram(i, j) += row[i] * row[j];
+// In closed form, accurate enough for a condition number of some thousands: about their mean they
+// are the roots 2 sqrt(p) cos(angle + 2 pi k / 3) of x^3 - 3 p x - 2 q, cos(3 angle) = q / p^1.5.
+template <typename T>
+Eigenvalues<T> closed_form(const Gram<T, 3>& gram) {
+  using std::atan2;
+  using std::max;
+  using std::sqrt;
+  const T mean = (gram[0][0] + gram[1][1] + gram[2][2]) * (1.0 / 3);
+  const T a = gram[0][0] - mean;
+  const T b = gram[1][1] - mean;
+  const T c = gram[2][2] - mean;
+  const T d = gram[1][0] * gram[1][0];
+  const T e = gram[2][0] * gram[2][0];
+  const T f = gram[2][1] * gram[2][1];
+  const T p = (a * a + b * b + c * c + 2.0 * (d + e + f)) * (1.0 / 6);
+  const T q = 0.5 * (a * b * c - a * f - b * e - c * d) + gram[1][0] * gram[2][0] * gram[2][1];
+  // Of two zeros xsimd's is not a number.
+  const T threefold = atan2(sqrt(max(p * p * p - q * q, T(0.0))), q + 1e-300);
+  T cosine, sine;
+  Lanes<T>::cosine_sine(threefold * (1.0 / 3), cosine, sine);
+  const T root = sqrt(p);
+  return {mean - root * (cosine + std::sqrt(3.0) * sine), mean + 2.0 * root * cosine};
+}
+
+// Several poses side by side where there is a closed form.
+template <std::size_t Dof>
+Vector conditions(const RowMatrix& jacobian, ConstVector scales, Index position, double length) {
+  using std::sqrt;
+  using T = std::conditional_t<Dof == 3, chains::Scalar<xsimd::default_arch>, double>;
+  const T infinity(std::numeric_limits<double>::infinity());
+  Vector conditions(jacobian.rows());
+  for (Index first = 0; first < jacobian.rows(); first += Lanes<T>::kCount) {
+    const detail::LaneRows<T> rows(first, jacobian.rows());
+    Gram<T, Dof> gram{};
+    const double* column = jacobian.data();
+    for (const double of_row : scales) {
+      const double scale = of_row / scales[0];
+      std::array<T, Dof> row;
+      for (std::size_t i = 0; i < Dof; ++i) {
+        row[i] = rows.read(column++, jacobian.cols()) *
+                 T(static_cast<Index>(i) < position ? scale : scale / length);
+        for (std::size_t j = 0; j <= i; ++j) {
+          gram[i][j] = gram[i][j] + row[i] * row[j];
+        }
       }
     }
+    Eigenvalues<T> of_gram;
+    if constexpr (Dof == 3) {
+      of_gram = closed_form(gram);
+    } else {
+      of_gram = eigenvalues(gram);
+    }
+    const auto& [smallest, largest] = of_gram;
+    rows.write(Lanes<T>::select(smallest <= T(0.0), infinity, sqrt(largest / smallest)),
+               conditions.data(), 1);
   }
-  if (!gram.allFinite()) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  const auto eigenvalues = gram_eigenvalues<Dof>(gram);
-  return eigenvalues[0] > 0 ? std::sqrt(eigenvalues[Dof - 1] / eigenvalues[0])
-                            : std::numeric_limits<double>::infinity();
+  return conditions;
 }
 
 template <int Dof>
@@ -218,30 +270,28 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
   measures.serial = all.by_reading(kAll, Eigen::seqN(Index{0}, mechanism.leg_count(), closures));
   const RowMatrix jacobian = by_readings(std::move(all), closures);
   measures.parallel.resize(poses.rows());
-  measures.condition.resize(poses.rows());
   const Vector scales = row_scales(mechanism, characteristic_length);
+  measures.condition =
+      pose_conditions(jacobian, scales, mechanism.pose_space(), characteristic_length);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     measures.serial.col(leg) /= sensor_gain(mechanism, leg);
   }
   for (Index i = 0; i < poses.rows(); ++i) {
-    const double* row = jacobian.row(i).data();
-    measures.parallel[i] = pose_determinant(row, scales.size(), mechanism.dof());
-    measures.condition[i] =
-        pose_condition(row, scales, mechanism.pose_space(), characteristic_length);
+    measures.parallel[i] = pose_determinant(jacobian.row(i).data(), scales.size(), mechanism.dof());
   }
   return measures;
 }
 
-double pose_condition(const double* jacobian, ConstVector scales, PoseSpace space,
-                      double characteristic_length) {
+Vector pose_conditions(const RowMatrix& jacobian, ConstVector scales, PoseSpace space,
+                       double characteristic_length) {
   const Index position = position_size(space);
   switch (degrees_of_freedom(space)) {
     case 2:
-      return condition<2>(jacobian, scales, position, characteristic_length);
+      return conditions<2>(jacobian, scales, position, characteristic_length);
     case 3:
-      return condition<3>(jacobian, scales, position, characteristic_length);
+      return conditions<3>(jacobian, scales, position, characteristic_length);
     default:
-      return condition<6>(jacobian, scales, position, characteristic_length);
+      return conditions<6>(jacobian, scales, position, characteristic_length);
   }
 }
 

@@ -52,10 +52,10 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
 // gain (times the length, see SingularityMeasures), and one.
 Vector row_scales(const Mechanism& mechanism, double characteristic_length);
 
-// Condition number by one closed_pose_jacobian (rows x dof, row by row) and its scales, as above.
-double pose_condition(const double* jacobian, ConstVector scales, PoseSpace space,
-                      double characteristic_length);
-// Determinant, as above.
+// Condition numbers by a closed_pose_jacobian and its scales, as above.
+Vector pose_conditions(const RowMatrix& jacobian, ConstVector scales, PoseSpace space,
+                       double characteristic_length);
+// Determinant by a row of it (rows x dof), as above.
 double pose_determinant(const double* jacobian, Index rows, Index dof);
 
 }  // namespace symkin

@@ -20,17 +20,16 @@ constexpr Index kHopeless = 20000;  // drawn for each pose taken
 
 using Mask = std::vector<char>;  // not bool: bits cost a branch each, which no one foresees
 
-// Poses that are still admitted, with their readings, their condition numbers and where they came
-// from.
+// Poses that are still admitted, with their readings once they are known, their condition numbers
+// and where they came from.
 struct Block {
   std::vector<Index> origin;
   RowMatrix poses, readings;
   Vector conditions;
 
-  Block(RowMatrix all, Index legs)
+  explicit Block(RowMatrix all)
       : origin(static_cast<std::size_t>(all.rows())),
         poses(std::move(all)),
-        readings(poses.rows(), legs),
         conditions(poses.rows()) {
     std::iota(origin.begin(), origin.end(), Index{0});
   }
@@ -38,8 +37,8 @@ struct Block {
   Index size() const { return poses.rows(); }
 
   void keep(const Mask& mask) {
-    Index kept = 0;
-    for (Index row = 0; row < size(); ++row) {  // the next overwrites what is not kept
+    Index kept = std::find(mask.begin(), mask.end(), 0) - mask.begin();
+    for (Index row = kept; row < size(); ++row) {  // the next overwrites what is not kept
       origin[static_cast<std::size_t>(kept)] = origin[static_cast<std::size_t>(row)];
       move_row(poses, row, kept);
       move_row(readings, row, kept);
@@ -119,15 +118,13 @@ class Filter {
   void keep_well_conditioned(Block& block, WorkspaceRejections& rejections) const {
     const Index dof = mechanism_.dof();
     const RowMatrix jacobian = closed_pose_jacobian(mechanism_, block.poses, block.readings);
+    block.conditions =
+        pose_conditions(jacobian, scales_, mechanism_.pose_space(), options_.characteristic_length);
     Mask mask(static_cast<std::size_t>(block.size()));
     for (Index i = 0; i < block.size(); ++i) {
-      const double* row = jacobian.row(i).data();
-      const bool same = home_determinant_ == 0 ||
-                        pose_determinant(row, scales_.size(), dof) * home_determinant_ > 0;
-      if (same) {
-        block.conditions[i] =
-            pose_condition(row, scales_, mechanism_.pose_space(), options_.characteristic_length);
-      }
+      const bool same =
+          home_determinant_ == 0 ||
+          pose_determinant(jacobian.row(i).data(), scales_.size(), dof) * home_determinant_ > 0;
       const bool good = same && block.conditions[i] <= options_.conditioning_limit;
       rejections.aspect += same ? 0 : 1;
       rejections.conditioning += same && !good ? 1 : 0;
@@ -181,7 +178,7 @@ std::string most_frequent(const WorkspaceRejections& rejections) {
 
 void check_home(const Mechanism& mechanism, const WorkspaceOptions& options, const Filter& filter) {
   WorkspaceRejections rejections;
-  Block block(on_constraint(mechanism, options.home.transpose()), mechanism.leg_count());
+  Block block(on_constraint(mechanism, options.home.transpose()));
   filter.apply(block, rejections);
   if (block.size() == 0) {
     throw InvalidInput("the home pose of mechanism \"" + mechanism.name() + "\" is " +
@@ -241,7 +238,7 @@ WorkspaceSample sample_workspace(const Mechanism& mechanism, const WorkspaceOpti
   Index taken = 0;
   for (std::uint64_t stream = 0; taken < count; ++stream) {
     check_interrupt();
-    Block block(draw_block(options, mechanism, seed, stream), mechanism.leg_count());
+    Block block(draw_block(options, mechanism, seed, stream));
     filter.apply(block, sample.rejections);
     const Index room = std::min(block.size(), count - taken);
     sample.poses.middleRows(taken, room) = block.poses.topRows(room);
@@ -277,7 +274,7 @@ std::vector<bool> inside_workspace(const Mechanism& mechanism, const WorkspaceOp
                                    ConstRows poses) {
   options.check(mechanism);
   check_poses(mechanism, poses);
-  Block block(poses, mechanism.leg_count());
+  Block block(poses);
   WorkspaceRejections rejections;
   Filter(mechanism, options).apply(block, rejections);
   std::vector<bool> inside(static_cast<std::size_t>(poses.rows()), false);

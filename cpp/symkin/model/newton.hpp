@@ -94,6 +94,7 @@ class Newton {
   static constexpr std::size_t kClosures = Legs::kClosures;
   using Coordinates = std::array<T, Pose::kCoordinates>;
   using Tangent = std::array<T, kDof>;
+  using Matrix = std::array<Tangent, kDof>;
 
   // What the closures say at a pose.
   struct System {
@@ -125,6 +126,8 @@ class Newton {
              ForwardStatus* status) {
     const T infinity(std::numeric_limits<double>::infinity());
     const T smallest(std::sqrt(options_.step_tolerance) * 1e-2);
+    const T tolerance(options_.step_tolerance);
+    const T next(redundant() ? 0.0 : 0.1 * options_.step_tolerance);
     Coordinates accepted = rows.template coordinates<Pose::kCoordinates>(start);
     legs_.set_out(rows, readings, accepted, redundant());
     Mask start_orientation{};
@@ -135,24 +138,26 @@ class Newton {
     step.fill(T(0.0));
     T cost = infinity;
     T predicted(0.0);
-    T tried(0.0);  // largest element of the step that is being tried
+    T tried(0.0);  // largest element of the step of which `scale` is being tried
     T scale(1.0);
     Mask active = cost == infinity;
     Mask solved = cost < infinity;
     Mask in_aspect = solved;
-    // Before the first iteration stands a look at the start, for its side of the singularities.
-    for (int i = redundant() ? 0 : -1; i < options_.max_iterations && L::any(active); ++i) {
-      const System at = linearise(trial, i < 0);
-      if (i < 0) {
-        start_orientation = at.orientation;
-        continue;
+    for (int i = 0; i < options_.max_iterations && L::any(active); ++i) {
+      const auto pose = legs_.variable(trial);
+      if (i == 0 && !redundant()) {
+        start_orientation = orientation_at_start(pose);
       }
+      const System at = linearise(pose);
       // Against the predicted decrease, since the readings of a redundantly actuated mechanism with
       // errors leave a cost that no step takes away. Below sqrt(tolerance) rounding decides whether
       // the cost still falls.
-      const Mask accept =
-          active && (at.cost <= cost - 1e-4 * scale * predicted || scale * tried < smallest);
-      const Mask settled = accept && at.largest < T(options_.step_tolerance);
+      const T last = scale * tried;
+      const Mask accept = active && (at.cost <= cost - 1e-4 * scale * predicted || last < smallest);
+      // Or if the next step would be, even if it shrank only as this one has against the last:
+      // Newton's steps shrink faster, but not those of least squares.
+      const Mask settled =
+          accept && (at.largest < tolerance || at.largest * at.largest < next * last);
       if (L::any(settled)) {
         const Mask same =
             redundant() ? legs_.same_sides(trial) : at.orientation == start_orientation;
@@ -198,23 +203,38 @@ class Newton {
     }
   }
 
-  System linearise(const Coordinates& coordinates, bool at_start) const {
+  // As many rows as the pose has degrees of freedom: dh/dpose, and -h. Returns |h|^2.
+  template <typename VariablePose>
+  T rows(const VariablePose& pose, bool at_start, Matrix& matrix, Tangent& right) const {
+    T cost(0.0);
+    std::size_t row = 0;
+    for (std::size_t i = 0; i < kDof / kClosures; ++i) {
+      for (const auto& h : legs_.closures(i, pose, at_start)) {
+        matrix[row] = h.v;
+        right[row++] = -h.a;
+        cost = cost + h.a * h.a;
+      }
+    }
+    return cost;
+  }
+
+  // det(dh/dpose) > 0 with the joints as they would stand there.
+  template <typename VariablePose>
+  Mask orientation_at_start(const VariablePose& pose) const {
+    Matrix matrix;
+    Tangent right;
+    rows(pose, true, matrix, right);
+    return detail::solve(matrix, right) > T(0.0);
+  }
+
+  template <typename VariablePose>
+  System linearise(const VariablePose& pose) const {
     using std::abs;
-    const auto pose = legs_.variable(coordinates);
-    const auto closures = [&](std::size_t i) { return legs_.closures(i, pose, at_start); };
     System system;
-    system.cost = T(0.0);
-    std::array<Tangent, kDof> matrix;
+    Matrix matrix;
     T determinant;
     if (!redundant()) {
-      std::size_t row = 0;
-      for (std::size_t i = 0; i < kDof / kClosures; ++i) {
-        for (const auto& h : closures(i)) {
-          matrix[row] = h.v;
-          system.step[row++] = -h.a;
-          system.cost = system.cost + h.a * h.a;
-        }
-      }
+      system.cost = rows(pose, false, matrix, system.step);
       determinant = detail::solve(matrix, system.step);
       system.predicted = system.cost;
     } else {
@@ -222,8 +242,9 @@ class Newton {
         row.fill(T(0.0));
       }
       system.step.fill(T(0.0));
+      system.cost = T(0.0);
       for (std::size_t i = 0; i < legs_.size(); ++i) {
-        for (const auto& h : closures(i)) {
+        for (const auto& h : legs_.closures(i, pose, false)) {
           for (std::size_t k = 0; k < kDof; ++k) {
             for (std::size_t j = 0; j < kDof; ++j) {
               matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];

@@ -83,8 +83,10 @@ void transform_planar(const Isometries& image, bool turns, double* pose) {
   const double axes = image.base_angle - image.platform_angle;
   phi = image.reflection ? 2 * axes - phi : phi + axes;
   Eigen::Map<Eigen::Vector2d> position(pose);
-  position =
-      image.base * position + image.base_shift - linear_part(phi, false) * image.platform_shift;
+  position = image.base * position + image.base_shift;
+  if (!image.platform_shift.isZero(0)) {  // the usual one, which needs no cosine
+    position -= linear_part(phi, false) * image.platform_shift;
+  }
   if (turns) {
     pose[2] = phi;
   }

@@ -2,6 +2,8 @@
 #include "symkin/kinematics/inverse_kinematics.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/SVD>
+#include <limits>
 
 #include "support/mechanisms.hpp"
 #include "symkin/support/error.hpp"
@@ -133,6 +135,44 @@ TEST(KinematicsOf3Rrr, RefusesReadingsThatAreNotOneAPose) {
     EXPECT_THROW(closure(mechanism, 0, poses, readings), InvalidInput) << count;
     EXPECT_THROW(linearise(mechanism, 0, poses, readings), InvalidInput) << count;
   }
+}
+
+// A Jacobian of n rows, row by row in one row of a matrix.
+RowMatrix jacobian_row(const RowMatrix& jacobian) {
+  return Eigen::Map<const RowMatrix>(jacobian.data(), 1, jacobian.size());
+}
+
+TEST(Condition, IsTheRatioOfTheSingularValues) {
+  Random random(4);
+  for (const auto& [space, dof] : {std::pair{PoseSpace::point, 2}, std::pair{PoseSpace::planar, 3},
+                                   std::pair{PoseSpace::spatial, 6}}) {
+    for (const Index rows : {Index{dof}, Index{dof + 1}}) {
+      RowMatrix jacobians(5, rows * dof);  // as no number of lanes divides it
+      for (double& element : jacobians.reshaped()) {
+        element = random.normal();
+      }
+      const Vector conditions = pose_conditions(jacobians, Vector::Ones(rows), space, 1);
+      for (Index i = 0; i < jacobians.rows(); ++i) {
+        const Eigen::Map<const RowMatrix> jacobian(jacobians.row(i).data(), rows, dof);
+        const Vector values = Eigen::JacobiSVD<Eigen::MatrixXd>(jacobian).singularValues();
+        EXPECT_NEAR(conditions[i] * values[dof - 1] / values[0], 1, 1e-10) << to_string(space);
+      }
+    }
+  }
+}
+
+TEST(Condition, IsOneOfAnIsotropicJacobianInfiniteOfNoneAndNotANumberWithoutNumbers) {
+  const auto condition = [](const RowMatrix& jacobian) {
+    return pose_conditions(jacobian_row(jacobian), Vector::Ones(3), PoseSpace::planar, 1)[0];
+  };
+  EXPECT_NEAR(condition(2.5 * RowMatrix::Identity(3, 3)), 1, 1e-12);
+  EXPECT_NEAR(condition(Eigen::Vector3d(2, 1, 1).asDiagonal()), 2, 1e-7);
+  EXPECT_NEAR(condition(Eigen::Vector3d(2, 2, 1).asDiagonal()), 2, 1e-7);
+  EXPECT_GT(condition(Eigen::Vector3d(2, 1, 0).asDiagonal()), 1e7);
+  EXPECT_EQ(condition(RowMatrix::Zero(3, 3)), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isnan(condition(RowMatrix::Constant(3, 3, std::nan("")))));
+  EXPECT_TRUE(
+      std::isnan(condition(RowMatrix::Constant(3, 3, std::numeric_limits<double>::infinity()))));
 }
 
 }  // namespace
