@@ -13,19 +13,21 @@ void bind_options(py::module_& module) {
   using symkin::design::Criterion;
   using symkin::design::SelectionMethod;
   using symkin::design::SelectionOptions;
-  py::enum_<SelectionMethod>(module, "SelectionMethod")
+  py::native_enum<SelectionMethod>(module, "SelectionMethod", "enum.Enum")
       .value("sun_hollerbach", SelectionMethod::sun_hollerbach)
       .value("exchange", SelectionMethod::exchange)
       .value("exhaustive", SelectionMethod::exhaustive)
       .value("random", SelectionMethod::random)
-      .value("all", SelectionMethod::all);
-  py::enum_<Criterion>(module, "Criterion")
+      .value("all", SelectionMethod::all)
+      .finalize();
+  py::native_enum<Criterion>(module, "Criterion", "enum.Enum")
       .value("O1", Criterion::O1)
       .value("O2", Criterion::O2)
       .value("O3", Criterion::O3)
       .value("O4", Criterion::O4)
       .value("O5", Criterion::O5)
-      .value("expected_error", Criterion::expected_error);
+      .value("expected_error", Criterion::expected_error)
+      .finalize();
   py::class_<SelectionOptions> options(module, "SelectionOptions");
   options.def(py::init<>())
       .def_readwrite("count", &SelectionOptions::count)

@@ -43,9 +43,10 @@ void bind_observability(py::module_& module) {
           },
           py::arg("mechanism"), py::arg("leg"));
 
-  py::enum_<RowKind>(module, "RowKind")
+  py::native_enum<RowKind>(module, "RowKind", "enum.Enum")
       .value("paper", RowKind::paper)
-      .value("noise_aware", RowKind::noise_aware);
+      .value("noise_aware", RowKind::noise_aware)
+      .finalize();
   module.def("observability_rows", &symkin::observability_rows, py::arg("mechanism"),
              py::arg("leg"), py::arg("poses"), py::arg("kind"), py::arg("noise"), ReleaseGil());
   module.def("mechanism_rows", &symkin::mechanism_rows, py::arg("mechanism"), py::arg("poses"),
@@ -132,17 +133,22 @@ void bind_identification(py::module_& module) {
   using symkin::PoseUse;
   using symkin::RobustLoss;
 
-  py::enum_<Estimator>(module, "Estimator")
+  py::native_enum<Estimator>(module, "Estimator", "enum.Enum")
       .value("paper", Estimator::paper)
       .value("inverse", Estimator::inverse)
       .value("implicit", Estimator::implicit)
-      .value("joint", Estimator::joint);
-  py::enum_<PoseUse>(module, "PoseUse").value("all", PoseUse::all).value("own", PoseUse::own);
-  py::enum_<RobustLoss::Kind>(module, "LossKind")
+      .value("joint", Estimator::joint)
+      .finalize();
+  py::native_enum<PoseUse>(module, "PoseUse", "enum.Enum")
+      .value("all", PoseUse::all)
+      .value("own", PoseUse::own)
+      .finalize();
+  py::native_enum<RobustLoss::Kind>(module, "LossKind", "enum.Enum")
       .value("none", RobustLoss::Kind::none)
       .value("huber", RobustLoss::Kind::huber)
       .value("cauchy", RobustLoss::Kind::cauchy)
-      .value("tukey", RobustLoss::Kind::tukey);
+      .value("tukey", RobustLoss::Kind::tukey)
+      .finalize();
 
   py::class_<LegIdentification>(module, "LegIdentification")
       .def_readonly("rows", &LegIdentification::rows)
@@ -349,13 +355,14 @@ void bind_diagnosis(py::module_& module) {
   using symkin::ResidualTest;
   using symkin::Suspect;
 
-  py::enum_<Suspect>(module, "Suspect")
+  py::native_enum<Suspect>(module, "Suspect", "enum.Enum")
       .value("sensor_curvature", Suspect::sensor_curvature)
       .value("sensor_eccentricity", Suspect::sensor_eccentricity)
       .value("geometry", Suspect::geometry)
       .value("order", Suspect::order)
       .value("legs", Suspect::legs)
-      .value("estimators", Suspect::estimators);
+      .value("estimators", Suspect::estimators)
+      .finalize();
   py::class_<ResidualTest>(module, "ResidualTest")
       .def_readonly("suspect", &ResidualTest::suspect)
       .def_readonly("leg", &ResidualTest::leg)

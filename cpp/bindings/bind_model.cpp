@@ -14,12 +14,13 @@ void bind_chains(py::module_& module) {
   using symkin::ParameterInfo;
   using symkin::ParameterKind;
 
-  py::enum_<End>(module, "End")
+  py::native_enum<End>(module, "End", "enum.Enum")
       .value("none", End::none)
       .value("base", End::base)
-      .value("platform", End::platform);
+      .value("platform", End::platform)
+      .finalize();
 
-  py::enum_<ParameterKind>(module, "ParameterKind")
+  py::native_enum<ParameterKind>(module, "ParameterKind", "enum.Enum")
       .value("length", ParameterKind::length)
       .value("arc", ParameterKind::arc)
       .value("eccentricity", ParameterKind::eccentricity)
@@ -38,9 +39,11 @@ void bind_chains(py::module_& module) {
       .value("axis_swing", ParameterKind::axis_swing)
       .value("gain", ParameterKind::gain)
       .value("offset", ParameterKind::offset)
-      .value("absent", ParameterKind::absent);
+      .value("curvature", ParameterKind::curvature)
+      .value("absent", ParameterKind::absent)
+      .finalize();
 
-  py::enum_<ActiveJoint>(module, "ActiveJoint")
+  py::native_enum<ActiveJoint>(module, "ActiveJoint", "enum.Enum")
       .value("angle_in_base", ActiveJoint::angle_in_base)
       .value("angle_in_platform", ActiveJoint::angle_in_platform)
       .value("elbow_angle", ActiveJoint::elbow_angle)
@@ -49,7 +52,8 @@ void bind_chains(py::module_& module) {
       .value("distance", ActiveJoint::distance)
       .value("travel_from_point", ActiveJoint::travel_from_point)
       .value("angle_about_axis", ActiveJoint::angle_about_axis)
-      .value("angle_from_meridian", ActiveJoint::angle_from_meridian);
+      .value("angle_from_meridian", ActiveJoint::angle_from_meridian)
+      .finalize();
 
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })

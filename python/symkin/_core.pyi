@@ -5,6 +5,7 @@ The compiled core of symkin. Private: use the package symkin.
 """
 from __future__ import annotations
 import collections.abc
+import enum
 import numpy
 import numpy.typing
 import symkin.errors
@@ -23,72 +24,16 @@ class AccuracyWeights:
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
-class ActiveJoint:
-    """
-    Members:
-    
-      angle_in_base
-    
-      angle_in_platform
-    
-      elbow_angle
-    
-      travel_on_base
-    
-      travel_on_platform
-    
-      distance
-    
-      travel_from_point
-    
-      angle_about_axis
-    
-      angle_from_meridian
-    """
-    __members__: typing.ClassVar[dict[str, ActiveJoint]]  # value = {'angle_in_base': <ActiveJoint.angle_in_base: 0>, 'angle_in_platform': <ActiveJoint.angle_in_platform: 1>, 'elbow_angle': <ActiveJoint.elbow_angle: 2>, 'travel_on_base': <ActiveJoint.travel_on_base: 3>, 'travel_on_platform': <ActiveJoint.travel_on_platform: 4>, 'distance': <ActiveJoint.distance: 5>, 'travel_from_point': <ActiveJoint.travel_from_point: 6>, 'angle_about_axis': <ActiveJoint.angle_about_axis: 7>, 'angle_from_meridian': <ActiveJoint.angle_from_meridian: 8>}
-    angle_about_axis: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_about_axis: 7>
-    angle_from_meridian: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_from_meridian: 8>
-    angle_in_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_base: 0>
-    angle_in_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.angle_in_platform: 1>
-    distance: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.distance: 5>
-    elbow_angle: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.elbow_angle: 2>
-    travel_from_point: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_from_point: 6>
-    travel_on_base: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_base: 3>
-    travel_on_platform: typing.ClassVar[ActiveJoint]  # value = <ActiveJoint.travel_on_platform: 4>
-    @typing.overload
-    def __eq__(self, other: ActiveJoint) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: ActiveJoint) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class ActiveJoint(enum.Enum):
+    angle_about_axis = 7
+    angle_from_meridian = 8
+    angle_in_base = 0
+    angle_in_platform = 1
+    distance = 5
+    elbow_angle = 2
+    travel_from_point = 6
+    travel_on_base = 3
+    travel_on_platform = 4
 class Carrier:
     @property
     def element(self) -> SymmetryElement:
@@ -161,63 +106,13 @@ class ClosureRows:
     @property
     def closure(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
-class Criterion:
-    """
-    Members:
-    
-      O1
-    
-      O2
-    
-      O3
-    
-      O4
-    
-      O5
-    
-      expected_error
-    """
-    O1: typing.ClassVar[Criterion]  # value = <Criterion.O1: 0>
-    O2: typing.ClassVar[Criterion]  # value = <Criterion.O2: 1>
-    O3: typing.ClassVar[Criterion]  # value = <Criterion.O3: 2>
-    O4: typing.ClassVar[Criterion]  # value = <Criterion.O4: 3>
-    O5: typing.ClassVar[Criterion]  # value = <Criterion.O5: 4>
-    __members__: typing.ClassVar[dict[str, Criterion]]  # value = {'O1': <Criterion.O1: 0>, 'O2': <Criterion.O2: 1>, 'O3': <Criterion.O3: 2>, 'O4': <Criterion.O4: 3>, 'O5': <Criterion.O5: 4>, 'expected_error': <Criterion.expected_error: 5>}
-    expected_error: typing.ClassVar[Criterion]  # value = <Criterion.expected_error: 5>
-    @typing.overload
-    def __eq__(self, other: Criterion) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Criterion) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class Criterion(enum.Enum):
+    O1 = 0
+    O2 = 1
+    O3 = 2
+    O4 = 3
+    O5 = 4
+    expected_error = 5
 class DetectedSymmetry:
     @property
     def images(self) -> list[ElementImage]:
@@ -263,107 +158,17 @@ class ElementImage:
     @property
     def permutation(self) -> list[int]:
         ...
-class End:
-    """
-    Members:
-    
-      none
-    
-      base
-    
-      platform
-    """
-    __members__: typing.ClassVar[dict[str, End]]  # value = {'none': <End.none: 0>, 'base': <End.base: 1>, 'platform': <End.platform: 2>}
-    base: typing.ClassVar[End]  # value = <End.base: 1>
-    none: typing.ClassVar[End]  # value = <End.none: 0>
-    platform: typing.ClassVar[End]  # value = <End.platform: 2>
-    @typing.overload
-    def __eq__(self, other: End) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: End) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class End(enum.Enum):
+    base = 1
+    none = 0
+    platform = 2
 class Error(symkin.errors.SymkinError):
     pass
-class Estimator:
-    """
-    Members:
-    
-      paper
-    
-      inverse
-    
-      implicit
-    
-      joint
-    """
-    __members__: typing.ClassVar[dict[str, Estimator]]  # value = {'paper': <Estimator.paper: 0>, 'inverse': <Estimator.inverse: 1>, 'implicit': <Estimator.implicit: 2>, 'joint': <Estimator.joint: 3>}
-    implicit: typing.ClassVar[Estimator]  # value = <Estimator.implicit: 2>
-    inverse: typing.ClassVar[Estimator]  # value = <Estimator.inverse: 1>
-    joint: typing.ClassVar[Estimator]  # value = <Estimator.joint: 3>
-    paper: typing.ClassVar[Estimator]  # value = <Estimator.paper: 0>
-    @typing.overload
-    def __eq__(self, other: Estimator) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Estimator) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class Estimator(enum.Enum):
+    implicit = 2
+    inverse = 1
+    joint = 3
+    paper = 0
 class Fleet:
     @property
     def chi_square(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -565,57 +370,11 @@ class LegRows:
     @property
     def size(self) -> int:
         ...
-class LossKind:
-    """
-    Members:
-    
-      none
-    
-      huber
-    
-      cauchy
-    
-      tukey
-    """
-    __members__: typing.ClassVar[dict[str, LossKind]]  # value = {'none': <LossKind.none: 0>, 'huber': <LossKind.huber: 1>, 'cauchy': <LossKind.cauchy: 2>, 'tukey': <LossKind.tukey: 3>}
-    cauchy: typing.ClassVar[LossKind]  # value = <LossKind.cauchy: 2>
-    huber: typing.ClassVar[LossKind]  # value = <LossKind.huber: 1>
-    none: typing.ClassVar[LossKind]  # value = <LossKind.none: 0>
-    tukey: typing.ClassVar[LossKind]  # value = <LossKind.tukey: 3>
-    @typing.overload
-    def __eq__(self, other: LossKind) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: LossKind) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class LossKind(enum.Enum):
+    cauchy = 2
+    huber = 1
+    none = 0
+    tukey = 3
 class MeasurementNoise:
     def __init__(self, position: typing.SupportsFloat | typing.SupportsIndex, orientation: typing.SupportsFloat | typing.SupportsIndex, reading: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
@@ -708,102 +467,27 @@ class ParameterInfo:
     @property
     def name(self) -> str:
         ...
-class ParameterKind:
-    """
-    Members:
-    
-      length
-    
-      arc
-    
-      eccentricity
-    
-      pulley_radius
-    
-      radius
-    
-      azimuth
-    
-      polar_angle
-    
-      height
-    
-      direction_azimuth
-    
-      direction_distance
-    
-      guide_azimuth
-    
-      guide_elevation
-    
-      guide_swing
-    
-      axis_azimuth
-    
-      axis_elevation
-    
-      axis_swing
-    
-      gain
-    
-      offset
-    
-      absent
-    """
-    __members__: typing.ClassVar[dict[str, ParameterKind]]  # value = {'length': <ParameterKind.length: 0>, 'arc': <ParameterKind.arc: 1>, 'eccentricity': <ParameterKind.eccentricity: 2>, 'pulley_radius': <ParameterKind.pulley_radius: 3>, 'radius': <ParameterKind.radius: 4>, 'azimuth': <ParameterKind.azimuth: 5>, 'polar_angle': <ParameterKind.polar_angle: 6>, 'height': <ParameterKind.height: 7>, 'direction_azimuth': <ParameterKind.direction_azimuth: 8>, 'direction_distance': <ParameterKind.direction_distance: 9>, 'guide_azimuth': <ParameterKind.guide_azimuth: 10>, 'guide_elevation': <ParameterKind.guide_elevation: 11>, 'guide_swing': <ParameterKind.guide_swing: 12>, 'axis_azimuth': <ParameterKind.axis_azimuth: 13>, 'axis_elevation': <ParameterKind.axis_elevation: 14>, 'axis_swing': <ParameterKind.axis_swing: 15>, 'gain': <ParameterKind.gain: 16>, 'offset': <ParameterKind.offset: 17>, 'absent': <ParameterKind.absent: 19>}
-    absent: typing.ClassVar[ParameterKind]  # value = <ParameterKind.absent: 19>
-    arc: typing.ClassVar[ParameterKind]  # value = <ParameterKind.arc: 1>
-    axis_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_azimuth: 13>
-    axis_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_elevation: 14>
-    axis_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.axis_swing: 15>
-    azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.azimuth: 5>
-    direction_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_azimuth: 8>
-    direction_distance: typing.ClassVar[ParameterKind]  # value = <ParameterKind.direction_distance: 9>
-    eccentricity: typing.ClassVar[ParameterKind]  # value = <ParameterKind.eccentricity: 2>
-    gain: typing.ClassVar[ParameterKind]  # value = <ParameterKind.gain: 16>
-    guide_azimuth: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_azimuth: 10>
-    guide_elevation: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_elevation: 11>
-    guide_swing: typing.ClassVar[ParameterKind]  # value = <ParameterKind.guide_swing: 12>
-    height: typing.ClassVar[ParameterKind]  # value = <ParameterKind.height: 7>
-    length: typing.ClassVar[ParameterKind]  # value = <ParameterKind.length: 0>
-    offset: typing.ClassVar[ParameterKind]  # value = <ParameterKind.offset: 17>
-    polar_angle: typing.ClassVar[ParameterKind]  # value = <ParameterKind.polar_angle: 6>
-    pulley_radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.pulley_radius: 3>
-    radius: typing.ClassVar[ParameterKind]  # value = <ParameterKind.radius: 4>
-    @typing.overload
-    def __eq__(self, other: ParameterKind) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: ParameterKind) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class ParameterKind(enum.Enum):
+    absent = 19
+    arc = 1
+    axis_azimuth = 13
+    axis_elevation = 14
+    axis_swing = 15
+    azimuth = 5
+    curvature = 18
+    direction_azimuth = 8
+    direction_distance = 9
+    eccentricity = 2
+    gain = 16
+    guide_azimuth = 10
+    guide_elevation = 11
+    guide_swing = 12
+    height = 7
+    length = 0
+    offset = 17
+    polar_angle = 6
+    pulley_radius = 3
+    radius = 4
 class PoseErrors:
     @property
     def differences(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -829,51 +513,9 @@ class PoseErrors:
 class PoseSet:
     def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
-class PoseUse:
-    """
-    Members:
-    
-      all
-    
-      own
-    """
-    __members__: typing.ClassVar[dict[str, PoseUse]]  # value = {'all': <PoseUse.all: 0>, 'own': <PoseUse.own: 1>}
-    all: typing.ClassVar[PoseUse]  # value = <PoseUse.all: 0>
-    own: typing.ClassVar[PoseUse]  # value = <PoseUse.own: 1>
-    @typing.overload
-    def __eq__(self, other: PoseUse) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: PoseUse) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class PoseUse(enum.Enum):
+    all = 0
+    own = 1
 class ResidualTest:
     @property
     def leg(self) -> int:
@@ -918,51 +560,9 @@ class RowFit:
     @property
     def t(self) -> float:
         ...
-class RowKind:
-    """
-    Members:
-    
-      paper
-    
-      noise_aware
-    """
-    __members__: typing.ClassVar[dict[str, RowKind]]  # value = {'paper': <RowKind.paper: 0>, 'noise_aware': <RowKind.noise_aware: 1>}
-    noise_aware: typing.ClassVar[RowKind]  # value = <RowKind.noise_aware: 1>
-    paper: typing.ClassVar[RowKind]  # value = <RowKind.paper: 0>
-    @typing.overload
-    def __eq__(self, other: RowKind) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: RowKind) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class RowKind(enum.Enum):
+    noise_aware = 1
+    paper = 0
 class Selection:
     @property
     def certificate(self) -> Certificate:
@@ -988,60 +588,12 @@ class Selection:
     @property
     def spares(self) -> list[int]:
         ...
-class SelectionMethod:
-    """
-    Members:
-    
-      sun_hollerbach
-    
-      exchange
-    
-      exhaustive
-    
-      random
-    
-      all
-    """
-    __members__: typing.ClassVar[dict[str, SelectionMethod]]  # value = {'sun_hollerbach': <SelectionMethod.sun_hollerbach: 0>, 'exchange': <SelectionMethod.exchange: 1>, 'exhaustive': <SelectionMethod.exhaustive: 2>, 'random': <SelectionMethod.random: 3>, 'all': <SelectionMethod.all: 4>}
-    all: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.all: 4>
-    exchange: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.exchange: 1>
-    exhaustive: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.exhaustive: 2>
-    random: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.random: 3>
-    sun_hollerbach: typing.ClassVar[SelectionMethod]  # value = <SelectionMethod.sun_hollerbach: 0>
-    @typing.overload
-    def __eq__(self, other: SelectionMethod) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: SelectionMethod) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class SelectionMethod(enum.Enum):
+    all = 4
+    exchange = 1
+    exhaustive = 2
+    random = 3
+    sun_hollerbach = 0
 class SelectionOptions:
     criterion: Criterion
     forbidden: typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]
@@ -1173,63 +725,13 @@ class SingularityMeasures:
     @property
     def serial(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
-class Suspect:
-    """
-    Members:
-    
-      sensor_curvature
-    
-      sensor_eccentricity
-    
-      geometry
-    
-      order
-    
-      legs
-    
-      estimators
-    """
-    __members__: typing.ClassVar[dict[str, Suspect]]  # value = {'sensor_curvature': <Suspect.sensor_curvature: 0>, 'sensor_eccentricity': <Suspect.sensor_eccentricity: 1>, 'geometry': <Suspect.geometry: 2>, 'order': <Suspect.order: 3>, 'legs': <Suspect.legs: 4>, 'estimators': <Suspect.estimators: 5>}
-    estimators: typing.ClassVar[Suspect]  # value = <Suspect.estimators: 5>
-    geometry: typing.ClassVar[Suspect]  # value = <Suspect.geometry: 2>
-    legs: typing.ClassVar[Suspect]  # value = <Suspect.legs: 4>
-    order: typing.ClassVar[Suspect]  # value = <Suspect.order: 3>
-    sensor_curvature: typing.ClassVar[Suspect]  # value = <Suspect.sensor_curvature: 0>
-    sensor_eccentricity: typing.ClassVar[Suspect]  # value = <Suspect.sensor_eccentricity: 1>
-    @typing.overload
-    def __eq__(self, other: Suspect) -> bool:
-        ...
-    @typing.overload
-    def __eq__(self, other: typing.Any) -> bool:
-        ...
-    def __getstate__(self) -> int:
-        ...
-    def __hash__(self) -> int:
-        ...
-    def __index__(self) -> int:
-        ...
-    def __init__(self, value: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __int__(self) -> int:
-        ...
-    @typing.overload
-    def __ne__(self, other: Suspect) -> bool:
-        ...
-    @typing.overload
-    def __ne__(self, other: typing.Any) -> bool:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def __setstate__(self, state: typing.SupportsInt | typing.SupportsIndex) -> None:
-        ...
-    def __str__(self) -> str:
-        ...
-    @property
-    def name(self) -> str:
-        ...
-    @property
-    def value(self) -> int:
-        ...
+class Suspect(enum.Enum):
+    estimators = 5
+    geometry = 2
+    legs = 4
+    order = 3
+    sensor_curvature = 0
+    sensor_eccentricity = 1
 class SymmetryElement:
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
