@@ -128,7 +128,7 @@ def _simulated(
     tasks = max(len(left), len(definition.cells))
     with opened_client(workers, scheduler, tasks) as client:
         job = Job.of(definition, lambda poses: make_plans(definition, poses, client), tell)
-        # What of the paper needs no robot goes first: long calls at the end would be waited for.
+        # What of the paper needs no robot's result goes first: it would be waited for at the end.
         of_paper = None if client is None else begun(paper_calls(definition, job), client)
         done = sum(end - first for first, end in found)
         tell("simulating robots", done / definition.robots)
