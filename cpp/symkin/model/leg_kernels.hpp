@@ -15,7 +15,7 @@ enum class ForwardStatus : std::uint8_t {
 
 struct ForwardKinematicsOptions {
   int max_iterations = 50;
-  double step_tolerance = 1e-10;  // m, rad: the last Newton step, which is still applied
+  double step_tolerance = 1e-10;  // m, rad: the last Newton step, still applied, or the next
   void check() const;
 };
 

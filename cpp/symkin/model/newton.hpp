@@ -154,8 +154,8 @@ class Newton {
       // the cost still falls.
       const T last = scale * tried;
       const Mask accept = active && (at.cost <= cost - 1e-4 * scale * predicted || last < smallest);
-      // Or if the next step would be, even if it shrank only as this one has against the last:
-      // Newton's steps shrink faster, but not those of least squares.
+      // Settled too where the next step would be short enough if it shrank as this one has against
+      // the last: Newton's steps shrink faster than that, but not those of least squares.
       const Mask settled =
           accept && (at.largest < tolerance || at.largest * at.largest < next * last);
       if (L::any(settled)) {

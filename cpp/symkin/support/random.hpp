@@ -10,8 +10,8 @@
 
 namespace symkin {
 
-// std::mt19937_64 to the bit, without its branch on a random one, which processors guess wrongly half
-// of the time.
+// std::mt19937_64 to the bit, without its branch on a random one, which processors guess wrongly
+// half of the time.
 class MersenneTwister {
  public:
   using result_type = std::uint64_t;
