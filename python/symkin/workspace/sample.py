@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.drawing import as_drawn
 from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
@@ -62,6 +63,8 @@ class WorkspaceSample(Result):
         Of the readings.
     shown : ndarray, shape (N, legs), or None
         What the sensors show, of a mechanism with a `SensorTable`: files have it.
+    as_drawn : ndarray, shape (N, coordinates), or None
+        The poses in the frames of the mechanism's file: tables have them.
     """
 
     poses: NDArray[np.float64] = field(private=True)
@@ -72,6 +75,7 @@ class WorkspaceSample(Result):
     pose_space: str = field(private=True)
     reading_unit: str = field(private=True)
     shown: NDArray[np.float64] | None = field(private=True, default=None)
+    as_drawn: NDArray[np.float64] | None = field(private=True, default=None)
     derived = ("share",)
 
     PAGE: ClassVar[str] = "workspace.sample_page"
@@ -82,13 +86,14 @@ class WorkspaceSample(Result):
         return 1 - sum(self.rejected.values()) / self.drawn
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
-        """Return poses, readings and condition numbers, named as in symkin's files."""
+        """Return poses, readings and condition numbers as symkin's files have them."""
         from symkin.io.columns import pose_column_names, reading_column_names
 
         poses = pose_column_names(self.pose_space)
         readings = reading_column_names(self.readings.shape[1], self.reading_unit)
         shown = self.readings if self.shown is None else self.shown
-        table = np.hstack([self.poses, shown, self.conditions[:, np.newaxis]])
+        drawn = self.poses if self.as_drawn is None else self.as_drawn
+        table = np.hstack([drawn, shown, self.conditions[:, np.newaxis]])
         return dict(zip([*poses, *readings, "condition"], table.T, strict=True))
 
     def __len__(self) -> int:
@@ -145,6 +150,7 @@ def sample_workspace(
         shown=None
         if mechanism.sensor_table is None
         else shown_readings(mechanism, sample.readings),
+        as_drawn=as_drawn(mechanism, sample.poses),
     )
 
 

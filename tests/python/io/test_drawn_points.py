@@ -20,6 +20,7 @@ from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
 from symkin.io.drawn_points import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
+from symkin.io.plans import read_pose_list
 from symkin.points import axis_of_drawing, cartesian, jacobian, polar
 from symkin.poses import Transform, rotations_from_vectors
 from symkin.settings import Frames
@@ -454,3 +455,11 @@ def test_check_says_that_a_drawing_lies_on_its_side(
     said = symkin.check_mechanism(sideways).text()
     assert ("more symmetry about the drawing's" in said) == bool(axis)
     assert (f"the drawing's {axis} axis than about z" in said) == bool(axis)
+
+
+def test_a_table_of_the_workspace_is_in_the_frames_of_the_drawing() -> None:
+    mechanism = symkin.load_mechanism("hangprinter")
+    sample = mechanism.sample_workspace(20, 1)
+    back = read_pose_list(dict(sample.columns()), mechanism)
+    np.testing.assert_allclose(back, sample.poses, atol=1e-12)
+    assert np.abs(as_drawn(mechanism, sample.poses) - sample.poses).max() > 0.1
