@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: MIT
 
+# Results shall not depend on the processor; GCC leaves multiplications unfused without being told.
+function(symkin_set_arithmetic target)
+  target_compile_options(
+    ${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,Clang,AppleClang>:-ffp-contract=off>
+  )
+endfunction()
+
 # A library of the project with what all have in common; `symkin_room` is symkin::room to its users.
 function(symkin_add_library name)
   add_library(${name} ${ARGN})
@@ -16,10 +23,7 @@ function(symkin_add_library name)
       UNITY_BUILD_BATCH_SIZE 8
   )
   target_compile_features(${name} PUBLIC cxx_std_17)
-  # Results shall not depend on the processor; GCC leaves multiplications unfused without being told.
-  target_compile_options(
-    ${name} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,Clang,AppleClang>:-ffp-contract=off>
-  )
+  symkin_set_arithmetic(${name})
   target_include_directories(
     ${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/cpp> $<INSTALL_INTERFACE:include>
   )

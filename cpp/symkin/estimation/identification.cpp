@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/identification.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
 #include "symkin/estimation/joint.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
 
@@ -181,11 +181,10 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   }
   leg.deleted.resize(rows.closure.size());
   for (Index first = 0; first < leg.deleted.size(); first += closures) {
-    Eigen::MatrixXd open =
+    const Eigen::MatrixXd open =
         Eigen::MatrixXd::Identity(closures, closures) * (1 + kLeast) -
         rows.by_parameters.middleRows(first, closures) * influence.middleCols(first, closures);
-    leg.deleted.segment(first, closures) =
-        open.partialPivLu().solve(rows.closure.segment(first, closures));
+    leg.deleted.segment(first, closures) = solution(open, rows.closure.segment(first, closures));
   }
   return leg;
 }

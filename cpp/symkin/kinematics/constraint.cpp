@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/kinematics/constraint.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 namespace {
@@ -39,7 +39,7 @@ Vector step_at(const PoseDerivatives& all, Index pose, const Eigen::MatrixXd& by
       values[row++] = all.closure(pose, k);
     }
   }
-  return -matrix.partialPivLu().solve(values);
+  return -solution(matrix, values);
 }
 
 }  // namespace

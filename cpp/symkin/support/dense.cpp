@@ -4,8 +4,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -190,32 +188,6 @@ RowMatrix lower_inverse(const RowMatrix& lower) {
   return result;
 }
 
-RowMatrix triangular_factor(const RowMatrix& matrix) {
-  const Eigen::HouseholderQR<MatrixXd> qr(matrix);
-  return qr.matrixQR().topRows(matrix.cols()).triangularView<Eigen::Upper>();
-}
-
-RightSingular right_singular(const RowMatrix& matrix) {
-  const Eigen::JacobiSVD<MatrixXd> svd(matrix, Eigen::ComputeFullV);
-  return {svd.singularValues(), svd.matrixV()};
-}
-
-Vector singular_values(const RowMatrix& matrix) {
-  return Eigen::JacobiSVD<MatrixXd>(matrix).singularValues();
-}
-
-ColumnSpace column_space(const RowMatrix& matrix, double least_pivot) {
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(matrix);
-  const Vector pivots = qr.matrixR().diagonal().cwiseAbs();
-  const Index rank = least_pivot > 0 ? (pivots.array() > least_pivot).count() : qr.rank();
-  MatrixXd inverse_r = MatrixXd::Identity(rank, rank);
-  qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solveInPlace(inverse_r);
-  MatrixXd coordinates = MatrixXd::Zero(matrix.cols(), rank);
-  coordinates.topRows(rank) = inverse_r;
-  return {qr.householderQ() * MatrixXd::Identity(matrix.rows(), rank),
-          qr.colsPermutation() * coordinates};
-}
-
 Vector inverse_column_lengths(const RowMatrix& matrix) {
   const Vector lengths = matrix.colwise().norm();
   return (lengths.array() > 0).select(lengths, 1).cwiseInverse();
@@ -238,6 +210,10 @@ double determinant(const RowMatrix& matrix) {
 
 RowMatrix inverse(const RowMatrix& matrix) {
   return Eigen::PartialPivLU<RowMatrix>(matrix).inverse();
+}
+
+Vector solution(const MatrixXd& matrix, const Vector& right) {
+  return Eigen::PartialPivLU<MatrixXd>(matrix).solve(right);
 }
 
 }  // namespace symkin

@@ -79,6 +79,17 @@ struct ColumnSpace {
 };
 ColumnSpace column_space(const RowMatrix& matrix, double least_pivot = 0);
 
+// The pseudo-inverse of A and what its columns do not span, by QR with column pivoting: pivots
+// above `threshold` times the largest count.
+struct PseudoInverse {
+  Eigen::MatrixXd matrix;     // columns x rows
+  Eigen::MatrixXd left_null;  // rows x (rows - rank), orthonormal columns
+};
+PseudoInverse pseudo_inverse(const Eigen::MatrixXd& matrix, double threshold);
+
+// The shortest x of those with the least |A x - b|, ranks as above.
+Vector least_squares(const Eigen::MatrixXd& matrix, const Vector& right, double threshold);
+
 // 1 / length of each column, 1 for a column of zeros: makes parameters of all units comparable.
 Vector inverse_column_lengths(const RowMatrix& matrix);
 
@@ -92,5 +103,6 @@ SymmetricInverse symmetric_inverse(const RowMatrix& matrix);
 // Of a square matrix, by Gaussian elimination.
 double determinant(const RowMatrix& matrix);
 RowMatrix inverse(const RowMatrix& matrix);
+Vector solution(const Eigen::MatrixXd& matrix, const Vector& right);  // x of A x = b
 
 }  // namespace symkin

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/symmetry/detection.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include "symkin/support/dense.hpp"
 #include "symkin/symmetry/action.hpp"
 #include "symkin/symmetry/detail/leg_comparison.hpp"
 #include "symkin/symmetry/detail/leg_ends.hpp"
@@ -55,10 +55,7 @@ Eigen::Vector2d centre_of_guides(const std::vector<Guide>& guides) {
     const Eigen::MatrixXd of_chain = rows(alike, kAll);
     centred.row(i) -= of_chain.colwise().mean();
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(1e-6);
-  solver.compute(centred.leftCols(2));
-  return solver.solve(centred.col(2));
+  return least_squares(centred.leftCols(2), centred.col(2), 1e-6);
 }
 
 // Where base or platform have their centre, if the legs are symmetric at all: the centroid of

@@ -27,10 +27,12 @@ inline bool contains(const Indices& list, Index value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
-// Makes a set of a list: ascending, each once.
-inline void sort_unique(Indices& list) {
+// The set of what is in either list: ascending, each once.
+inline Indices joined(Indices list, const Indices& others) {
+  list.insert(list.end(), others.begin(), others.end());
   std::sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
+  return list;
 }
 
 // What a list of places names in another list.

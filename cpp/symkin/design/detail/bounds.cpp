@@ -133,24 +133,16 @@ class BoundingDesigns {
 
   void next_pool(const std::vector<std::vector<RankedCandidate>>& tops) {
     const Index searched = std::max(kSearch, 4 * problem_.free_count);
-    Indices pool;
-    Indices search;
-    for (const auto& top : tops) {
-      for (const RankedCandidate& candidate : top) {
-        pool.push_back(candidate.index);
-        if (&top == &tops.front() && size_of(search) < searched) {
-          search.push_back(candidate.index);
-        }
-      }
-    }
+    Indices weighty;
     for (Index i = 0; i < size_of(result_.pool); ++i) {
       if (result_.distinct.weights[i] > 0 || result_.repeats.weights[i] > 0) {
-        pool.push_back(at(result_.pool, i));
-        search.push_back(at(result_.pool, i));
+        weighty.push_back(at(result_.pool, i));
       }
     }
-    sort_unique(pool);
-    sort_unique(search);
+    Indices favoured = indices_of(tops[0]);
+    Indices pool = joined(joined(favoured, indices_of(tops[1])), weighty);
+    favoured.resize(std::min(favoured.size(), static_cast<std::size_t>(searched)));
+    Indices search = joined(std::move(favoured), weighty);
     for (ApproximateDesign* design : {&result_.distinct, &result_.repeats}) {
       design->weights = carried_weights(result_.pool, design->weights, pool);
     }

@@ -187,6 +187,15 @@ std::vector<RankedCandidate> TopCandidates::sorted() {
   return kept_;
 }
 
+Indices indices_of(const std::vector<RankedCandidate>& candidates) {
+  Indices result;
+  result.reserve(candidates.size());
+  for (const RankedCandidate& candidate : candidates) {
+    result.push_back(candidate.index);
+  }
+  return result;
+}
+
 double largest_sum(const std::vector<RankedCandidate>& sorted, Index count) {
   double sum = 0;
   for (Index i = 0; i < std::min(count, size_of(sorted)); ++i) {

@@ -83,6 +83,8 @@ class TopCandidates {
   std::vector<RankedCandidate> kept_;
 };
 
+Indices indices_of(const std::vector<RankedCandidate>& candidates);
+
 // The sum of the `count` largest values of a sorted list.
 double largest_sum(const std::vector<RankedCandidate>& sorted, Index count);
 

@@ -46,20 +46,6 @@ Indices made_regular(const Problem& problem, const Indices& pool, const Indices&
   return search.chosen();
 }
 
-Indices joined(Indices pool, const Indices& others) {
-  pool.insert(pool.end(), others.begin(), others.end());
-  sort_unique(pool);
-  return pool;
-}
-
-Indices joined(Indices pool, const std::vector<RankedCandidate>& others) {
-  for (const RankedCandidate& candidate : others) {
-    pool.push_back(candidate.index);
-  }
-  sort_unique(pool);
-  return pool;
-}
-
 // One pass over all candidates: those whose exchange for some chosen one raises log det M, the best
 // few hundred of them, ascending. None: no single exchange can improve the selection.
 Indices improving_candidates(const Problem& problem, const Indices& chosen) {
@@ -121,7 +107,7 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
   for (const TopCandidates& chunk : found) {
     all.merge(chunk);
   }
-  return joined({}, all.sorted());
+  return joined({}, indices_of(all.sorted()));
 }
 
 // For a criterion other than O1: from the selection of best determinant, kicks and exchanges in
@@ -143,7 +129,8 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     const RowMatrix gradient =
         criterion_gradient(problem.information(choice.indices), problem.options).total();
     const auto top = screen_candidates(problem.candidates, {{lower_root(gradient), keep}}).front();
-    CriterionSearch search(problem, joined(joined(design.candidates, choice.indices), top),
+    CriterionSearch search(problem,
+                           joined(joined(design.candidates, choice.indices), indices_of(top)),
                            choice.indices);
     ++choice.passes;
     const double before = search.merit();

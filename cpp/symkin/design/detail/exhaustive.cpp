@@ -352,10 +352,7 @@ Indices promising(const Problem& problem, const RowMatrix& factor, const Indices
     // Zero is no candidate's value, so that the floor leaves out the excluded ones.
     const auto kept = screen_candidates(
         problem.candidates, {{transform, problem.candidates.available(), std::max(0.0, needed)}});
-    for (const RankedCandidate& candidate : kept.front()) {
-      result.push_back(candidate.index);
-    }
-    sort_unique(result);
+    result = joined(result, indices_of(kept.front()));
   }
   return result;
 }

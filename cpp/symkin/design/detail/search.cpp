@@ -240,11 +240,7 @@ CriterionSearch::CriterionSearch(const Problem& problem, Indices pool, const Ind
 }
 
 void CriterionSearch::rebuild() {
-  information_ = problem_.fixed;
-  for (const Index member : chosen_) {
-    const RowMatrix c = rows_.rows(member);
-    information_ += c.transpose() * c;
-  }
+  information_ = problem_.information(named(chosen_, pool_));
   merit_ = criterion_merit(information_, problem_.options);
 }
 
