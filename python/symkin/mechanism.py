@@ -454,6 +454,10 @@ class Mechanism(Kinematics):
         """
         lower, upper = self.reading_limits
         values = np.asarray(readings, dtype=np.float64)
+        if values.shape[-1:] != lower.shape:
+            raise MechanismError(
+                f"readings have shape {values.shape}; expected (..., {len(self.legs)})"
+            )
         return np.asarray((values >= lower) & (values <= upper))
 
     @property

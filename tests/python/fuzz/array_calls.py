@@ -424,6 +424,7 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         )
     bent = mechanism.replace(curvature=np.full((len(mechanism.legs), 3), 1e-3))
     yield Call("Mechanism.straightened", {"readings": readings}, bent.straightened)
+    yield Call("Mechanism.within_limits", {"readings": readings}, bent.within_limits)
     yield Call(
         "align_frames",
         {"measured": poses, "robot": poses},
@@ -537,6 +538,7 @@ def _of_further(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         "quaternions_from_rotation_vectors": vectors,
         "vectors_from_rotations": rotations,
         "rotations_from_quaternions": symkin.poses.quaternions_from_rotation_vectors(vectors),
+        "vectors_from_quaternions": symkin.poses.quaternions_from_rotation_vectors(vectors),
     }
     for name, array in of_poses.items():
         function = getattr(symkin.poses, name)
