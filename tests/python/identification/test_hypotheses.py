@@ -9,7 +9,7 @@ import pytest
 
 import symkin
 from symkin.errors import FailedFitError
-from symkin.identification import problem
+from symkin.identification import hypotheses, problem
 from symkin.identification.hypotheses import hypotheses_of, in_modes
 from symkin.identification.problem import JointOptions
 from symkin.observed import Observed
@@ -145,6 +145,28 @@ def test_a_pose_with_a_start_of_its_own_is_set_aside_too():
     taken = measured(arm, plan, Observed("distance", anchors=((2.0, 1.0),)), seed=1000)
     (said,) = said_of(arm, replace(taken, readings=-taken.readings))
     assert "the readings of legs 1, 2 have the opposite sign" in said
+
+
+@pytest.mark.parametrize(
+    ("observed", "least"),
+    [(Observed("position"), 5), (Observed("distance", anchors=((2.0, 1.0),)), 10)],
+    ids=["two of a pose to spare", "one"],
+)
+def test_a_first_look_has_enough_to_judge_by(monkeypatch, observed, least):
+    """Of five degrees of freedom chi-square is far too small by chance in one of a hundred."""
+    arm = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((2.0, 1.0),)))
+    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
+    taken = of_leg(0, np.negative)(measured(arm, plan, observed))
+    looks, some = [], hypotheses._Correction.some
+
+    def noted(correction, most):
+        looks.append(most)
+        return some(correction, most)
+
+    monkeypatch.setattr(hypotheses._Correction, "some", noted)
+    tried = hypotheses_of(arm, taken, JointOptions())
+    assert "the readings of leg 1 have the opposite sign" in tried[0].what
+    assert min(looks) == least
 
 
 def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, plan):
