@@ -424,6 +424,8 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
   }
   // Loose, for what the poses do not show, such as the turn of a target that is only a point.
   layout.prior = Vector::Constant(columns, 1e3);
+  // The fit goes on from there: last digits of a bad start are not worth waiting for.
+  constexpr SolverOptions kBriefly{12};
   Setup best = setup;
   double least = std::numeric_limits<double>::infinity();
   for (const FramePair& start : starts) {
@@ -432,7 +434,7 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     trial.target = start.target;
     LatentProblem problem(mechanism, alone, layout, trial, alone.reported.values,
                           std::vector<bool>(rows.size(), false), RobustLoss(), 1);
-    minimise(problem);
+    minimise(problem, kBriefly);
     NormalEquations end;
     if (problem.linearise(end) && end.cost < least) {
       least = end.cost;
