@@ -445,6 +445,13 @@ class Mechanism(Kinematics):
         """Lower and upper limit of each sensor's reading, shape (2, legs); infinite without."""
         return self.joint_limits.of_legs(len(self.legs))
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Files that it was read from: its own, and that of its sensors' table."""
+        table = self.sensor_table
+        found = (self.source, None if table is None else table.source)
+        return tuple(each for each in found if each is not None)
+
     def within_limits(self, readings: ArrayLike) -> NDArray[np.bool_]:
         """Whether readings, shape (..., legs), are within their limits; NaN is not.
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,6 +46,8 @@ class SensorTable:
     legs : sequence of sequences of (float, float)
         For each leg, or once for all legs alike, rows of what the sensor shows and what a straight
         one would show, rad or m, in any order. Both grow, or one grows and the other falls.
+    source : Path, optional
+        The file that it was read from.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class SensorTable:
     """
 
     legs: tuple[tuple[tuple[float, float], ...], ...]
+    source: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Sort and check the rows."""

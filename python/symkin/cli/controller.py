@@ -76,7 +76,7 @@ def kinematics(
         stage("reading the mechanism and the table")
         robot = symkin.load_mechanism(mechanism)
         file = "poses.csv" if forward else "readings.csv"
-        with OutputFiles([robot.source, table], overwrite) as outputs:
+        with OutputFiles([*robot.files, table], overwrite) as outputs:
             target = outputs.folder(out, file) if out else None
             if forward:
                 read = read_table(table, robot.step)

@@ -140,7 +140,7 @@ def identify(
         measured = symkin.read_measurements(measurements, nominal, mapping)
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
-        inputs = [nominal.source, measurements, columns, sensor_table]
+        inputs = [*nominal.files, measurements, columns, sensor_table]
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *JointIdentification.FILES) if out else None
             stage("identifying")
@@ -204,7 +204,7 @@ def identify_batch(
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
-        with OutputFiles([nominal.source, *files, columns], overwrite) as outputs:
+        with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
             target = outputs.folder(out, f"fleet.{table}", "report.html") if out else None
             mapping = columns_of(columns)
             robots = fleet_of_files(nominal, files, mapping)
@@ -289,7 +289,7 @@ def align(
     if mechanism is not None and (device or robot or angles):
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
     model = None if mechanism is None else symkin.load_mechanism(mechanism)
-    inputs = [table, columns, model.source if model else None]
+    inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
         names = ("frames.toml", "results.json", "report.html")
         folder = outputs.folder(out, *names) if out else None
@@ -364,7 +364,7 @@ def evaluate(
         stage("reading the model")
         loaded = symkin.load_mechanism(model)
         robot = symkin.load_mechanism(actual) if actual is not None else None
-        inputs = [loaded.source, robot.source if robot else None, plan, measurements, columns]
+        inputs = [*loaded.files, *(robot.files if robot else ()), plan, measurements, columns]
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *_FILES) if out else None
             stage("evaluating")

@@ -136,7 +136,7 @@ def check(
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
-        with OutputFiles([loaded.source], overwrite) as outputs:
+        with OutputFiles(loaded.files, overwrite) as outputs:
             target = None if out is None else outputs.folder(out, "check.json", "check.html")
             stage("sampling the workspace")
             result = symkin.check_mechanism(loaded, seed)
@@ -200,7 +200,7 @@ def workspace(
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
-        with OutputFiles([loaded.source], overwrite) as outputs:
+        with OutputFiles(loaded.files, overwrite) as outputs:
             files = "workspace.json", "workspace.html"
             target = None if out is None else outputs.folder(out, *files)
             stage("studying the workspace")

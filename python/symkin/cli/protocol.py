@@ -144,7 +144,7 @@ def plan(
         observe = seen.planned(loaded)
         probing = observe is not None and is_probing(loaded, observe)
         files = (*_PLAN_FILES, _POINTS) if probing else _PLAN_FILES
-        with OutputFiles([loaded.source, required, measured, columns], overwrite) as outputs:
+        with OutputFiles([*loaded.files, required, measured, columns], overwrite) as outputs:
             folder = outputs.folder(out, *files)
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
@@ -217,7 +217,7 @@ def pose_count(
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
-        with OutputFiles([loaded.source], overwrite) as outputs:
+        with OutputFiles(loaded.files, overwrite) as outputs:
             folder = outputs.folder(out, *_COUNT_FILES) if out else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
@@ -287,7 +287,7 @@ def simulate(
         loaded = symkin.load_mechanism(mechanism)
         commanded = symkin.read_plan(plan, loaded)
         observe = seen.observed(loaded, missing, spread)
-        with OutputFiles([loaded.source, plan], overwrite) as outputs:
+        with OutputFiles([*loaded.files, plan], overwrite) as outputs:
             folder = outputs.folder(out, *Simulation.FILES)
             stage("simulating measurements")
             simulation = symkin.simulate(loaded, commanded, seed, observe=observe)
@@ -321,7 +321,7 @@ def run(
         given = {"pose_count": pose_count, "candidates": candidates}
         changes = {name: value for name, value in given.items() if value is not None}
         nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
-        with OutputFiles([nominal.source], overwrite) as outputs:
+        with OutputFiles(nominal.files, overwrite) as outputs:
             target = outputs.folder(out, *ProtocolResult.FILES)
             result = symkin.run_protocol(
                 nominal,

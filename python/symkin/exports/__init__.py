@@ -108,7 +108,7 @@ def export(
     if path is None:
         written: Written = getattr(module, chosen.function)(mechanism, options)
     else:
-        inputs = [mechanism.source, nominal.source if nominal else None]
+        inputs = [*mechanism.files, *(nominal.files if nominal else ())]
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.file(Path(path))
             written = getattr(module, chosen.function)(mechanism, options)

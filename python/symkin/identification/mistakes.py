@@ -390,7 +390,8 @@ def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
         modes = zip(matches, nominal.working_modes, strict=True)
         legs = [leg for leg, (match, own) in enumerate(modes) if match.mode == mode != own]
         if legs:
-            words.append(f"{named_legs(legs)} stand in working mode {mode:+d}")
+            stand = "stands" if len(legs) == 1 else "stand"
+            words.append(f"{named_legs(legs)} {stand} in working mode {mode:+d}")
     flipped = [leg for leg, match in enumerate(matches) if match.slope < 0]
     if flipped:
         words.append(f"the readings of {named_legs(flipped)} have the opposite sign")

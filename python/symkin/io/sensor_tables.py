@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,7 +64,8 @@ def read_sensor_table(
         if wrong is not None:
             raise table.row_error(int(rows[wrong[0]]), f"{wrong[1]} ({reading_unit})")
         curves.append(pairs)
-    return SensorTable(tuple(curves))
+    path = Path(source) if isinstance(source, str | os.PathLike) else None
+    return SensorTable(tuple(curves), path)
 
 
 def read_straight_readings(

@@ -10,6 +10,7 @@ import pytest
 
 import symkin as library
 from symkin.identification import Identification
+from symkin.io.template import mechanism_template
 from symkin.pipeline import ProtocolResult
 from symkin.simulation import Simulation
 
@@ -77,6 +78,15 @@ def test_the_calibrated_mechanism_is_not_written_over_the_one_it_comes_from(
     measured.write_text(plan.read_text())
     refused("simulate", "3RRR", "--plan", measured, *into, words="is an input")
     refused("kinematics", "3RRR", readings, *into, words="is an input")
+
+
+def test_the_table_of_the_sensors_is_not_replaced_either(refused: Callable, tmp_path: Path) -> None:
+    table, robot = tmp_path / "plan.csv", tmp_path / "robot.toml"
+    table.write_text("reading_rad,joint_rad\n-4,-4\n4,4.001\n")
+    robot.write_text(mechanism_template("[R]RR", 3) + '\n[sensor_table]\nfile = "plan.csv"\n')
+    mechanism = library.load_mechanism(robot)
+    assert mechanism.files == (robot, table)
+    refused("plan", robot, "--out", tmp_path, "--overwrite", words="plan.csv: is an input")
 
 
 @pytest.mark.usefixtures("unillustrated")
