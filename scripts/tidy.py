@@ -19,6 +19,7 @@ from pathlib import Path
 ROOT = Path.cwd()
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 PRECOMPILED = re.compile(r"-include (\S+/cmake_pch\.hxx)")
+OF_GCC_ALONE = re.compile(r" -m(?:move|store)-max=\S+")
 
 
 @cache
@@ -45,8 +46,11 @@ def fingerprint(command: str, source: Path) -> str:
     return digest.hexdigest()
 
 
-def without_precompiled(command: str, folder: Path) -> str:
-    """Include a copy of a precompiled header: beside it lies what GCC made, which Clang refuses."""
+def for_clang(command: str, folder: Path) -> str:
+    """Leave out GCC's own options, and include copies of precompiled headers.
+
+    Beside the header itself lies what GCC made of it, which Clang refuses.
+    """
 
     def copied(match: re.Match[str]) -> str:
         header = Path(match[1])
@@ -54,7 +58,7 @@ def without_precompiled(command: str, folder: Path) -> str:
         copy.write_text(header.read_text(encoding="utf-8"), encoding="utf-8")
         return f"-include {copy}"
 
-    return PRECOMPILED.sub(copied, command)
+    return PRECOMPILED.sub(copied, OF_GCC_ALONE.sub("", command))
 
 
 def passes(folder: Path, source: Path) -> bool:
@@ -79,7 +83,7 @@ def main() -> int:
     folder.mkdir(exist_ok=True)
     entries = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     for entry in entries:
-        entry["command"] = without_precompiled(entry["command"], folder)
+        entry["command"] = for_clang(entry["command"], folder)
     (folder / "compile_commands.json").write_text(json.dumps(entries), encoding="utf-8")
     commands = {Path(entry["file"]).resolve(): entry["command"] for entry in entries}
     record = build / "tidy.json"
