@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -48,8 +49,13 @@ def test_an_interrupted_command_ends_with_code_130(tmp_path: Path) -> None:
 
 def _interrupted(arguments: list[str]) -> tuple[int, str]:
     """Exit code and errors of a process that gets SIGINT a while after it has begun."""
+    # Whoever runs the tests in the background may have told all processes to ignore interrupts.
     with subprocess.Popen(
-        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     ) as process:
         try:
             assert process.stdout is not None
