@@ -1,64 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <random>
 
 #include "symkin/support/types.hpp"
 
 namespace symkin {
-
-// std::mt19937_64 to the bit, without its branch on a random one, which processors guess wrongly
-// half of the time.
-class MersenneTwister {
- public:
-  using result_type = std::uint64_t;
-  static constexpr result_type min() { return 0; }
-  static constexpr result_type max() { return ~min(); }
-
-  explicit MersenneTwister(result_type seed) {
-    for (std::size_t i = 0; i < kSize; ++i) {
-      state_[i] = seed;
-      seed = 6364136223846793005U * (seed ^ (seed >> 62U)) + i + 1;
-    }
-  }
-
-  result_type operator()() {
-    if (next_ == kSize) {
-      renew();
-    }
-    result_type z = state_[next_++];
-    z ^= (z >> 29U) & 0x5555555555555555U;
-    z ^= (z << 17U) & 0x71d67fffeda60000U;
-    z ^= (z << 37U) & 0xfff7eee000000000U;
-    return z ^ (z >> 43U);
-  }
-
- private:
-  static constexpr std::size_t kSize = 312;
-  static constexpr std::size_t kShift = 156;
-
-  void renew() {
-    const auto renewed = [this](std::size_t i, std::size_t following, std::size_t shifted) {
-      const result_type y = (state_[i] & ~kLower) | (state_[following] & kLower);
-      state_[i] = state_[shifted] ^ (y >> 1U) ^ (-(y & 1U) & 0xb5026f5aa96619e9U);
-    };
-    for (std::size_t i = 0; i < kShift; ++i) {
-      renewed(i, i + 1, i + kShift);
-    }
-    for (std::size_t i = kShift; i < kSize - 1; ++i) {
-      renewed(i, i + 1, i - kShift);
-    }
-    renewed(kSize - 1, 0, kShift - 1);
-    next_ = 0;
-  }
-
-  static constexpr result_type kLower = 0x7fffffff;
-  std::array<result_type, kSize> state_;
-  std::size_t next_ = kSize;
-};
 
 // A seeded stream of random numbers. Work that may run on several threads takes one stream per
 // block of work, so that the result does not depend on the number of threads.
@@ -84,7 +32,7 @@ class Random {
     return z ^ (z >> 31U);
   }
 
-  MersenneTwister engine_;
+  std::mt19937_64 engine_;
   std::normal_distribution<double> normal_;
 };
 
