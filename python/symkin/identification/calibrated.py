@@ -162,15 +162,16 @@ def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
     pose which the legs reach are those of another sensor zero, and go; without any such pose, the
     workspace goes.
     """
-    if mechanism.workspace is None or _fits(mechanism):
+    if mechanism.workspace is None:
         return mechanism
-    unlimited = mechanism.replace(joint_limits=JointLimits())
-    for fits, robot in ((_fits, mechanism), (_takes_home, mechanism), (_takes_home, unlimited)):
+    own, none = mechanism.joint_limits, JointLimits()
+    for fits, limits in ((_fits, own), (_takes_home, own), (_takes_home, none)):
+        robot = mechanism if limits is own else mechanism.replace(joint_limits=limits)
         candidates = itertools.chain([robot], _with_home_at(robot, poses))
         found = next(filter(fits, candidates), None)
         if found is not None:
             return found
-    return unlimited.replace(workspace=None)
+    return robot.replace(workspace=None)
 
 
 def _nearest_turn(angles: Array, near: Array) -> Array:
