@@ -36,9 +36,9 @@ from symkin.identification.knowledge import (
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
 from symkin.identification.models import Model, model_of, models_of
+from symkin.identification.plausibility import FALSE_ALARMS
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows, observed_count
 from symkin.identification.suspicions import (
-    FALSE_ALARMS,
     Alternative,
     alternatives_of,
     contradiction_of,

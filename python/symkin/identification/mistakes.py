@@ -345,7 +345,7 @@ def _best_as_stated(
     """
     fits = [found]
     if corrected.nominal.working_modes == nominal.working_modes:
-        start = nominal.replace(symmetry=None).with_parameters(corrected.mechanism.parameters)
+        start = nominal.with_parameters(corrected.mechanism.parameters, symmetry=None)
         fits.append(_fitted(start, measurements, corrected.options))
     return min(math.inf if fit is None else _disagreement(fit, nominal)[0] for fit in fits)
 

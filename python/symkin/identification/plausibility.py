@@ -26,7 +26,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# Share of sound robots of which any parameter, or any common movement, is called implausible.
+# Share of sound robots that one kind of test doubts, such as that of all parameters' distances.
 FALSE_ALARMS = 1e-3
 # Times the tolerance: a parameter of such a standard deviation is in effect not measured.
 UNKNOWN = 10

@@ -17,6 +17,7 @@ from symkin.errors import SymkinError
 from symkin.identification.evidence import left_in_words
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
 from symkin.identification.models import help_in_words
+from symkin.identification.plausibility import FALSE_ALARMS, UNKNOWN
 from symkin.identification.problem import (
     KINDS,
     OBSERVED,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from symkin.measurements import Measurements
 
 __all__ = [
-    "FALSE_ALARMS",
     "Alternative",
     "alternatives_of",
     "blunder_limit",
@@ -48,8 +48,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-FALSE_ALARMS = 1e-3  # of one kind of test, for a sound robot
-_UNKNOWN = 10  # times the tolerance: a parameter of such a deviation is in effect not measured
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
 _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
@@ -155,12 +153,12 @@ def symptoms_of(found: JointIdentification) -> Iterator[str]:
     unknown = [
         each.name
         for each in found.unknowns
-        if each.shown and each.deviation > _UNKNOWN * each.tolerance
+        if each.shown and each.deviation > UNKNOWN * each.tolerance
     ]
     if unknown:
         yield (
             f"the observations say nothing of {_listed(unknown)}: the standard deviation is more "
-            f"than {_UNKNOWN} times the tolerance, so the drawing knows better"
+            f"than {UNKNOWN} times the tolerance, so the drawing knows better"
         )
 
 
