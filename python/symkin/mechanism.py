@@ -259,8 +259,8 @@ class Mechanism(Kinematics):
     def _repr_html_(self) -> str:
         """Show its drawing and its legs in a notebook."""
         from symkin.report.content import Page
-        from symkin.report.html import summary_html
         from symkin.report.mechanism import mechanism_parts, mechanism_title
+        from symkin.report.rendering import summary_html
 
         return summary_html(Page(mechanism_title(self)), mechanism_parts(self))
 

@@ -188,19 +188,19 @@ class Result(Value):
         -------
         str
         """
-        from symkin.report.text import page_text
+        from symkin.report.rendering import page_text
 
         return page_text(self.page(), whole=whole)
 
     def __repr__(self) -> str:
         """Return title, verdict and the few numbers that matter."""
-        from symkin.report.text import summary_text
+        from symkin.report.rendering import summary_text
 
         return f"{type(self).__name__}: {summary_text(self.summary())}"
 
     def _repr_html_(self) -> str:
         """Show the summary in a notebook."""
-        from symkin.report.html import summary_html
+        from symkin.report.rendering import summary_html
 
         return summary_html(self.summary())
 
@@ -219,7 +219,7 @@ class Result(Value):
         Path
             The file.
         """
-        from symkin.report.html import write_page
+        from symkin.report.rendering import write_page
 
         return write_page(self.page(), Path(path), overwrite=overwrite)
 
@@ -305,7 +305,7 @@ class FolderResult(Result):
 
     def write_files(self, folder: Path) -> None:
         """Write them into a folder that is there."""
-        from symkin.report.html import write_page
+        from symkin.report.rendering import write_page
 
         self.save(folder / "results.json")
         write_page(dataclasses.replace(self.page(), files=self.FILES[:-1]), folder / "report.html")

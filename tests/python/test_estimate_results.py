@@ -15,7 +15,7 @@ import pytest
 import symkin
 from symkin.identification import FitOptions
 from symkin.report.content import Table
-from symkin.report.html import page_html
+from symkin.report.rendering import page_html
 from symkin.result import Result
 from symkin.settings import ProtocolSettings
 

@@ -26,7 +26,7 @@ from symkin.io.mechanism_schema import mechanism_schema
 from symkin.io.template import mechanism_template
 from symkin.mechanism import Leg, Mechanism
 from symkin.observability import analyse_observability, parameter_tolerances
-from symkin.report.movable import movable_data
+from symkin.report.mechanism import movable_data
 from symkin.settings import DeclaredSymmetry, ProtocolSettings
 from symkin.symmetry import generate_orbits, leg_carriers, map_poses
 

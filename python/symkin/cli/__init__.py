@@ -16,13 +16,10 @@ from typing import Annotated, Any
 import typer
 
 from symkin.cli.console import exit_code_of
-from symkin.cli.controller import export, import_, kinematics
 from symkin.cli.identify import align, evaluate, identify, identify_batch
-from symkin.cli.mechanism import check, list_mechanisms, new, workspace
+from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
-
-__all__ = ["app", "main"]
 
 _DEBUG = "--debug"
 

@@ -11,7 +11,6 @@ import typer
 import symkin
 from symkin.alignment import Convention, poses_of_columns, poses_of_mechanism
 from symkin.cli.console import not_converged, print_result, progress, write_result
-from symkin.cli.option_values import columns_of, printed_length_of, with_sensor_table
 from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
@@ -28,7 +27,10 @@ from symkin.cli.options import (
     ThreadsOption,
     Unknown,
     WorkersOption,
+    columns_of,
     command,
+    printed_length_of,
+    with_sensor_table,
 )
 from symkin.identification import FitOptions, JointIdentification
 from symkin.identification.fleet import Fleet, fleet_of_files

@@ -13,7 +13,6 @@ import typer
 
 import symkin
 from symkin.cli.console import not_converged, print_result, progress, progress_bar, write_result
-from symkin.cli.option_values import accuracies_of, columns_of, length_of, region_of
 from symkin.cli.options import (
     AccuracyOption,
     CandidatesOption,
@@ -33,7 +32,11 @@ from symkin.cli.options import (
     ThreadsOption,
     Unknown,
     WorkersOption,
+    accuracies_of,
+    columns_of,
     command,
+    length_of,
+    region_of,
 )
 from symkin.io.output_files import OutputFiles
 from symkin.pipeline import ProtocolResult

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""What firmware of delta printers shares; Marlin, RepRapFirmware, and LinuxCNC's HAL.
+"""Firmware: Klipper, Marlin and RepRapFirmware of delta printers, and LinuxCNC's HAL.
 
 All of them know a linear delta by the same model: tower i stands at the radius R and an angle a_i,
 its carriage at the height ``z + sqrt(L_i^2 - (x - R cos a_i)^2 - (y - R sin a_i)^2)``, and it is
 found at the endstop. They differ in which of R, a_i and L_i may be told.
+
+Klipper knows an angle, arm and endstop for each tower; of a rotary delta a shoulder radius and
+height, and an angle, two arms and an endstop for each. Sources:
+https://www.klipper3d.org/Config_Reference.html, klippy/kinematics/delta.py and rotary_delta.py.
 
 M665 and M666 of Marlin and RepRapFirmware know one radius R, a trim of each tower's angle from 210,
 330 and 90 degrees, and the height H of the nozzle at the endstops. They differ in the rods (Marlin:
@@ -27,7 +31,7 @@ from numpy.typing import NDArray
 
 from symkin.chains import Leg
 from symkin.errors import SymkinError
-from symkin.exports.exported import (
+from symkin.exports import (
     ExportOptions,
     Loss,
     Written,
@@ -39,24 +43,16 @@ from symkin.exports.exported import (
 from symkin.exports.structure import structure_of
 from symkin.mechanism import Mechanism
 
-__all__ = [
-    "LinearDelta",
-    "endstop_readings",
-    "gain_notes",
-    "linear_delta",
-    "mm",
-    "require_delta",
-    "write_linuxcnc",
-    "write_marlin",
-    "write_reprapfirmware",
-]
-
 Array = NDArray[np.float64]
 
 _UPRIGHT = np.radians(10)
 _DIGITS = 6  # of millimetres and degrees, as Klipper saves them
-_TOWERS = np.radians([90.0, 210.0, 330.0])  # of LinuxCNC
+_LINUXCNC_TOWERS = np.radians([90.0, 210.0, 330.0])
 _NEAR = np.radians(30)
+TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
+_FORMAT = "Klipper"
+_MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
+_TILT = np.radians(10)
 
 
 @dataclass(frozen=True)
@@ -239,6 +235,112 @@ def linear_delta(
     return values, loss_of(mechanism, model.replace(legs=values.legs(readings)), poses)
 
 
+def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """Write a linear or rotary delta as sections of a printer.cfg."""
+    if mechanism.chain == "[R]US":
+        return _rotary(mechanism, options)
+    delta, loss = linear_delta(mechanism, options, _FORMAT)
+    lines = ["[printer]", "kinematics: delta", f"delta_radius: {mm(delta.radius)}", ""]
+    for tower, angle, arm, height in zip(
+        TOWERS, delta.degrees, delta.arms, delta.heights, strict=True
+    ):
+        lines += [f"[{tower}]", f"angle: {angle:.6f}", f"arm_length: {mm(arm)}"]
+        lines += [f"position_endstop: {mm(height)}", ""]
+    lines += ["[delta_calibrate]", f"radius: {mm(_probed_radius(mechanism))}"]
+    notes = (_MERGE, *gain_notes(TOWERS, delta.gains, "multiply rotation_distance"))
+    return Written(_commented(notes, lines), notes, loss)
+
+
+def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
+    """A rotary delta: the crank's axis level and tangential, an angle that turns up positive."""
+    require_delta(mechanism, "[R]US", "rad", "rotary deltas", _FORMAT)
+    own = named_columns(mechanism)
+    tilts = np.hypot(own["axis_elevation"], own["axis_swing"])
+    turned = np.abs(np.sin(own["axis_azimuth"] - own["base_azimuth"]))
+    if max(tilts.max(), turned.max()) > _TILT or set(mechanism.working_modes) != {1}:
+        raise SymkinError(
+            f"{_FORMAT} knows cranks whose axes are level and tangential, with the elbows "
+            "outwards; expected axis_elevation and axis_swing near 0 and working_mode 1 in every "
+            f'leg of "{mechanism.name}"'
+        )
+    poses = workspace_poses(mechanism)
+    assert mechanism.workspace is not None
+    # Klipper's bed is at 0, below the shoulders; a robot that hangs from its origin has its bed
+    # where the workspace ends.
+    bed = 0.0 if own["base_height"].min() > 0 else float(mechanism.workspace.lower[2])
+    every = range(3)
+    level = {"axis_elevation": 0.0, "axis_swing": 0.0}
+    radius, height = float(own["base_radius"].mean()), float(own["base_height"].mean())
+    legs = []
+    for leg, given in zip(every, mechanism.legs, strict=True):
+        # The direction of an axis is counted from its base point here.
+        azimuth = {"axis_azimuth": own["base_azimuth"][leg]}
+        same = {"base_radius": radius, "base_height": height}
+        legs.append(Leg("[R]US", {**given.parameters, **level, **azimuth, **same}, 1))
+    unknowns = [[(leg, name) for leg in every] for name in ("base_radius", "base_height")]
+    single = ("proximal_length", "distal_length", "sensor_offset", "sensor_gain")
+    unknowns += [[(leg, name)] for leg in every for name in single]
+    unknowns += [[(leg, "base_azimuth"), (leg, "axis_azimuth")] for leg in every]
+    start = mechanism.replace(legs=legs, symmetry=None, deviations=None)
+    model = nearest(mechanism, start, unknowns, poses)
+    found = named_columns(model)
+    # Cranks turn up to their endstops, which is towards smaller angles.
+    readings = endstop_readings(mechanism, options, mechanism.reading_limits[0])
+    raised = -(found["sensor_offset"] + found["sensor_gain"] * readings)
+    radius, height = float(found["base_radius"][0]), float(found["base_height"][0]) - bed
+    if min(radius, height) <= 0:
+        raise SymkinError(
+            f'the shoulders of "{mechanism.name}" are {radius:g} m from the middle and '
+            f"{height:g} m above the bed; {_FORMAT} wants both positive"
+        )
+    crank, rod = found["proximal_length"], found["distal_length"]
+    heights = _nozzle_heights(radius, height, crank, rod, raised)
+    lines = ["[printer]", "kinematics: rotary_delta", f"shoulder_radius: {mm(radius)}"]
+    lines += [f"shoulder_height: {mm(height)}", ""]
+    for leg, tower in enumerate(TOWERS):
+        lines += [
+            f"[{tower}]",
+            f"angle: {np.degrees(found['base_azimuth'][leg]) % 360:.6f}",
+        ]
+        lines += [f"upper_arm_length: {mm(crank[leg])}", f"lower_arm_length: {mm(rod[leg])}"]
+        lines += [f"position_endstop: {mm(heights[leg])}", ""]
+    shift = f"z in Klipper is z here + {mm(-bed)} mm"
+    gains = gain_notes(TOWERS, found["sensor_gain"], "divide its gear_ratio")
+    notes = (_MERGE, shift, *gains)
+    return Written(_commented(notes, lines), notes, loss_of(mechanism, model, poses))
+
+
+def _nozzle_heights(
+    radius: float,
+    height: float,
+    crank: NDArray[np.float64],
+    rod: NDArray[np.float64],
+    raised: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Height of a nozzle in the middle with each crank raised so far, its elbow above."""
+    across = radius + crank * np.cos(raised)
+    if (np.abs(across) > rod).any():
+        raise SymkinError(
+            "with a crank at its endstop the nozzle does not reach the middle of the bed; "
+            f"{_FORMAT} wants its height there"
+        )
+    return np.asarray(height + crank * np.sin(raised) - np.sqrt(rod**2 - across**2))
+
+
+def _probed_radius(mechanism: Mechanism) -> float:
+    """Radius of the largest circle about the middle that the workspace's box has room for."""
+    assert mechanism.workspace is not None  # or nothing could be fitted
+    lower, upper = mechanism.workspace.lower[:2], mechanism.workspace.upper[:2]
+    room = min(*(-each for each in lower), *upper)
+    if room <= 0:
+        raise SymkinError("the middle of the bed is not in the workspace; Klipper probes around it")
+    return room
+
+
+def _commented(notes: tuple[str, ...], lines: list[str]) -> str:
+    return "\n".join([*(f"# {note}." for note in notes), "", *lines]) + "\n"
+
+
 _NOMINAL_ANGLES = np.array([210.0, 330.0, 90.0])
 _RODS = (
     "A, B and C are trims of single rods: Marlin 2.1 knows them, older versions may take B for the "
@@ -326,7 +428,7 @@ def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
 def _linuxcnc_delta(mechanism: Mechanism, options: ExportOptions) -> Written:
     """A linear delta, whose joint N is the leg that stands nearest to its tower."""
     column = mechanism.parameter_names.index("base_azimuth")
-    away = mechanism.parameters[:, column, None] - _TOWERS
+    away = mechanism.parameters[:, column, None] - _LINUXCNC_TOWERS
     away = np.abs((away + np.pi) % (2 * np.pi) - np.pi)
     towers = away.argmin(axis=1)
     if sorted(towers) != [0, 1, 2] or away.min(axis=1).max() > _NEAR:
@@ -335,7 +437,7 @@ def _linuxcnc_delta(mechanism: Mechanism, options: ExportOptions) -> Written:
             f'"{mechanism.name}" are not near them'
         )
     delta, loss = linear_delta(
-        mechanism, options, "LinuxCNC", own_arms=False, angles=_TOWERS[towers].tolist()
+        mechanism, options, "LinuxCNC", own_arms=False, angles=_LINUXCNC_TOWERS[towers].tolist()
     )
     lines = ["loadrt lineardeltakins"]
     lines += [f"setp lineardeltakins.R {mm(delta.radius)}"]

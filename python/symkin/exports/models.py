@@ -21,13 +21,11 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.exports.exported import MARK, ExportOptions, Written
+from symkin.exports import MARK, ExportOptions, Written
 from symkin.exports.structure import Body, Structure, structure_of
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform
 from symkin.workspace.sample import workspace_coordinates
-
-__all__ = ["write_mjcf", "write_sdf", "write_urdf"]
 
 _THICKNESS = 0.012  # of what is drawn, as a share of the mechanism's size
 

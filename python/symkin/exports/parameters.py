@@ -24,13 +24,11 @@ from numpy.typing import NDArray
 from symkin.chains import legs_in_words
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
-from symkin.exports.exported import ExportOptions, Loss, Written, workspace_poses
+from symkin.exports import ExportOptions, Loss, Written, workspace_poses
 from symkin.frames import between, transforms
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import poses_from_bounds
 from symkin.workspace.sample import interpolated, workspace_coordinates
-
-__all__ = ["write_c_header", "write_json", "write_table", "write_yaml"]
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."

@@ -19,8 +19,6 @@ from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors
 
-__all__ = ["Body", "Closure", "Joint", "Structure", "structure_of"]
-
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 

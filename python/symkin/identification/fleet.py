@@ -160,7 +160,7 @@ class Fleet(Result):
         """
         from symkin.io.output_files import OutputFiles
         from symkin.io.tables import write_table
-        from symkin.report.html import write_page
+        from symkin.report.rendering import write_page
 
         name = f"fleet.{table}"
         with OutputFiles(overwrite=overwrite) as outputs:

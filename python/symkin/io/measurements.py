@@ -20,16 +20,18 @@ from symkin.io.columns import (
     StatedUnit,
     check_columns,
     has_columns,
+    has_observed_columns,
     has_pose,
     is_present,
+    observed_columns,
     own_columns,
     pose_column_names,
+    read_observed,
     read_pose_values,
     reading_column_names,
     stated_units,
     uses_own_names,
 )
-from symkin.io.observed_columns import has_observed_columns, observed_columns, read_observed
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.sensor_tables import as_shown, read_straight_readings

@@ -7,6 +7,7 @@ import dataclasses
 import functools
 import math
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +25,19 @@ from symkin.chains import (
 from symkin.drawing import drawn_workspace, own_frames, own_workspace
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
-from symkin.io.drawn_points import read_points
 from symkin.io.mechanism_schema import (
+    ENDS,
     HEADER,
     MEASUREMENTS,
     ReadingUnit,
+    covariance_of,
+    ends_of,
     mechanism_table,
 )
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_table, read_toml, table, text
 from symkin.mechanism import Leg, Mechanism
+from symkin.points import centres, jacobian, polar, split_covariance
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,
@@ -91,7 +95,7 @@ def load_mechanism(
     section = _section_of_legs(source, file)
     entries = [file[section]] if section == "reference_leg" else file[section]
     infos = [chain_info(each["chain"], platform) for each in entries]
-    entries, points = read_points(source, section, entries, infos, file.get("frames", {}))
+    entries, points = _points(source, section, entries, infos, file.get("frames", {}))
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
@@ -333,6 +337,119 @@ def _placed(
         own_frames(pose_space, frames or Frames(), points),
         points,
     )
+
+
+def _points(
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    infos: Sequence[ChainInfo],
+    frames: _Values,
+) -> tuple[list[_Values], DrawnPoints | None]:
+    """The tables of legs with all points by parameters, and in which frames they were given.
+
+    Legs of the section "legs" have values with standard deviations; `frames` is the section with
+    the centres.
+    """
+    listed = section == "legs"
+    ends = {}
+    for end in ENDS:
+        if any(f"{end}_point" in leg for leg in legs):
+            ends[end] = [ends_of(info).get(end, {}) for info in infos]
+    given = {end: frames.get(f"{end}_centre") for end in ENDS}
+    for end, centre in given.items():
+        if centre is None:
+            continue
+        if end not in ends:
+            raise source.error(
+                ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
+            )
+        if any(centre) and not all(ends[end]):
+            raise source.error(
+                ("frames", f"{end}_centre"),
+                f"goes with legs whose {end} ends are all points; leg "
+                f"{ends[end].index({}) + 1} ({infos[ends[end].index({})].name}) has a guide, which "
+                "is given about the origin as the others are",
+            )
+    if not ends:
+        return legs, None
+    for end, names in ends.items():
+        _require_everywhere(source, section, legs, end, names)
+    points = {
+        end: np.array(
+            [
+                leg[f"{end}_point"]["value"]
+                if f"{end}_point" in leg
+                else [np.nan] * max(map(len, names))
+                for leg in legs
+            ]
+        )
+        for end, names in ends.items()
+    }
+    # A guide is given about the origin, and points beside it are too.
+    fixed = {
+        end: np.zeros(each.shape[1])
+        for end, each in points.items()
+        if not listed or np.isnan(each).any()
+    }
+    fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
+    about = fixed
+    if len(fixed) < len(ends):
+        known = [
+            {name: leg[name][0] for name in info.parameter_names if name in leg}
+            for leg, info in zip(legs, infos, strict=True)
+        ]
+        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, fixed)
+    made = [
+        {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
+    ]
+    correlations = {}
+    for end, names in ends.items():
+        matrices = []
+        for number, (leg, own_names) in enumerate(zip(legs, names, strict=True)):
+            if not own_names:
+                matrices.append(np.empty((0, 0)))
+                continue
+            values = polar(points[end][number] - about[end], own_names)
+            own = {kind: float(each) for kind, each in values.items()}
+            deviations, matrix = _errors_of_parameters(own, leg[f"{end}_point"])
+            matrices.append(matrix)
+            for (kind, name), deviation in zip(own_names.items(), deviations, strict=True):
+                made[number][name] = (own[kind], deviation) if listed else own[kind]
+        if any(np.any(matrix != np.eye(len(matrix))) for matrix in matrices):
+            correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
+    base, platform = (tuple(about[end].tolist()) if end in about else None for end in ENDS)
+    return made, DrawnPoints(base, platform, correlations=correlations)
+
+
+def _require_everywhere(
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    end: str,
+    names: Sequence[Mapping[str, str]],
+) -> None:
+    """Refuse legs some of which give a point by coordinates and some not."""
+    drawn = [f"{end}_point" in leg for leg in legs]
+    for number, (has, own) in enumerate(zip(drawn, names, strict=True)):
+        if own and not has:
+            raise source.error(
+                (section, number, own["radius"]),
+                f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in "
+                "none",
+            )
+
+
+def _errors_of_parameters(
+    values: _Values, point: _Values
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Standard deviations and correlations of a point's parameters by those of its coordinates."""
+    size = len(values)
+    if "standard_deviation" not in point:
+        return np.full(size, np.nan), np.eye(size)
+    covariance = covariance_of(point["standard_deviation"], point.get("correlation", ()))
+    inverse = np.linalg.pinv(jacobian(values))
+    return split_covariance(inverse @ covariance @ inverse.T)
 
 
 def _joint_limits(source: TomlSource, file: _Values, legs: int) -> JointLimits:

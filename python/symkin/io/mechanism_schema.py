@@ -10,17 +10,20 @@ check TOML.
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import math
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
-from symkin.errors import QuantityError, printable
-from symkin.io.drawn_points import ends_of, leg_kind
+from symkin.errors import QuantityError, did_you_mean, printable
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import MOST_ROWS
 from symkin.io.toml_file import (
@@ -38,6 +41,7 @@ from symkin.io.toml_file import (
     text,
     whole,
 )
+from symkin.points import point_parameters
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,
@@ -50,6 +54,8 @@ from symkin.settings import (
 
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
+ENDS = ("base", "platform")
+_ROUNDING = 1e-6  # of correlations that are typed
 
 
 def _limit(unit: str) -> Kind:
@@ -333,7 +339,7 @@ def _leg(info: ChainInfo, unit: str, *, listed: bool) -> Kind:
     parameters = {name: _parameter(info, name, units[name]) for name in units}
     others: dict[str, Kind] = {"chain": choice(info.name), "working_mode": choice(-1, 1)}
     if not listed:
-        return leg_kind(info, parameters, others, estimated=False)
+        return _leg_kind(info, parameters, others, estimated=False)
     joint = units["sensor_offset"]
     # Plain numbers: the quadratic term's unit is one that expressions do not know.
     others |= {f"sensor_{term}": quantity("1", note=each) for term, each in (
@@ -342,7 +348,7 @@ def _leg(info: ChainInfo, unit: str, *, listed: bool) -> Kind:
         ("sine", joint),
     )}  # fmt: skip
     estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
-    return leg_kind(info, estimates, others, estimated=True)
+    return _leg_kind(info, estimates, others, estimated=True)
 
 
 def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
@@ -359,6 +365,119 @@ def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
     if name in info.defaults:
         note = f"held; by default {info.defaults[name]}"
     return quantity(unit, sign, note, direction=unit == "rad")
+
+
+def ends_of(info: ChainInfo) -> dict[str, dict[str, str]]:
+    """The ends that are points, with the names of their parameters by kind."""
+    found = {end: point_parameters(info, end) for end in ENDS}
+    return {end: names for end, names in found.items() if names}
+
+
+def _leg_kind(
+    info: ChainInfo, parameters: Mapping[str, Kind], others: Mapping[str, Kind], *, estimated: bool
+) -> Kind:
+    """A leg's table, with each of its points by parameters or by coordinates.
+
+    Where `estimated`, coordinates may have standard deviations.
+    """
+    ends = ends_of(info)
+    forms: dict[tuple[str, ...], Kind] = {}
+    for drawn in itertools.chain(*(itertools.combinations(ends, n) for n in range(len(ends) + 1))):
+        replaced = {name for end in drawn for name in ends[end].values()}
+        kinds = {name: kind for name, kind in parameters.items() if name not in replaced}
+        points = {f"{end}_point": _point(len(ends[end]), estimated) for end in drawn}
+        # The azimuth that a direction is given from is by default that of the base point, which
+        # is about a centre that the user has not seen.
+        free = () if "base" in drawn else tuple(info.defaults)
+        needed = tuple(name for name in (*kinds, *points) if name not in free)
+        forms[drawn] = table({**others, **kinds, **points}, needed)
+
+    known = (*others, *parameters, *(f"{end}_point" for end in ends))
+
+    def read(raw: Any) -> Any:
+        keys = raw if isinstance(raw, dict) else {}
+        given = [end for end in ENDS if f"{end}_point" in keys]
+        for end in given:
+            if end not in ends:
+                raise WrongValueError(_without_point(info, end), (f"{end}_point",))
+            for name in ends[end].values():
+                if name in raw:
+                    raise WrongValueError(
+                        f"stands beside {end}_point; expected one of the two", (name,)
+                    )
+        for name in keys:
+            if name not in known:
+                raise WrongValueError(f"unknown key{did_you_mean(name, known)}", (name,))
+        return forms[tuple(end for end in ends if end in given)].read(raw)
+
+    schemas = [form.schema for form in forms.values()]
+    schema: Schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+    return Kind(read, schema)
+
+
+def _without_point(info: ChainInfo, end: str) -> str:
+    if end == "platform" and info.pose_space == "translating":
+        return (
+            "a platform that never turns has no points of its own; expected base_point alone, "
+            "less the platform's point"
+        )
+    if end == "platform" and info.pose_space == "point":
+        return "the platform is a point itself; expected base_point alone"
+    return f"the {end} end of {info.name} is a guide, not a point; expected its parameters"
+
+
+def _point(size: int, estimated: bool) -> Kind:
+    """Coordinates, or a table of them with their standard deviations and correlations."""
+    value = _numbers("m", size)
+    if not estimated:
+        return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
+    errors = {
+        "standard_deviation": _numbers("m", size, "not negative; nan where it is held", nan=True),
+        "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
+    }
+    whole = estimate(value, errors)
+
+    def read(raw: Any) -> dict[str, tuple[float, ...]]:
+        made: dict[str, tuple[float, ...]] = whole.read(raw)
+        if any(each < 0 for each in made.get("standard_deviation", ())):
+            raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
+        if "correlation" in made:
+            matrix = covariance_of(np.ones(size), made["correlation"])
+            if np.linalg.eigvalsh(matrix)[0] < -_ROUNDING:
+                raise QuantityError(
+                    f"has correlation {raw['correlation']}; expected -1 to 1, and such as errors "
+                    "can have together"
+                )
+        return made
+
+    return Kind(read, whole.schema)
+
+
+def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
+    kind = quantity(unit, note=note)
+
+    def read(raw: Any) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != count:
+            found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
+            raise QuantityError(f"has {found}; expected {count}, in {unit}")
+        return tuple(
+            math.nan if nan and isinstance(each, float) and math.isnan(each) else kind.read(each)
+            for each in raw
+        )
+
+    items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
+    return Kind(read, items)
+
+
+def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArray[np.float64]:
+    """Covariance by standard deviations, NaN for none, and the upper triangle of correlations."""
+    sigma = np.nan_to_num(np.array(deviations))
+    matrix = np.eye(len(sigma))
+    if len(correlation):
+        upper = np.triu_indices(len(sigma), 1)
+        matrix[upper] = correlation
+        matrix.T[upper] = correlation
+    return np.asarray(matrix * np.outer(sigma, sigma))
 
 
 def mechanism_schema() -> Schema:

@@ -15,12 +15,12 @@ import numpy as np
 from symkin.drawing import drawn_frames, drawn_workspace
 from symkin.errors import SymkinError
 from symkin.identification.calibrated import canonical
-from symkin.io.drawn_points import point_value
 from symkin.io.mechanism_file import load_mechanism
+from symkin.io.mechanism_schema import ends_of
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Leg, Mechanism
-from symkin.points import point_parameters
+from symkin.points import cartesian, jacobian, point_parameters, split_covariance
 from symkin.sensor_table import SensorTable
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
@@ -191,7 +191,7 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
             continue
         if name in drawn:
             end = drawn[name]
-            values.setdefault(f"{end}_point", point_value(mechanism, leg, end))
+            values.setdefault(f"{end}_point", _point(mechanism, leg, end))
             continue
         value: float | str = mechanism.legs[leg].parameters[name]
         if units[index] == "rad" and abs(float(value)) > MOST_OF_DIRECTION:
@@ -205,6 +205,37 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
         curved = zip(terms, mechanism.curvature[leg].tolist(), strict=True)
         values |= {name: value for name, value in curved if value}
     return values
+
+
+def _point(mechanism: Mechanism, leg: int, end: str) -> Any:
+    """A leg's point (leg from 0) in the file's frame, with the errors of its coordinates if known.
+
+    Errors are carried over to first order.
+    """
+    drawn = mechanism.points
+    assert drawn is not None
+    names = ends_of(mechanism.leg_info(leg))[end]
+    own = {kind: mechanism.legs[leg].parameters[name] for kind, name in names.items()}
+    at = cartesian({kind: np.array(each) for kind, each in own.items()})
+    point = (at + np.array(getattr(drawn, end))).tolist()
+    if mechanism.deviations is None:
+        return point
+    columns = [mechanism.parameter_names.index(name) for name in names.values()]
+    sigma = np.nan_to_num(mechanism.deviations[leg, columns])
+    if not sigma.any():
+        return point
+    correlations = drawn.correlations.get(end)
+    matrix = np.eye(len(names)) if correlations is None else np.array(correlations[leg])
+    by_own = jacobian(own)
+    deviations, correlation = split_covariance(
+        by_own @ (matrix * np.outer(sigma, sigma)) @ by_own.T
+    )
+    upper = correlation[np.triu_indices(len(names), 1)]
+    return {
+        "value": point,
+        "standard_deviation": deviations.tolist(),
+        "correlation": upper.tolist(),
+    }
 
 
 def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str]]]:

@@ -34,7 +34,11 @@ def _import_matplotlib() -> None:
 if sys.modules.get("matplotlib") is None:
     _import_matplotlib()
 
-from symkin.plot.drawing import DrawnSymmetry, mechanism  # noqa: E402
+from symkin.plot.drawing import (  # noqa: E402
+    DrawnSymmetry,
+    explore,
+    mechanism,
+)
 from symkin.plot.estimates import (  # noqa: E402
     INTERVAL,
     dependence,
@@ -46,9 +50,10 @@ from symkin.plot.estimates import (  # noqa: E402
     residuals,
     t_values,
 )
-from symkin.plot.interactive import explore  # noqa: E402
-from symkin.plot.paper import chosen_readings, local_errors, protocol_errors  # noqa: E402
-from symkin.plot.studies import (  # noqa: E402
+from symkin.plot.studies import (  # noqa: E402  # noqa: E402
+    chosen_readings,
+    local_errors,
+    protocol_errors,
     study_cells,
     study_cost,
     study_curves,

@@ -16,8 +16,6 @@ from symkin.study.definition import Cell
 from symkin.study.recommendation import Recommendation
 from symkin.study.result import CellSummary, ErrorFigure, StudyResult
 
-__all__ = ["cost_page", "study_page", "study_summary"]
-
 _PERCENT = "\N{NO-BREAK SPACE}%"
 _PLUS_MINUS = "\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}"
 _FEW = 40  # cells that a figure can name

@@ -21,8 +21,6 @@ from symkin.study.paper import (
 from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
 from symkin.workspace.sample import least_reach_margin
 
-__all__ = ["FIG_9_CELLS", "HEADLINE_CELLS", "paper_page"]
-
 # Of one claim, and of several.
 _TOLD: dict[Verdict, tuple[str, str]] = {
     "holds": ("holds", "hold"),

@@ -12,8 +12,8 @@ import symkin
 from symkin import plot
 from symkin.cli import main
 from symkin.report.content import Group, Image, Page, Section, Table
-from symkin.report.html import page_html
-from symkin.report.movable import movable
+from symkin.report.mechanism import movable
+from symkin.report.rendering import page_html
 
 SEEN = list(itertools.product((1200, 400), ("light", "dark")))
 RESIDUALS = "document.querySelector('#residuals .plot svg')"

@@ -19,8 +19,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 import symkin
 from symkin.errors import SymkinError
-from symkin.exports import FORMATS
-from symkin.exports.exported import workspace_poses
+from symkin.exports import FORMATS, workspace_poses
 from symkin.poses import poses_from_bounds
 
 
@@ -147,7 +146,7 @@ def test_a_table_that_cannot_be_made_is_refused_in_words() -> None:
 
 
 def test_every_format_is_offered_by_the_command_and_written_or_refused(tmp_path: Path) -> None:
-    from symkin.cli.controller import _To
+    from symkin.cli.mechanism import _To
 
     assert get_args(_To) == tuple(FORMATS)
     robot = symkin.load_mechanism("linear_delta")

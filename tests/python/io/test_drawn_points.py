@@ -18,7 +18,7 @@ from symkin.cli.options import Observing
 from symkin.drawing import as_drawn, from_drawing
 from symkin.errors import MechanismFileError
 from symkin.frames import poses_of, transforms, unframed
-from symkin.io.drawn_points import ends_of
+from symkin.io.mechanism_schema import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
 from symkin.io.plans import read_pose_list
 from symkin.points import axis_of_drawing, cartesian, jacobian, polar

@@ -202,7 +202,7 @@ def test_figures_need_neither_pyplot_nor_a_display():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("module", ["symkin", "symkin.report.text"])
+@pytest.mark.parametrize("module", ["symkin", "symkin.report.rendering"])
 def test_matplotlib_is_imported_for_figures_only(module):
     code = f"import sys, {module}; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

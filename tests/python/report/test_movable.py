@@ -9,7 +9,7 @@ import pytest
 
 import symkin
 from symkin.poses import poses_from_bounds, rotations_from_quaternions
-from symkin.report.movable import movable
+from symkin.report.mechanism import movable
 from symkin.settings import WorkspaceSettings
 from symkin.workspace.sample import inside_workspace
 

@@ -11,7 +11,7 @@ import pytest
 import symkin
 from symkin import plot
 from symkin.errors import SymkinError
-from symkin.report.html import page_html
+from symkin.report.rendering import page_html
 from symkin.report.study import study_page
 from symkin.report.study_paper import HEADLINE_CELLS, paper_page
 from symkin.study import StudyResult, load_study, run_study
