@@ -45,14 +45,12 @@ from symkin.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 
-_UPRIGHT = np.radians(10)
+_TILT = np.radians(10)  # that an upright tower or a level axis may have
 _DIGITS = 6  # of millimetres and degrees, as Klipper saves them
 _LINUXCNC_TOWERS = np.radians([90.0, 210.0, 330.0])
 _NEAR = np.radians(30)
 TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
-_FORMAT = "Klipper"
 _MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
-_TILT = np.radians(10)
 
 
 @dataclass(frozen=True)
@@ -193,7 +191,7 @@ def linear_delta(
     require_delta(mechanism, "[P]US", "m", "linear deltas", firmware)
     own = named_columns(mechanism)
     tilts = np.hypot(own["guide_elevation"] - np.pi / 2, own["guide_swing"])
-    if tilts.max() > _UPRIGHT or set(mechanism.working_modes) != {-1}:
+    if tilts.max() > _TILT or set(mechanism.working_modes) != {-1}:
         raise SymkinError(
             f"{firmware} knows upright towers with the carriages above the effector; expected "
             "guide_elevation near 90 deg, guide_swing near 0 and working_mode -1 in every leg of "
@@ -239,7 +237,7 @@ def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
     """Write a linear or rotary delta as sections of a printer.cfg."""
     if mechanism.chain == "[R]US":
         return _rotary(mechanism, options)
-    delta, loss = linear_delta(mechanism, options, _FORMAT)
+    delta, loss = linear_delta(mechanism, options, "Klipper")
     lines = ["[printer]", "kinematics: delta", f"delta_radius: {mm(delta.radius)}", ""]
     for tower, angle, arm, height in zip(
         TOWERS, delta.degrees, delta.arms, delta.heights, strict=True
@@ -253,13 +251,13 @@ def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
 
 def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     """A rotary delta: the crank's axis level and tangential, an angle that turns up positive."""
-    require_delta(mechanism, "[R]US", "rad", "rotary deltas", _FORMAT)
+    require_delta(mechanism, "[R]US", "rad", "rotary deltas", "Klipper")
     own = named_columns(mechanism)
     tilts = np.hypot(own["axis_elevation"], own["axis_swing"])
     turned = np.abs(np.sin(own["axis_azimuth"] - own["base_azimuth"]))
     if max(tilts.max(), turned.max()) > _TILT or set(mechanism.working_modes) != {1}:
         raise SymkinError(
-            f"{_FORMAT} knows cranks whose axes are level and tangential, with the elbows "
+            "Klipper knows cranks whose axes are level and tangential, with the elbows "
             "outwards; expected axis_elevation and axis_swing near 0 and working_mode 1 in every "
             f'leg of "{mechanism.name}"'
         )
@@ -291,7 +289,7 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     if min(radius, height) <= 0:
         raise SymkinError(
             f'the shoulders of "{mechanism.name}" are {radius:g} m from the middle and '
-            f"{height:g} m above the bed; {_FORMAT} wants both positive"
+            f"{height:g} m above the bed; Klipper wants both positive"
         )
     crank, rod = found["proximal_length"], found["distal_length"]
     heights = _nozzle_heights(radius, height, crank, rod, raised)
@@ -322,7 +320,7 @@ def _nozzle_heights(
     if (np.abs(across) > rod).any():
         raise SymkinError(
             "with a crank at its endstop the nozzle does not reach the middle of the bed; "
-            f"{_FORMAT} wants its height there"
+            "Klipper wants its height there"
         )
     return np.asarray(height + crank * np.sin(raised) - np.sqrt(rod**2 - across**2))
 

@@ -225,60 +225,39 @@ def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Ar
     )
     angles = zero + travel
     links = ends - proximal.position - crank * _rho(angles)
-    distal, values = _hinged(name, "distal", proximal, crank * _X, rod, links, angles)
+    distal, values = _hinged(name, "distal", proximal.name, crank * _X, rod, links, angles)
     return [proximal, distal], rod * _X, values
 
 
-def _slider_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
-    """[P]RR: the guide runs along the normal of the direction to its foot."""
-    rod, along = own["distal_length"], _rho(own["base_angle"] + np.pi / 2)
+def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[P]RR, whose guide runs along the normal of the direction to its foot, and [P]US."""
+    if in_plane := "guide_azimuth" not in own:
+        along = _rho(own["base_angle"] + np.pi / 2)
+    else:
+        elevation, swing = own["guide_elevation"], own["guide_swing"]
+        rho, tau = _rho(own["guide_azimuth"]), _rho(own["guide_azimuth"] + np.pi / 2)
+        along = np.cos(swing) * (np.cos(elevation) * rho + np.sin(elevation) * _Z)
+        along = along + np.sin(swing) * tau
     start = _point(own, "base") + own["sensor_offset"] * along
     active = Joint(f"{name}_active", "slide", along)
     slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
     links = ends - start - np.outer(travel, along)
-    distal, values = _hinged(name, "distal", slider, np.zeros(3), rod, links, np.zeros(len(travel)))
-    return [slider, distal], rod * _X, values
-
-
-def _strut_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
-    """R[P]R."""
-    base = _point(own, "base")
-    links = ends - base
-    ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
-    length = float(np.linalg.norm(links[0]))
-    lower, values = _hinged(name, "lower", ground, base, length / 2, links, np.zeros(len(travel)))
-    active = Joint(f"{name}_active", "slide", _X)
-    start = own["sensor_offset"] * _X
-    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _X)
-    return [lower, upper], np.zeros(3), values
+    hung = _hinged if in_plane else _universal
+    distal, values = hung(name, "distal", slider.name, np.zeros(3), own["distal_length"], links)
+    return [slider, distal], distal.tip, values
 
 
 def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
-    """U[P]S."""
+    """R[P]R and U[P]S."""
     base = _point(own, "base")
     links = ends - base
-    ground = Body("", "", np.zeros(3), np.eye(3), (), np.zeros(3))
     length = float(np.linalg.norm(links[0]))
-    lower, values = _universal(name, "lower", ground, base, length / 2, links)
-    active = Joint(f"{name}_active", "slide", _Z)
-    start = own["sensor_offset"] * _Z
-    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * _Z)
-    return [lower, upper], np.zeros(3), values
-
-
-def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
-    """[P]US."""
-    rod = own["distal_length"]
-    elevation, swing = own["guide_elevation"], own["guide_swing"]
-    rho, tau = _rho(own["guide_azimuth"]), _rho(own["guide_azimuth"] + np.pi / 2)
-    along = np.cos(swing) * (np.cos(elevation) * rho + np.sin(elevation) * _Z)
-    along = along + np.sin(swing) * tau
-    start = _point(own, "base") + own["sensor_offset"] * along
+    hung, along = (_hinged, _X) if "base_angle" in own else (_universal, _Z)
+    lower, values = hung(name, "lower", "", base, length / 2, links)
     active = Joint(f"{name}_active", "slide", along)
-    slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
-    links = ends - start - np.outer(travel, along)
-    distal, values = _universal(name, "distal", slider, np.zeros(3), rod, links)
-    return [slider, distal], rod * _Z, values
+    start = own["sensor_offset"] * along
+    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * along)
+    return [lower, upper], np.zeros(3), values
 
 
 def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
@@ -297,14 +276,14 @@ def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _
     turned = frame @ _about_z(zero + travel)
     links = ends - base - crank * turned[:, :, 0]
     local = np.einsum("nji,nj->ni", turned, links)
-    distal, values = _universal(name, "distal", proximal, crank * _X, rod, local)
+    distal, values = _universal(name, "distal", proximal.name, crank * _X, rod, local)
     return [proximal, distal], rod * _Z, values
 
 
 LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "[R]RR": _crank_in_plane,
-    "[P]RR": _slider_in_plane,
-    "R[P]R": _strut_in_plane,
+    "[P]RR": _slider,
+    "R[P]R": _strut,
     "U[P]S": _strut,
     "[P]US": _slider,
     "[R]US": _crank,
@@ -312,7 +291,13 @@ LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
 
 
 def _hinged(
-    name: str, what: str, parent: Body, place: Array, length: float, links: Array, turned: Array
+    name: str,
+    what: str,
+    parent: str,
+    place: Array,
+    length: float,
+    links: Array,
+    turned: float | Array = 0.0,
 ) -> tuple[Body, dict[str, Array]]:
     """A link along x in the plane, whose hinge is at zero at home, and its angles.
 
@@ -320,12 +305,12 @@ def _hinged(
     """
     angles = np.arctan2(links[:, 1], links[:, 0]) - turned
     joint = Joint(f"{name}_passive", "hinge", _Z)
-    body = Body(f"{name}_{what}", parent.name, place, _about_z(angles[0]), (joint,), length * _X)
+    body = Body(f"{name}_{what}", parent, place, _about_z(angles[0]), (joint,), length * _X)
     return body, {joint.name: _wrapped(angles - angles[0])}
 
 
 def _universal(
-    name: str, what: str, parent: Body, place: Array, length: float, links: Array
+    name: str, what: str, parent: str, place: Array, length: float, links: Array
 ) -> tuple[Body, dict[str, Array]]:
     """A link along z on a universal joint that is at zero at home, and its two angles.
 
@@ -337,7 +322,7 @@ def _universal(
     x, y, z = (directions @ frame).T
     names = f"{name}_passive_x", f"{name}_passive_y"
     joints = Joint(names[0], "hinge", _X), Joint(names[1], "hinge", _Y)
-    body = Body(f"{name}_{what}", parent.name, place, frame, joints, length * _Z)
+    body = Body(f"{name}_{what}", parent, place, frame, joints, length * _Z)
     return body, {names[0]: np.arctan2(-y, z), names[1]: np.arctan2(x, np.hypot(y, z))}
 
 

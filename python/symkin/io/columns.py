@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,9 +117,8 @@ def own_pose_columns(
     space = POSE_SPACES[pose_space]
     spatial = space.has_quaternion
     angle = named("phi") if pose_space == "planar" else ()
-    vector, quaternion = (
-        (named(*space.rotation), named(*space.orientation)) if spatial else ((), ())
-    )
+    vector = named(*space.rotation) if spatial else ()
+    quaternion = named(*space.orientation) if spatial else ()
     position = named(*space.position)
     has_vector = any(_with_units(table, name) for name in vector)
     if partial:
@@ -151,16 +150,8 @@ def _is_meant(table: Table, name: str, si_unit: str) -> bool:
 
 def has_pose(columns: MeasurementColumns) -> bool:
     """Whether any coordinate of the pose has a column."""
-    return (
-        any(columns.position)
-        or columns.angle is not None
-        or bool(columns.quaternion or columns.rotation_vector)
-    )
-
-
-def uses_own_names(table: Table, pose_space: str) -> bool:
-    """Whether any coordinate of the pose is named as symkin names it."""
-    return has_pose(own_pose_columns(table, pose_space, partial=True))
+    rotation = columns.angle is not None or columns.quaternion or columns.rotation_vector
+    return any(columns.position) or bool(rotation)
 
 
 def has_columns(table: Table, columns: MeasurementColumns) -> bool:
@@ -174,46 +165,23 @@ def has_columns(table: Table, columns: MeasurementColumns) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class StatedUnit:
-    """The unit that a file states for some of its values.
-
-    Attributes
-    ----------
-    values : {"readings", "positions", "angles"}
-        Which values.
-    column : str
-        The first of the columns that hold them.
-    unit, si_unit : str
-        The unit stated, and the one that the values are in now.
-    """
+class StatedUnit(NamedTuple):
+    """The unit that a file states for readings, positions or angles, which are in SI now."""
 
     values: str
-    column: str
+    column: str  # the first of those that hold them
     unit: str
     si_unit: str
 
 
 @dataclass(frozen=True)
 class PoseValues:
-    """Poses as a table has them, SI.
-
-    Attributes
-    ----------
-    positions : ndarray, shape (N, 2) or (N, 3)
-        m.
-    angles : ndarray, shape (N, 0), (N, 1) or (N, 3)
-        The platform's angle, or its rotation vector, rad.
-    quaternions : ndarray, shape (N, 0) or (N, 4)
-        x, y, z, w.
-    unknown : int
-        Coordinates of the orientation that have no column.
-    """
+    """Poses as a table has them, SI."""
 
     positions: NDArray[np.float64]
-    angles: NDArray[np.float64]
+    angles: NDArray[np.float64]  # the platform's angle, or its rotation vector
     quaternions: NDArray[np.float64]
-    unknown: int = 0
+    unknown: int = 0  # coordinates of the orientation that have no column
 
     def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> NDArray[np.float64]:
         """Return the pose array, its positions and angles times a factor."""
@@ -265,11 +233,6 @@ def read_pose_values(
     )
 
 
-def read_poses(table: Table, columns: MeasurementColumns) -> NDArray[np.float64]:
-    """Return the poses, SI, shape (N, coordinates); errors are those of `read_pose_values`."""
-    return read_pose_values(table, columns).poses()
-
-
 def read_readings(
     table: Table, columns: MeasurementColumns, reading_unit: str
 ) -> NDArray[np.float64]:
@@ -280,7 +243,7 @@ def read_readings(
     Raises
     ------
     MeasurementError
-        As `read_poses`; and if no leg has a column.
+        As `read_pose_values`; and if no leg has a column.
     """
     readings = np.full((table.row_count, len(columns.readings)), np.nan)
     present = [is_present(table, name, columns.reading_unit) for name in columns.readings]
@@ -298,16 +261,11 @@ def stated_units(table: Table, columns: MeasurementColumns, reading_unit: str) -
     reading = next(
         name for name in columns.readings if is_present(table, name, columns.reading_unit)
     )
-    groups = [
-        ("readings", reading, columns.reading_unit, reading_unit),
-        *(
-            ("positions", name, columns.position_unit, "m")
-            for name in [name for name in columns.position if name][:1]
-        ),
-    ]
-    angles = [name for name, _ in _angle_columns(columns)]
-    if angles:
-        groups.append(("angles", angles[0], columns.orientation_unit, "rad"))
+    groups = [("readings", reading, columns.reading_unit, reading_unit)]
+    positions = [name for name in columns.position if name]
+    groups += [("positions", name, columns.position_unit, "m") for name in positions[:1]]
+    angles = _angle_columns(columns)[:1]
+    groups += [("angles", name, columns.orientation_unit, "rad") for name, _ in angles]
     return [
         StatedUnit(values, *_column_and_unit(table, name, unit, si_unit, values), si_unit)
         for values, name, unit, si_unit in groups
@@ -440,13 +398,8 @@ def _expect(key: str, count: int, expected: int) -> None:
 
 
 def _check_distinct(columns: MeasurementColumns) -> None:
-    names = [
-        *filter(None, columns.position),
-        *columns.quaternion,
-        *columns.rotation_vector,
-        *columns.readings,
-    ]
-    names += [name for name in (columns.angle, columns.leg) if name is not None]
+    names = [*filter(None, columns.position), *columns.quaternion, *columns.rotation_vector]
+    names += [*columns.readings, *filter(None, (columns.angle, columns.leg))]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
         raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')

@@ -30,7 +30,6 @@ from symkin.io.columns import (
     read_pose_values,
     reading_column_names,
     stated_units,
-    uses_own_names,
 )
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
@@ -207,16 +206,11 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     if mapped is not None and has_columns(table, mapped):
         return mapped
     space, legs = mechanism.pose_space, len(mechanism.legs)
-    if mapped is not None and not (
-        uses_own_names(table, space) or has_observed_columns(table, space)
-    ):
-        return mapped
     columns = own_columns(table, space, legs, partial=True)
-    if (
-        not has_pose(columns)
-        and not has_observed_columns(table, space)
-        and not mechanism.core.redundant
-    ):
+    own_names = has_pose(columns) or has_observed_columns(table, space)
+    if mapped is not None and not own_names:
+        return mapped
+    if not own_names and not mechanism.core.redundant:
         if mechanism.space.in_space and is_present(table, "psi_1", None):
             raise table.error(
                 "has readings, and neither poses nor heights; where a probe touched a bed, add a "

@@ -15,7 +15,7 @@ from symkin.errors import MeasurementError
 from symkin.io.columns import (
     own_columns,
     pose_column_names,
-    read_poses,
+    read_pose_values,
     reading_column_names,
 )
 from symkin.io.output_files import OutputFiles
@@ -102,7 +102,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
         leg_sets=table.whole_numbers("leg", 0, leg_count) - 1,
         order=table.whole_numbers("order", 1, table.row_count),
         spare=spare,
-        poses=from_drawing(mechanism, read_poses(table, columns)),
+        poses=from_drawing(mechanism, read_pose_values(table, columns).poses()),
         readings=readings,
     )
 
@@ -130,4 +130,4 @@ def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.floa
     """
     table = read_table(source)
     columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
-    return from_drawing(mechanism, read_poses(table, columns))
+    return from_drawing(mechanism, read_pose_values(table, columns).poses())

@@ -13,7 +13,6 @@ import stat
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
@@ -182,7 +181,7 @@ class Table:
             if cell is None:
                 continue
             try:
-                values[index], mark = number(cell, self._separator)
+                values[index], mark = _number(cell, self._separator)
             except ValueError as error:
                 raise self.row_error(
                     index, f'has "{cell}" in column "{name}"; expected a number'
@@ -246,12 +245,7 @@ def _read(source: TableSource) -> Table:
         raise error("the file is empty")
     if Path(name).suffix in _PARQUET or data.startswith(b"PAR1"):
         return _parquet_table(path, name, data)
-    cells = read_cells(data, error)
-    columns: list[tuple[str, _Column]] = [
-        (name, [cell or None for cell in column])
-        for name, column in zip(cells.names, zip(*cells.rows, strict=True), strict=True)
-    ]
-    return Table(path, name, columns, cells.row_numbers, cells.separator)
+    return _csv_table(path, name, data, error)
 
 
 def write_table(path: Path, columns: Mapping[str, Any]) -> None:
@@ -391,44 +385,16 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 _NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1f]")
 
 
-@dataclass(frozen=True)
-class CsvCells:
-    """The cells of a CSV file.
-
-    Attributes
-    ----------
-    names : list of str
-        Of the columns.
-    rows : list of list of str
-        Cells without the blanks around them; each row has as many as there are names.
-    row_numbers : list of int
-        The line of each row in the file, from 1; header, comments and empty lines count.
-    separator : str
-        A comma, a semicolon or a tab.
-    """
-
-    names: list[str]
-    rows: list[list[str]]
-    row_numbers: list[int]
-    separator: str
-
-
-def read_cells(data: bytes, error: Callable[[str], MeasurementError]) -> CsvCells:
-    """Read CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs.
+def _csv_table(
+    path: Path | None, name: str, data: bytes, error: Callable[[str], MeasurementError]
+) -> Table:
+    """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs.
 
     Lines that begin with ``#``, empty lines and rows of empty cells are passed over.
-
-    Raises
-    ------
-    MeasurementError
-        Made by `error`: if the file is no text, has no rows, or a row has too few or many cells.
     """
-    lines = _Lines(_decoded(data, error))
-    header = next(lines, None)
-    if header is None:
-        raise error("there are no rows below the header")
-    separator = _separator(header)
-    lines.again()
+    text = _decoded(data, error)
+    separator = _separator(next(_Lines(text), ""))
+    lines = _Lines(text)
     records = csv.reader(lines, delimiter=separator, skipinitialspace=separator != "\t")
     names: list[str] | None = None
     rows: list[list[str]] = []
@@ -450,17 +416,12 @@ def read_cells(data: bytes, error: Callable[[str], MeasurementError]) -> CsvCell
         raise error("there are no rows below the header")
     if all(_NUMBER.fullmatch(name) for name in names):
         raise error("its first row has numbers; expected the names of the columns")
-    return CsvCells(names, rows, numbers, separator)
+    columns = [[cell or None for cell in column] for column in zip(*rows, strict=True)]
+    return Table(path, name, list(zip(names, columns, strict=True)), numbers, separator)
 
 
-def number(cell: str, separator: str) -> tuple[float, str]:
-    """Return a cell's number and its decimal mark, which is empty if it has none.
-
-    Raises
-    ------
-    ValueError
-        If the cell is no number, or has a decimal comma in a table separated by commas.
-    """
+def _number(cell: str, separator: str) -> tuple[float, str]:
+    """A cell's number and its decimal mark, which is empty if it has none."""
     if _NOT_FINITE.fullmatch(cell):
         return float(cell), ""
     if not _NUMBER.fullmatch(cell) or (separator == "," and "," in cell):
@@ -486,10 +447,6 @@ class _Lines(Iterator[str]):
                 self._first = self._first or self._next
                 return line + "\n"
         raise StopIteration
-
-    def again(self) -> None:
-        """Begin anew."""
-        self._next, self._first = 0, None
 
     def first(self) -> int:
         """Return the line, from 1, at which the record begins that ends here."""

@@ -226,15 +226,12 @@ def choice(*values: Any) -> Kind:
         if isinstance(raw, bool | float) and isinstance(values[0], int):
             raise WrongValueError(f"is {str(raw).lower()}; expected a whole number")
         if raw not in values:
-            near = did_you_mean(raw, filter(_is_text, values)) if _is_text(raw) else ""
+            words = [value for value in values if isinstance(value, str)]
+            near = did_you_mean(raw, words) if isinstance(raw, str) else ""
             raise WrongValueError(f"is {raw!r}; expected {' or '.join(map(repr, values))}{near}")
         return raw
 
     return Kind(read, {"const": values[0]} if len(values) == 1 else {"enum": list(values)})
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
 
 
 def list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:

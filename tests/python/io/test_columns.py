@@ -15,7 +15,7 @@ from symkin.io.columns import (
     check_columns,
     own_columns,
     pose_column_names,
-    read_poses,
+    read_pose_values,
     read_readings,
     reading_column_names,
 )
@@ -55,7 +55,7 @@ def test_poses_are_read_in_any_unit_that_the_names_state(
     table: Callable[[str, str], Table], header: str, space: str, row: str, pose: list[float]
 ) -> None:
     data = table(header + ",psi_1_rad", row + ",0")
-    poses = read_poses(data, own_columns(data, space, 1))
+    poses = read_pose_values(data, own_columns(data, space, 1)).poses()
     assert np.allclose(poses, [pose], rtol=1e-15, atol=1e-16)
 
 
@@ -77,7 +77,7 @@ def test_a_pose_column_that_cannot_be_used_is_named(
     row = "1,1e13,3,4,5" if "note" in header else "1,2,3,4"
     data = table(header + ",psi_1_rad", row)
     with pytest.raises(MeasurementError) as error:
-        read_poses(data, own_columns(data, "planar", 1))
+        read_pose_values(data, own_columns(data, "planar", 1)).poses()
     assert words in str(error.value)
 
 
@@ -86,7 +86,7 @@ def test_a_spatial_pose_without_orientation_is_refused(
 ) -> None:
     data = table("x_m,y_m,z_m", "1,2,3")
     with pytest.raises(MeasurementError, match=r'"qx" .*positions alone do not identify'):
-        read_poses(data, own_columns(data, "spatial", 6))
+        read_pose_values(data, own_columns(data, "spatial", 6)).poses()
 
 
 def test_a_quaternion_is_normalised_within_a_thousandth_and_refused_beyond(
@@ -94,11 +94,11 @@ def test_a_quaternion_is_normalised_within_a_thousandth_and_refused_beyond(
 ) -> None:
     header = "x_m,y_m,z_m,qx,qy,qz,qw"
     data = table(header, "1,2,3,0,0,0.6003,0.8004")
-    quaternion = read_poses(data, own_columns(data, "spatial", 6))[0, 3:]
+    quaternion = read_pose_values(data, own_columns(data, "spatial", 6)).poses()[0, 3:]
     assert np.allclose(quaternion, [0, 0, 0.6, 0.8], atol=1e-15)
     data = table(header, "1,2,3,0,0,0.6,0.9")
     with pytest.raises(MeasurementError, match=r"row 2 .* norm 1\.08167; expected 1"):
-        read_poses(data, own_columns(data, "spatial", 6))
+        read_pose_values(data, own_columns(data, "spatial", 6)).poses()
 
 
 def test_a_leg_without_a_reading_column_is_nan(table: Callable[[str, str], Table]) -> None:
@@ -139,7 +139,7 @@ def test_a_mapping_file_names_foreign_columns_and_units(
         leg="set",
     )
     data = table("set,motor a,motor b,turn,px,py", "2,1,0.5,180,1,2")
-    assert np.allclose(read_poses(data, columns), [[1e-3, 2e-3, math.pi]])
+    assert np.allclose(read_pose_values(data, columns).poses(), [[1e-3, 2e-3, math.pi]])
     assert np.allclose(read_readings(data, columns, "rad"), [[2 * math.pi, math.pi]])
 
 
@@ -174,7 +174,7 @@ def test_a_mapping_that_cannot_be_meant_is_refused(change: dict[str, Any], words
 def test_a_mapping_may_leave_the_units_to_the_names(table: Callable[[str, str], Table]) -> None:
     columns = MeasurementColumns(("px_mm", "py_mm"), ("motor_rev",))
     data = table("px_mm,py_mm,motor_rev", "1,2,0.5")
-    assert np.allclose(read_poses(data, columns), [[1e-3, 2e-3]])
+    assert np.allclose(read_pose_values(data, columns).poses(), [[1e-3, 2e-3]])
     assert np.allclose(read_readings(data, columns, "rad"), [[math.pi]])
 
 
