@@ -29,12 +29,7 @@ _WORST = 5
 def evaluation_page(evaluation: Evaluation) -> Page:
     """Tell the errors of a model."""
     name = f"{evaluation.name}: end-effector error" if evaluation.name else "End-effector error"
-    closures = _closure_table(evaluation)
-    parts = [
-        error_table({"Error": evaluation}),
-        *([closures] if closures else []),
-        _worst(evaluation),
-    ]
+    parts = [error_table({"Error": evaluation}), *_closure_table(evaluation), _worst(evaluation)]
     return Page(
         title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
         headlines=[
@@ -109,14 +104,10 @@ def error_table(
     if validation is not None and validation.evaluation is not None:
         rows = _error_rows(first, [*found[:-1], validation.evaluation], "unseen ", spare)
         groups.append(Group(rows, f"As it is, {validation.name}"))
-    means = [
-        [
-            f"mean {name.rpartition('_')[0]}",
-            *(milli(each.means[index], name.rpartition("_")[2]) for each in found),
-            *spare,
-        ]
-        for index, name in enumerate(first.difference_names)
-    ]
+    means = []
+    for index, difference in enumerate(first.difference_names):
+        name, _, unit = difference.rpartition("_")
+        means.append([f"mean {name}", *(milli(each.means[index], unit) for each in found), *spare])
     groups.append(Group(means, "Mean difference, as it is"))
     counted = [*found, *([expected] if expected else [])]
     change = [""] if len(found) > 1 else []
@@ -181,14 +172,11 @@ def left_out(figures: Mapping[str, Evaluation | ExpectedAccuracy]) -> list[str]:
     """Say how many poses the errors leave out, if any."""
     if not any(each.failed for each in figures.values()):
         return []
-    counts = [
+    *counts, last = (
         f"{count(each.failed)} of {count(each.evaluated + each.failed)} {name}"
         for name, each in figures.items()
-    ]
-    return [
-        "Left out are poses that could not be calculated: "
-        f"{', '.join(counts[:-1])} and {counts[-1]}."
-    ]
+    )
+    return [f"Left out are poses that could not be calculated: {', '.join(counts)} and {last}."]
 
 
 def error_figures(
@@ -216,15 +204,15 @@ def error_figures(
     ]
 
 
-def _closure_table(evaluation: Evaluation) -> Table | None:
+def _closure_table(evaluation: Evaluation) -> list[Table]:
     if evaluation.closure_rms is None:
-        return None
+        return []
     rms, legs = evaluation.closure_rms
     values = {"all legs": rms, **{f"leg {leg}": each for leg, each in enumerate(legs.tolist(), 1)}}
     unit = evaluation.space.closure_unit
     rows = [[name, milli(value, unit)] for name, value in values.items() if not math.isnan(value)]
     columns = ("Closure of", "Root mean square")
-    return Table("How far the legs miss closing", columns, [Group(rows)], brief=True)
+    return [Table("How far the legs miss closing", columns, [Group(rows)], brief=True)]
 
 
 def _worst(evaluation: Evaluation) -> Table:
@@ -243,10 +231,9 @@ def _worst(evaluation: Evaluation) -> Table:
 
 
 def _next_step(evaluation: Evaluation) -> str:
-    aligned = evaluation.aligned
-    (kind, _), *_ = evaluation.space.errors
-    if aligned is not None and getattr(aligned, f"{kind}_rms") < (
-        getattr(evaluation, f"{kind}_rms") / 2
+    name = f"{evaluation.space.errors[0][0]}_rms"
+    if evaluation.aligned is not None and (
+        getattr(evaluation.aligned, name) < getattr(evaluation, name) / 2
     ):
         return (
             "most of the error is a constant motion of base or tool frame: measure these frames "
@@ -276,12 +263,7 @@ def heights_section(heights: Heights | None) -> list[Section]:
         *heights.notes,
     ]
     rows = [
-        (
-            each.plainly,
-            each.parameter,
-            _with_share(each.common),
-            _with_share(each.between),
-        )
+        (each.plainly, each.parameter, _with_share(each.common), _with_share(each.between))
         for each in heights.shown
     ]
     columns = ("", "Parameter", "All legs alike", "Between the legs")

@@ -299,7 +299,7 @@ def _in_deviations(found: Identification, actual: Mechanism) -> NDArray[np.float
 
 def _coverage(errors: NDArray[np.float64]) -> str:
     known = errors[np.isfinite(errors)]
-    inside = int(np.sum(np.abs(known) <= _INTERVAL))
+    inside = np.sum(np.abs(known) <= _INTERVAL)
     return (
         f"The 95% interval of {inside} of {known.size} parameters holds the true value; "
         f"{significant(0.95 * known.size)} can be expected."
@@ -308,12 +308,9 @@ def _coverage(errors: NDArray[np.float64]) -> str:
 
 def _parameter_table(found: Identification, actual: Mechanism | None) -> Table:
     columns = ["Parameter", "Unit", "Nominal", "Identified", "Standard deviation", "Change"]
-    if actual is not None:
-        columns += ["True", "Error / standard deviation"]
-    groups = [
-        Group(_parameter_rows(found, actual, leg), f"Leg {leg + 1}")
-        for leg in range(len(found.legs))
-    ]
+    columns += [] if actual is None else ["True", "Error / standard deviation"]
+    legs = range(len(found.legs))
+    groups = [Group(_parameter_rows(found, actual, leg), f"Leg {leg + 1}") for leg in legs]
     return Table("Identified parameters", columns, groups, brief=actual is None)
 
 
@@ -353,31 +350,17 @@ def _worst_rows(found: Identification, brief: bool) -> Table:
     for row in np.argsort(-np.abs(student).max(axis=1), kind="stable")[:_WORST_ROWS].tolist():
         leg = int(np.argmax(np.abs(student[row])))
         fit = found.legs[leg]
-        closure = fit.residuals[fit.closure_rows == row]
-        rows.append(
-            [
-                str(numbers[row]),
-                str(leg + 1),
-                milli(float(max(closure, key=abs)), unit) if closure.size else NONE,
-                fixed(student[row, leg], 1),
-                "does not fit" if row in outliers else "as noise has it",
-            ]
-        )
+        closures = fit.residuals[fit.closure_rows == row]
+        closure = milli(float(max(closures, key=abs)), unit) if closures.size else NONE
+        said = "does not fit" if row in outliers else "as noise has it"
+        rows.append([str(numbers[row]), str(leg + 1), closure, fixed(student[row, leg], 1), said])
     columns = ("Row", "Leg", "Closure", "In deviations", "")
     return Table("Rows that fit worst", columns, [Group(rows)], brief=brief)
 
 
 def _fit_table(found: Identification, brief: bool) -> Table:
-    columns = (
-        "Leg",
-        "Converged",
-        "Iterations",
-        "Poses used",
-        "Rejected as outliers",
-        "Closure residual, rms",
-        "Chi-square",
-        "Condition number",
-    )
+    columns = ["Leg", "Converged", "Iterations", "Poses used", "Rejected as outliers"]
+    columns += ["Closure residual, rms", "Chi-square", "Condition number"]
     rows = [
         [
             f"leg {leg}",

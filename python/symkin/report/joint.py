@@ -113,24 +113,13 @@ def _done(found: JointIdentification) -> list[str]:
 
 def _observed(found: JointIdentification) -> str:
     counts = np.bincount(found.rows.kind, minlength=len(KINDS))
-    named = {
-        "readings": ("reading", "readings"),
-        "pose": ("coordinate of poses", "coordinates of poses"),
-        "reported pose": (
-            "coordinate that a controller reported",
-            "coordinates that a controller reported",
-        ),
-        "points": ("coordinate of points", "coordinates of points"),
-        "distances": ("distance", "distances"),
-        "heights": ("height", "heights"),
-    }
-    told = [
-        plural(int(number), *named[kind])
-        for kind, number in zip(KINDS, counts, strict=True)
-        if number
-    ]
-    poses = len(found.measurements.poses)
-    return ", ".join(told) + f", at {plural(poses, 'pose')}"
+    coordinates = {"pose": "of poses", "points": "of points"}
+    coordinates["reported pose"] = "that a controller reported"
+    told = []
+    for kind, number in zip(KINDS, counts.tolist(), strict=True):
+        what = plural(number, "coordinate" if kind in coordinates else kind.removesuffix("s"))
+        told += [f"{what} {coordinates.get(kind, '')}".rstrip()] * bool(number)
+    return ", ".join(told) + f", at {plural(len(found.measurements.poses), 'pose')}"
 
 
 def _degrees(found: JointIdentification) -> str:
@@ -182,16 +171,8 @@ def _parameter_section(found: JointIdentification) -> Section:
     for block in dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns):
         rows = [_row(each) for each in found.unknowns if each.name.partition(".")[0] == block]
         groups.append(Group(rows, _title(block)))
-    columns = (
-        "Name",
-        "Unit",
-        "Nominal",
-        "Value",
-        "Standard deviation",
-        "Over tolerance",
-        "Change, in tolerances",
-        "Status",
-    )
+    columns = ["Name", "Unit", "Nominal", "Value", "Standard deviation", "Over tolerance"]
+    columns += ["Change, in tolerances", "Status"]
     table = Table("What is unknown, and what was held", columns, groups, brief=True)
     return Section("identification", "Unknowns", paragraphs, [table, *_noise_table(found)])
 
@@ -249,19 +230,8 @@ def _observation_section(found: JointIdentification) -> Section:
         "where one of 1000 sound robots has any.",
         plotted("t_values", found),
     )
-    return Section(
-        "observations",
-        "Observations",
-        [paragraph],
-        [
-            _kind_table(found),
-            _worst_rows(found),
-            *_corrections(found),
-            *_wider_models(found),
-            *_models(found),
-            figure,
-        ],
-    )
+    parts = [_kind_table(found), _worst_rows(found), *_corrections(found), *_wider_models(found)]
+    return Section("observations", "Observations", [paragraph], [*parts, *_models(found), figure])
 
 
 def _models(found: JointIdentification) -> list[Table]:
@@ -321,33 +291,21 @@ def _corrections(found: JointIdentification) -> list[Table]:
 
 def _kind_table(found: JointIdentification) -> Table:
     rows, space, unit = found.rows, found.nominal.pose_space, found.nominal.reading_unit
-    told = []
+    told, validation = [], found.cross_validation
     units = np.array([rows.unit(row, space, unit) for row in range(len(rows.pose))], dtype=object)
     for kind, name in enumerate(KINDS):
         for of in dict.fromkeys(units[rows.kind == kind]):
             own = (rows.kind == kind) & (units == of)
             t = rows.t[own & np.isfinite(rows.t)]
-            told.append(
-                [
-                    f"{name}, {of}",
-                    str(int(own.sum())),
-                    milli(float(np.sqrt(np.mean(rows.residual[own] ** 2))), of),
-                    significant(float(np.sqrt(np.mean(t**2))) if len(t) else math.nan),
-                    significant(float(np.abs(t).max()) if len(t) else math.nan),
-                    *_predicted(found, f"{name.replace(' ', '_')}_{of}", of),
-                ]
-            )
+            row = [f"{name}, {of}", str(int(own.sum())), milli(_rms(rows.residual[own]), of)]
+            row += [significant(_rms(t)), significant(np.abs(t).max() if len(t) else math.nan)]
+            if validation is not None:
+                key = f"{name.replace(' ', '_')}_{of}"
+                row.append(milli(validation.observed_rms.get(key, math.nan), of))
+            told.append(row)
     columns = ["Observations", "Number", "Estimated error, rms", "t, rms", "t, largest"]
-    if found.cross_validation is not None:
-        columns.append("Predicted unseen within")
+    columns += [] if validation is None else ["Predicted unseen within"]
     return Table("What was observed, and how it fits", columns, [Group(told)], brief=True)
-
-
-def _predicted(found: JointIdentification, kind: str, unit: str) -> list[str]:
-    validation = found.cross_validation
-    if validation is None:
-        return []
-    return [milli(validation.observed_rms.get(kind, math.nan), unit)]
 
 
 def _worst_rows(found: JointIdentification) -> Table:
@@ -358,15 +316,10 @@ def _worst_rows(found: JointIdentification) -> Table:
     for row in np.argsort(-size, kind="stable")[:_WORST_ROWS].tolist():
         if size[row] == 0:
             continue
-        told.append(
-            [
-                str(found.measurements.row_numbers[rows.pose[row]]),
-                rows.what(row, space),
-                fixed(rows.t[row], 1),
-                milli(rows.blunder[row], rows.unit(row, space, unit)),
-                "does not fit" if row in blunders else "as noise has it",
-            ]
-        )
+        number = str(found.measurements.row_numbers[rows.pose[row]])
+        error = milli(rows.blunder[row], rows.unit(row, space, unit))
+        said = "does not fit" if row in blunders else "as noise has it"
+        told.append([number, rows.what(row, space), fixed(rows.t[row], 1), error, said])
     columns = ("Row", "Observation", "t", "Error if alone wrong", "")
     return Table("Observations that fit worst", columns, [Group(told)])
 
@@ -459,24 +412,22 @@ def _correlation_table(found: JointIdentification) -> Table:
     return Table("Unknowns that are told apart worst", columns, [Group(rows)], wordy=True)
 
 
+def _rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
+
+
 def _influence_table(found: JointIdentification) -> list[Table]:
     """The poses that matter most."""
     influence = found.influence
     if influence is None or not np.isfinite(influence.moves).any():
         return []
-    order = np.argsort(-np.nan_to_num(influence.moves), kind="stable")[:_WORST_ROWS].tolist()
-    rows = [
-        (
-            str(found.measurements.row_numbers[pose]),
-            significant(influence.residual[pose]),
-            significant(influence.moves[pose]),
-            f"{influence.unknown[pose]} by {significant(influence.by[pose], 2)}"
-            if influence.unknown[pose]
-            else NONE,
-        )
-        for pose in order
-        if math.isfinite(influence.moves[pose])
-    ]
+    rows = []
+    for pose in np.argsort(-np.nan_to_num(influence.moves), kind="stable")[:_WORST_ROWS].tolist():
+        if math.isfinite(influence.moves[pose]):
+            name, by = influence.unknown[pose], significant(influence.by[pose], 2)
+            figures = map(significant, (influence.residual[pose], influence.moves[pose]))
+            number = str(found.measurements.row_numbers[pose])
+            rows.append((number, *figures, f"{name} by {by}" if name else NONE))
     columns = ("Row", "Off the others' prediction", "Estimate moves by", "Single unknown")
     caption = "If a pose were left out, in standard deviations: the most influential"
     return [Table(caption, columns, [Group(rows)])]
@@ -486,11 +437,10 @@ def _pose_section(found: JointIdentification) -> Section:
     known = _known(found)
     errors = found.reading_errors
     unit = found.nominal.reading_unit
-    rows = []
-    for leg in range(errors.shape[1]):
-        own = errors[np.isfinite(errors[:, leg]), leg]
-        rms = float(np.sqrt(np.mean(own**2))) if len(own) else math.nan
-        rows.append((f"leg {leg + 1}", milli(rms, unit) if len(own) else NONE))
+    rows = [
+        (f"leg {leg}", milli(_rms(own[np.isfinite(own)]), unit))
+        for leg, own in enumerate(errors.T, 1)
+    ]
     parts: list[Table | Image] = [
         Table("Estimated errors of the readings", ("", "Root mean square"), [Group(rows)])
     ]

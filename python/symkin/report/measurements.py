@@ -13,7 +13,7 @@ from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.planning.plan import set_name
 from symkin.poses import POSE_SPACES
-from symkin.report.content import Group, Image, Page, Section, Table, Verdict, plotted
+from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import count, decimals_of, fixed, milli, plural, significant
 from symkin.simulation import Simulation
 
@@ -86,16 +86,12 @@ def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]]
 
 def simulation_page(simulation: Simulation) -> Page:
     """Tell what was measured of a simulated robot."""
-    sets = simulation.replaced_by_set.items()
+    which = ", ".join(f"{name}: {number}" for name, number in simulation.replaced_by_set.items())
     return Page(
         title=f"{simulation.nominal.name}: measurements of a simulated robot",
         headlines=[
             ("Poses measured", count(len(simulation.measurements.poses)), ""),
-            (
-                "Replaced by spares",
-                count(sum(simulation.replaced)),
-                ", ".join(f"{name}: {number}" for name, number in sets),
-            ),
+            ("Replaced by spares", count(sum(simulation.replaced)), which),
         ],
         next_step="identify its parameters: symkin identify MECHANISM measurements.csv.",
     )
@@ -103,27 +99,22 @@ def simulation_page(simulation: Simulation) -> Page:
 
 def alignment_page(found: Alignment) -> Page:
     """Tell the frames, and how well they explain the poses."""
-    verdict: Verdict = "good" if found.trustworthy else "doubtful"
     space = POSE_SPACES[found.pose_space]
     headlines = []
     if space.moves:
         headlines.append(("Position left", milli(found.position_rms, "m"), "root mean square"))
     if space.turns:
-        degrees = np.degrees(found.orientation_rms)
-        headlines.append(
-            ("Orientation left", f"{significant(degrees)}\N{DEGREE SIGN}", "root mean square")
-        )
+        turned = f"{significant(np.degrees(found.orientation_rms))}\N{DEGREE SIGN}"
+        headlines.append(("Orientation left", turned, "root mean square"))
+    taken = f'measured poses taken "{found.convention}"'
     return Page(
         title=f"Alignment of frames over {plural(len(found.differences), 'pose')}",
-        subtitle=f'measured poses taken "{found.convention}"'
-        if found.convention != "as measured"
-        else "",
+        subtitle="" if found.convention == "as measured" else taken,
         headlines=headlines,
-        verdict=verdict,
-        judgement={
-            "good": "The frames explain the poses; nothing speaks against them.",
-            "doubtful": "Frames were found, with doubts.",
-        }[verdict],
+        verdict="good" if found.trustworthy else "doubtful",
+        judgement="The frames explain the poses; nothing speaks against them."
+        if found.trustworthy
+        else "Frames were found, with doubts.",
         doubts=found.doubts,
         next_step="put them into the [frames] of the mechanism's file; symkin identify can refine "
         "them with the geometry (--frames base,target).",
@@ -135,28 +126,18 @@ def _frames_section(found: Alignment) -> Section:
     space = POSE_SPACES[found.pose_space]
     names = [_NAMES[component] for component in space.frame_components]
     names = names if space.in_space else ["x", "y", "phi"]
-    groups = [
-        Group(
-            [
-                [
-                    name,
-                    "m" if name in ("x", "y", "z") else "rad",
-                    fixed(value, decimals_of(deviation)),
-                    significant(deviation, 2),
-                ]
-                for name, value, deviation in zip(names, values, deviations.tolist(), strict=True)
-            ],
-            title,
-        )
-        for title, values, deviations in (
-            (
-                "Base, in the frame of the measuring device",
-                found.frames.base,
-                found.base_deviations,
-            ),
-            ("Target, in the platform's frame", found.frames.target, found.target_deviations),
-        )
-    ]
+    groups = []
+    for title, values, deviations in (
+        ("Base, in the frame of the measuring device", found.frames.base, found.base_deviations),
+        ("Target, in the platform's frame", found.frames.target, found.target_deviations),
+    ):
+        rows = []
+        for name, value, deviation in zip(names, values, deviations.tolist(), strict=True):
+            unit = "m" if name in ("x", "y", "z") else "rad"
+            rows.append(
+                [name, unit, fixed(value, decimals_of(deviation)), significant(deviation, 2)]
+            )
+        groups.append(Group(rows, title))
     columns = ("", "Unit", "Value", "Standard deviation")
     table = Table("Frames", columns, groups, brief=True)
     words = (

@@ -80,14 +80,11 @@ def mechanism_section(
         wordy=True,
     )
     drawing = _drawing(mechanism, poses, symmetry, keeps_modes, nearly)
-    paragraph = " ".join(
-        [
-            f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the "
-            f"chain{'s' * mechanism.mixed} "
-            f"{mechanism.chain}, and {_identified(mechanism)}.",
-            *held_parameters(mechanism),
-        ]
+    told = (
+        f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the "
+        f"chain{'s' * mechanism.mixed} {mechanism.chain}, and {_identified(mechanism)}."
     )
+    paragraph = " ".join([told, *held_parameters(mechanism)])
     return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
 
 
@@ -158,12 +155,11 @@ def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
 
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
-    why = "it makes upright legs longer"
-    along = "it moves a point along its guide"
     legs: dict[tuple[tuple[str, ...], str], list[int]] = {}
     for leg, names in enumerate(mechanism.held):
         guided = "guide_elevation" in mechanism.legs[leg].parameters
-        legs.setdefault((names, along if guided else why), []).append(leg)
+        why = "it moves a point along its guide" if guided else "it makes upright legs longer"
+        legs.setdefault((names, why), []).append(leg)
     return [
         f"Held as it was drawn is {' and '.join(names)}"
         + ("" if len(legs) == 1 else f" of {named_legs(which)}")
@@ -243,30 +239,21 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
     settings = mechanism.workspace
     if settings is None:
         return []
-    names = pose_coordinates(mechanism.space)
-    rows: list[Sequence[str]] = [
-        (
-            names[each][0],
-            f"{setting(settings.lower[each])} to {setting(settings.upper[each], names[each][1])}",
-        )
-        for each in mechanism.free
-    ]
+    names, rows = pose_coordinates(mechanism.space), list[Sequence[str]]()
+    for each in mechanism.free:
+        (name, unit), lower, upper = names[each], settings.lower[each], settings.upper[each]
+        rows.append((name, f"{setting(lower)} to {setting(upper, unit)}"))
     home = settings.home_or_origin
     if mechanism.bound:
         others = [name for each, (name, _) in enumerate(names) if each not in mechanism.free]
         rows.append((" and ".join([", ".join(others[:-1]), others[-1]]), "follow from the legs"))
+    at_home = [
+        f"{names[each][0]} = {setting(home[each], names[each][1])}" for each in mechanism.free
+    ]
+    margin = quantity(least_reach_margin(mechanism), mechanism.space.closure_unit)
     rows += [
-        (
-            "home",
-            ", ".join(
-                f"{names[each][0]} = {setting(home[each], names[each][1])}"
-                for each in mechanism.free
-            ),
-        ),
-        (
-            "margin to the limits of reach, at least",
-            quantity(least_reach_margin(mechanism), mechanism.space.closure_unit),
-        ),
+        ("home", ", ".join(at_home)),
+        ("margin to the limits of reach, at least", margin),
         ("condition number, at most", setting(settings.conditioning_limit)),
     ]
     if mechanism.space.turns and mechanism.space.moves:
@@ -277,11 +264,10 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
 
 def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     noise = mechanism.noise
-    rows: list[Sequence[str]] = []
-    if mechanism.space.moves:
-        rows.append(("position", setting(1e3 * noise.position, "mm")))
-    if mechanism.space.turns:
-        rows.append(("orientation", setting(1e3 * noise.orientation, "mrad")))
+    rows: list[Sequence[str]] = [
+        (kind, setting(1e3 * getattr(noise, kind), f"m{unit}"))
+        for kind, unit in mechanism.space.errors
+    ]
     reading = setting(noise.reading, mechanism.reading_unit) if noise.reading else "none"
     return [*rows, ("sensor reading", reading)]
 

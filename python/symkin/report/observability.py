@@ -37,10 +37,7 @@ def observability_page(shown: Observability) -> Page:
     count = len(shown.parameter_names)
     seen = shown.rank == count
     rows = [(name, significant(shown.indices[name])) for name in _INDICES]
-    diagonal = [
-        (name, significant(value))
-        for name, value in zip(shown.parameter_names, shown.r_diagonal, strict=True)
-    ]
+    diagonal = list(zip(shown.parameter_names, map(significant, shown.r_diagonal), strict=True))
     groups = [Group(diagonal, f"{_R}, SI units"), Group(rows, "Indices")]
     table = Table(f"Observability of leg {shown.leg + 1}", ("", "Value"), groups, brief=True)
     return Page(
@@ -163,9 +160,7 @@ def _within_reach(
     mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     rows = observability_rows(mechanism, leg, poses).reshape(len(poses), -1)
-    finite = np.isfinite(rows).all(axis=1)
-    reached: NDArray[np.float64] = poses[finite]
-    return reached
+    return np.asarray(poses[np.isfinite(rows).all(axis=1)])
 
 
 def _largest_deviations(

@@ -12,7 +12,7 @@ from symkin.chains import legs_in_words
 from symkin.errors import named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
-from symkin.planning import ChosenPoses, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
+from symkin.planning import NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.mechanism import mechanism_section
@@ -58,10 +58,9 @@ def plan_page(plan: Plan) -> Page:
         )
     if expected is not None:
         remark = f"expected, rms ({plan.estimator}, all poses)"
-        headlines += expected_headlines(mechanism, expected, remark)
-    headlines.append(
-        ("Way", quantity(plan.travel, mechanism.space.closure_unit), "from home through the poses")
-    )
+        headlines += _expected_headlines(mechanism, expected, remark)
+    way = quantity(plan.travel, mechanism.space.closure_unit)
+    headlines.append(("Way", way, "from home through the poses"))
     notes = []
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
@@ -109,7 +108,7 @@ def plan_page(plan: Plan) -> Page:
     )
 
 
-def expected_headlines(
+def _expected_headlines(
     mechanism: Mechanism, expected: ExpectedAccuracy, remark: str
 ) -> Sequence[Headline]:
     """Expected errors as headlines; of those that the platform has."""
@@ -122,23 +121,16 @@ def expected_headlines(
 def _unknowns_section(plan: Plan) -> Section:
     """What will be known of each unknown."""
     rows = [
-        (
-            each.name,
-            each.unit or "1",
-            significant(each.deviation),
-            significant(each.tolerance),
-            significant(each.prior),
-        )
-        for each in plan.unknowns
+        (e.name, e.unit or "1", *map(significant, (e.deviation, e.tolerance, e.prior)))
+        for e in plan.unknowns
     ]
     columns = ("Unknown", "Unit", "Expected deviation", "Tolerance", "Prior")
     caption = "Standard deviations to expect of the unknowns"
-    return Section(
-        "unknowns", "What will be known", [], [Table(caption, columns, [Group(rows)], brief=True)]
-    )
+    table = Table(caption, columns, [Group(rows)], brief=True)
+    return Section("unknowns", "What will be known", [], [table])
 
 
-def survey_text(survey: Survey) -> str:
+def _survey_text(survey: Survey) -> str:
     """What will be observed, and what is unknown."""
     kinds = [kind for kind in survey.observed.kinds if kind != "readings"]
     of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
@@ -171,39 +163,18 @@ def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
 
 def _selections(basis: PlanBasis) -> Table:
     """What was chosen for which legs, and how far it can be from the best."""
-    return Table(
-        "Selections and their certificates",
-        (
-            "For",
-            f"Value of {basis.criterion}",
-            "Efficiency",
-            "Of the determinant",
-            "With repeats",
-            "Proven optimal",
-        ),
-        [Group([_selection(basis, choice) for choice in basis.choices])],
-        brief=True,
-    )
-
-
-def _selection(basis: PlanBasis, choice: ChosenPoses) -> tuple[str, ...]:
-    selection, certificate = choice.selection, choice.selection.certificate
-    value = selection.criterion_value
-    return (
-        named_legs(choice.legs),
-        quantity(1e3 * value**0.5, "mm")
-        if basis.criterion == "expected_error"
-        else significant(value, 4),
-        *(
-            f"{100 * share:.2f}{_PERCENT}"
-            for share in (
-                certificate.efficiency,
-                certificate.o1_efficiency,
-                certificate.efficiency_repeats,
-            )
-        ),
-        "yes" if certificate.proven_optimal else "no",
-    )
+    rows = []
+    for choice in basis.choices:
+        value, found = choice.selection.criterion_value, choice.selection.certificate
+        as_length = basis.criterion == "expected_error"
+        said = quantity(1e3 * value**0.5, "mm") if as_length else significant(value, 4)
+        shares = (found.efficiency, found.o1_efficiency, found.efficiency_repeats)
+        shown = [f"{100 * share:.2f}{_PERCENT}" for share in shares]
+        proven = "yes" if found.proven_optimal else "no"
+        rows.append([named_legs(choice.legs), said, *shown, proven])
+    columns = ["For", f"Value of {basis.criterion}", "Efficiency", "Of the determinant"]
+    columns += ["With repeats", "Proven optimal"]
+    return Table("Selections and their certificates", columns, [Group(rows)], brief=True)
 
 
 def _paragraphs(plan: Plan, simulation: Simulation | None) -> list[str]:
@@ -239,7 +210,7 @@ def _made(basis: PlanBasis) -> list[str]:
         "root of the determinant for O1, of the value for O2 to O5, of the expected squared error "
         "for that criterion. The bound with repeats lets a pose be measured more than once."
     )
-    return [text, *([] if basis.survey is None else [survey_text(basis.survey)]), certificate]
+    return [text, *([] if basis.survey is None else [_survey_text(basis.survey)]), certificate]
 
 
 def pose_count_page(curve: PoseCountCurve) -> Page:
@@ -253,6 +224,8 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         if curve.enough is not None
         else f"Every further pose saves at least {gain} of the {kind} error"
     )
+    paragraph = ["Errors are predicted to first order from the declared noise."]
+    paragraph += [] if curve.survey is None else [_survey_text(curve.survey)]
     ends: list[Headline] = [
         (name, milli(errors[at], unit), f"{plural(int(curve.counts[at]), 'pose')} a leg")
         for name, at in (("Fewest", 0), ("Most", -1))
@@ -263,16 +236,10 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
         verdict="good",
         judgement=enough,
-        paragraphs=[_basis(curve)],
+        paragraphs=[" ".join(paragraph)],
         next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
         sections=[_curve_section(curve)],
     )
-
-
-def _basis(curve: PoseCountCurve) -> str:
-    text = "Errors are predicted to first order from the declared noise"
-    survey = curve.survey
-    return f"{text}." if survey is None else f"{text}. {survey_text(survey)}"
 
 
 def needed_poses_page(needed: NeededPoses) -> Page:
@@ -285,20 +252,14 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         if value is not None
     )
     poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
-    judgement = (
-        f"{poses}, are enough for {wanted}" if reached else f"{poses}, are too few for {wanted}"
-    )
-    doubts = (
-        []
-        if reached
-        else [
-            f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
-            "accuracy that much coarser"
-        ]
+    judgement = f"{poses}, are {'enough' if reached else 'too few'} for {wanted}"
+    doubt = (
+        f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
+        "accuracy that much coarser"
     )
     headlines = [
         ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
-        *expected_headlines(mechanism, expected, "expected, rms"),
+        *_expected_headlines(mechanism, expected, "expected, rms"),
     ]
     remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
     return dataclasses.replace(
@@ -306,7 +267,7 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         headlines=headlines,
         verdict="good" if reached else "bad",
         judgement=judgement,
-        doubts=doubts,
+        doubts=[] if reached else [doubt],
         next_step=_plan(curve, needed.tried) if reached else "",
         sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
     )

@@ -18,10 +18,7 @@ from symkin.report.evaluation import (
     errors_in_words,
     left_out,
 )
-from symkin.report.identification import (
-    judgement,
-    parameter_section,
-)
+from symkin.report.identification import judgement, parameter_section
 from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
 from symkin.report.plan import plan_section
@@ -35,6 +32,7 @@ from symkin.report.wording import (
     quantity,
     quoted,
     setting,
+    significant,
     sources,
 )
 from symkin.report.workspace import workspace_section
@@ -183,6 +181,7 @@ def fleet_page(fleet: Fleet) -> Page:
         brief=True,
         brief_rows=_SHOWN,
     )
+    seconds = quantity(fleet.seconds, "s")
     judgement = (
         f"{count(counts['fits'])} of {plural(total, 'robot')} fit the declared noise and the "
         "tolerances"
@@ -198,11 +197,7 @@ def fleet_page(fleet: Fleet) -> Page:
             ("Fit", count(counts["fits"]), f"of {count(total)}"),
             ("Doubtful", count(counts["doubtful"]), "see the table"),
             ("Failed", count(counts["failed"]), "see the table"),
-            (
-                "Throughput",
-                f"{quantity(fleet.robots_per_second, '')}".strip(),
-                f"robots a second, {quantity(fleet.seconds, 's')}",
-            ),
+            ("Throughput", significant(fleet.robots_per_second), f"robots a second, {seconds}"),
         ],
         verdict=verdict,
         judgement=judgement,

@@ -120,7 +120,7 @@ def _headlines(result: StudyResult) -> list[Headline]:
     for found in result.recommendations:
         best = found.protocols[0] if found.protocols else None
         if best is not None and best.enough:
-            lines.append(("Measured poses", count(best.measured_poses), f"{_protocol(best.cell)}"))
+            lines.append(("Measured poses", count(best.measured_poses), _protocol(best.cell)))
     return lines
 
 
@@ -203,10 +203,7 @@ def _next(result: StudyResult) -> str:
 def _recommendation(found: Recommendation) -> Section:
     wanted = " and ".join(
         setting(1e3 * value, unit)
-        for value, unit in (
-            (found.wanted_position, "mm"),
-            (found.wanted_orientation, "mrad"),
-        )
+        for value, unit in ((found.wanted_position, "mm"), (found.wanted_orientation, "mrad"))
         if value is not None
     )
     rows = [
@@ -216,7 +213,7 @@ def _recommendation(found: Recommendation) -> Section:
             count(each.pose_count),
             milli(each.position, "m"),
             milli(each.orientation, "rad") if each.orientation else NONE,
-            _off(each.trust),
+            f"{fixed(100 * (each.trust - 1), 1)}{_PERCENT}" if math.isfinite(each.trust) else NONE,
         ]
         for each in found.protocols
     ]
@@ -286,9 +283,9 @@ def _row(summary: CellSummary) -> list[str]:
     return [
         summary.cell.id,
         count(summary.measured_poses),
-        _error(summary.position, "m") if summary.first_kind == "position" else NONE,
+        milli(summary.position.rms, "m") if summary.first_kind == "position" else NONE,
         _ratio(summary.position),
-        _error(summary.orientation, "rad") if summary.orientation.rms else NONE,
+        milli(summary.orientation.rms, "rad") if summary.orientation.rms else NONE,
         _ratio(summary.orientation),
         f"{fixed(100 * summary.coverage, 1)}{_PERCENT}"
         if summary.robots > summary.failed
@@ -300,12 +297,8 @@ def _row(summary: CellSummary) -> list[str]:
 def _cells(result: StudyResult) -> Section:
     cells = list(result.cells.values())
     names = list(dict.fromkeys(each.cell.mechanism for each in cells))
-    groups = [
-        Group(
-            [_row(each) for each in cells if each.cell.mechanism == name], name if names[1:] else ""
-        )
-        for name in names
-    ]
+    rows = {name: [_row(each) for each in cells if each.cell.mechanism == name] for name in names}
+    groups = [Group(own, name if names[1:] else "") for name, own in rows.items()]
     few = len(cells) <= _FEW
     parts: list[Table | Image] = []
     if few and not result.curves:
@@ -396,17 +389,13 @@ def _answers(curve: Curve, losses: Sequence[float]) -> list[str]:
 
 
 def _points(curve: Curve) -> Group:
-    return Group([[f"{level:g}", _point(curve, at)] for at, level in enumerate(curve.levels)])
-
-
-def _point(curve: Curve, at: int) -> str:
-    failed = f" ({curve.failed[at]} failed)" if curve.failed[at] else ""
-    error = f"{_PLUS_MINUS}{fixed(curve.errors[at], 4)}" if curve.errors[at] else ""
-    return f"{fixed(curve.values[at], 4)}{error}{failed}"
-
-
-def _error(error: ErrorFigure, unit: str) -> str:
-    return milli(error.rms, unit)
+    rows = []
+    for level, value, error, failed in zip(
+        curve.levels, curve.values, curve.errors, curve.failed, strict=True
+    ):
+        within = f"{_PLUS_MINUS}{fixed(error, 4)}" if error else ""
+        rows.append([f"{level:g}", fixed(value, 4) + within + f" ({failed} failed)" * bool(failed)])
+    return Group(rows)
 
 
 def _ratio(error: ErrorFigure) -> str:
@@ -414,10 +403,6 @@ def _ratio(error: ErrorFigure) -> str:
         return NONE
     known = math.isfinite(error.ratio_error)
     return fixed(error.ratio, 3) + (f"{_PLUS_MINUS}{fixed(error.ratio_error, 3)}" if known else "")
-
-
-def _off(trust: float) -> str:
-    return f"{fixed(100 * (trust - 1), 1)}{_PERCENT}" if math.isfinite(trust) else NONE
 
 
 def _protocol(cell: Cell) -> str:

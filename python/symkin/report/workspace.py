@@ -96,7 +96,8 @@ def sample_page(sample: WorkspaceSample) -> Page:
 
 def workspace_page(study: WorkspaceStudy) -> Page:
     """Say whether a workspace has the symmetry of the legs, and what it looks like."""
-    mechanism, structure, unit = study.mechanism, study.symmetry.structure, _unit(study)
+    mechanism, structure = study.mechanism, study.symmetry.structure
+    unit = mechanism.reading_unit
     doubts = [
         f"{check.element}: {check.mismatches} mismatches, readings differ by "
         f"{check.reading_deviation:.2g} {unit}"
@@ -127,17 +128,14 @@ def workspace_page(study: WorkspaceStudy) -> Page:
     )
 
 
-def _unit(study: WorkspaceStudy) -> str:
-    return study.mechanism.reading_unit
-
-
 def _symmetry_section(study: WorkspaceStudy) -> Section:
     paragraph = (
         "A pose is in the workspace exactly if its image is (Eq. 2), and the readings at the image "
         "are the image of the readings (Eq. 5): tested on poses of the box. An element that flips "
         "the working modes is tested against the workspace of the flipped modes."
     )
-    table = elements_table("Elements of the structure", study.elements, _unit(study), brief=True)
+    unit = study.mechanism.reading_unit
+    table = elements_table("Elements of the structure", study.elements, unit, brief=True)
     return Section("symmetry", "Symmetry of the workspace", [paragraph], [table])
 
 
@@ -146,15 +144,15 @@ def _slices_section(study: WorkspaceStudy) -> Section:
     mechanism = study.mechanism
     unit = "rad" if mechanism.bound else mechanism.space.closure_unit
     area = f"Workspace, {unit}\N{SUPERSCRIPT TWO}"
-    first = "Orientation, rad" if mechanism.space.moves else "rz, rad"
-    first = "z, m" if mechanism.bound else first
-    columns = (first, area, "Home's side", "Other side")
-    table = Table("Areas", (*columns, "Aspects"), groups, brief=True)
-    title, what = "Constant orientations", "Constant-orientation workspaces"
+    first, title = "Orientation, rad", "Constant orientations"
+    what = "Constant-orientation workspaces"
     if not mechanism.space.moves:
-        title, what = "Slices", "Slices of the workspace at constant rz"
+        first, title, what = "rz, rad", "Slices", "Slices of the workspace at constant rz"
     if mechanism.bound:
-        title, what = "Slices", "Slices of the workspace at constant height, over the tilts"
+        first, title = "z, m", "Slices"
+        what = "Slices of the workspace at constant height, over the tilts"
+    columns = (first, area, "Home's side", "Other side", "Aspects")
+    table = Table("Areas", columns, groups, brief=True)
     figure = Image(
         "constant_orientations",
         "Maps of the poses that the legs reach at each orientation.",
