@@ -29,6 +29,7 @@ from symkin.cli.options import (
     WorkersOption,
     columns_of,
     command,
+    folder_of,
     printed_length_of,
     with_sensor_table,
 )
@@ -109,12 +110,7 @@ def identify(
             help="The parts are blocks of consecutive poses, instead of poses drawn at random.",
         ),
     ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for calibrated.toml, results.json and report.html."
-        ),
-    ] = None,
+    out: Annotated[Path | None, folder_of("calibrated.toml, results.json and report.html")] = None,
     max_iterations: MaxIterationsOption = 100,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -188,10 +184,7 @@ def identify_batch(
     estimator: EstimatorOption = "implicit",
     use: PoseUseOption = "all",
     loss: LossOption = "none",
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the table, a row a robot, and report.html."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
     table: Annotated[
         Literal["csv", "parquet"], typer.Option(help="What the table is written as.")
     ] = "csv",
@@ -275,10 +268,7 @@ def align(
             metavar="M", min=1e-9, help="At which a rotation counts as much as a translation, m."
         ),
     ] = 1.0,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for frames.toml, results.json and report.html."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -343,10 +333,7 @@ def evaluate(
         Path | None, typer.Option(metavar="FILE", help="Measured poses and readings.")
     ] = None,
     columns: ColumnsOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for evaluation.json and evaluation.html."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,

@@ -22,6 +22,7 @@ from symkin.cli.options import (
     SeedOption,
     angles_of,
     command,
+    folder_of,
     quantity_of,
 )
 from symkin.drawing import as_drawn
@@ -111,9 +112,7 @@ def _first_sentence(path: Path) -> str:
 @command("symkin check 3RRR", "symkin check 3RRR --out checked")
 def check(
     mechanism: MechanismArgument,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for check.html and check.json.")
-    ] = None,
+    out: Annotated[Path | None, folder_of("check.html and check.json")] = None,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -144,7 +143,7 @@ def check(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            target = None if out is None else outputs.folder(out, "check.json", "check.html")
+            target = outputs.folder(out, "check.json", "check.html") if out else None
             stage("sampling the workspace")
             result = symkin.check_mechanism(loaded, seed)
             document = {"command": "check", "settings": {"seed": seed}, **result.to_dict()}
@@ -161,10 +160,7 @@ def check(
 @command("symkin workspace 3RRR --out out --both-modes")
 def workspace(
     mechanism: MechanismArgument,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for workspace.html and workspace.json."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("workspace.html and workspace.json")] = None,
     orientations: Annotated[
         str | None,
         typer.Option(
@@ -208,8 +204,7 @@ def workspace(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            files = "workspace.json", "workspace.html"
-            target = None if out is None else outputs.folder(out, *files)
+            target = outputs.folder(out, "workspace.json", "workspace.html") if out else None
             stage("studying the workspace")
             study = symkin.study_workspace(
                 loaded, orientation_list, count, seed, resolution, both_modes
@@ -225,18 +220,9 @@ def workspace(
 _OUT_OF_REACH = 1
 # Those of symkin.exports.FORMATS, which a test compares.
 _To = Literal[
-    "klipper",
-    "marlin",
-    "reprapfirmware",
-    "linuxcnc",
-    "mjcf",
-    "urdf",
-    "sdf",
-    "json",
-    "yaml",
-    "c-header",
-    "table",
-]
+    "klipper", "marlin", "reprapfirmware", "linuxcnc", "mjcf", "urdf", "sdf", "json", "yaml",
+    "c-header", "table",
+]  # fmt: skip
 _MECHANISM, _PROBED = "mechanism.toml", "probed.csv"
 
 
@@ -259,10 +245,7 @@ def kinematics(
             "--forward", help="From readings to poses, in the aspect of home; else the reverse."
         ),
     ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for readings.csv, or poses.csv with --forward."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("readings.csv, or poses.csv with --forward")] = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -391,9 +374,7 @@ def import_(
             help="Klipper's printer.cfg of a linear delta, or an MJCF or URDF file of symkin.",
         ),
     ],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for mechanism.toml and probed.csv.")
-    ],
+    out: Annotated[Path, folder_of("mechanism.toml and probed.csv")],
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make a mechanism file of a printer's configuration, and a table of what it has probed.

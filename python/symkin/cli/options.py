@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
@@ -75,6 +75,11 @@ def command(*examples: str) -> Callable[[Command], Command]:
         return called
 
     return made
+
+
+def folder_of(files: str) -> Any:
+    """The option of a folder in which these files are written."""
+    return typer.Option(metavar="DIR", help=f"Folder for {files}.")
 
 
 def _shipped(incomplete: str) -> list[str]:

@@ -35,6 +35,7 @@ from symkin.cli.options import (
     accuracies_of,
     columns_of,
     command,
+    folder_of,
     length_of,
     region_of,
 )
@@ -58,9 +59,7 @@ _COUNT_FILES = ("pose-count.json", "pose-count.html")
 def plan(
     *,
     mechanism: MechanismArgument,
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for plan.csv, plan.json and plan.html.")
-    ],
+    out: Annotated[Path, folder_of("plan.csv, plan.json and plan.html")],
     pose_count: PoseCountOption = None,
     candidates: CandidatesOption = None,
     choosing: ChoosingForPlan,
@@ -186,10 +185,7 @@ def plan(
 def pose_count(
     *,
     mechanism: MechanismArgument,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for pose-count.json and pose-count.html."),
-    ] = None,
+    out: Annotated[Path | None, folder_of("pose-count.json and pose-count.html")] = None,
     accuracy: AccuracyOption = None,
     least_gain: Annotated[
         float,
@@ -260,10 +256,7 @@ def simulate(
     *,
     mechanism: MechanismArgument,
     plan: Annotated[Path, typer.Option(metavar="FILE", help="A plan of `symkin plan`.")],
-    out: Annotated[
-        Path,
-        typer.Option(metavar="DIR", help="Folder for measurements.csv and actual.toml, the robot."),
-    ],
+    out: Annotated[Path, folder_of("measurements.csv and actual.toml, the robot")],
     seen: Observing,
     missing: Annotated[
         float, typer.Option(metavar="FRACTION", help="Of the readings, that are not taken.")
@@ -303,7 +296,7 @@ def simulate(
 def run(
     *,
     mechanism: MechanismArgument,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for all files of the run.")],
+    out: Annotated[Path, folder_of("all files of the run")],
     estimator: EstimatorOption = "implicit",
     use: PoseUseOption = "all",
     choosing: ChoosingForPlan,

@@ -34,8 +34,8 @@ from symkin.plot.style import (
     equal_box,
     flat_axes,
     leg_style,
+    legend,
     legend_below,
-    legend_beside,
     new_figure,
     sign,
     spatial_axes,
@@ -103,7 +103,7 @@ def mechanism(
     if ax is not None:
         x, y, _ = labels
         handles += _draw(dressed(ax, x=x, y=y), skeleton, symmetry)
-        legend_beside(ax, handles)
+        legend(ax, handles, below=False)
         return ax
     spatial = mechanism.space.in_space
     figure = new_figure(8.4 if spatial else 4.6, 4.6)
@@ -165,13 +165,8 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
 
 def _number_leg(axes: Any, leg: int, centres: Array, middle: Array) -> None:
     """Write the number beyond the base joint, away from the middle."""
-    style = {
-        "color": leg_style(leg).colour,
-        "ha": "center",
-        "va": "center",
-        "fontsize": SMALL + 2,
-        "fontweight": "bold",
-    }
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontweight": "bold"}
+    style |= {"color": leg_style(leg).colour, "fontsize": SMALL + 2}
     if isinstance(axes, Axes3D):
         outwards = (centres[0] - middle) * (1, 1, 0)
         axes.text(*(centres[0] + 0.16 * outwards), str(leg + 1), **style)

@@ -35,14 +35,14 @@ from symkin.plot.style import (
     SMALL,
     Array,
     colour_bar,
-    dressed,
     flat_axes,
     leg_patches,
     leg_style,
+    legend,
     legend_below,
-    legend_beside,
     name_points,
     new_figure,
+    own_axes,
     powers_of_ten,
     sign,
 )
@@ -75,14 +75,8 @@ def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | No
     """
     diagonals = np.asarray(r_diagonals, dtype=float)
     legs, count = diagonals.shape
-    label = "|Rᵢᵢ|, reading per parameter (SI)"
-    if ax is None:
-        figure = new_figure(8.6, 3.8)
-        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], y=label)
-        legend_below(figure, leg_patches(legs))
-    else:
-        axes = dressed(ax, y=label)
-        legend_beside(axes, leg_patches(legs))
+    axes = own_axes(ax, 8.6, 3.8, y="|Rᵢᵢ|, reading per parameter (SI)")
+    legend(axes, leg_patches(legs), below=ax is None)
     width = 0.8 / legs
     for leg, values in enumerate(diagonals):
         places = np.arange(count) - 0.4 + width * (leg + 0.5)
@@ -163,9 +157,7 @@ def residuals(
         axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
         _draw_closures(axes, leg, unit, numbers, closures, numbers)
         rejected = np.isin(fit.closure_rows, fit.rejected)
-        axes.plot(
-            *(each[rejected] for each in (numbers, closures)), "x", color=ACCENT, markersize=6
-        )
+        axes.plot(numbers[rejected], closures[rejected], "x", color=ACCENT, markersize=6)
         if leg + _COLUMNS >= len(fits):
             axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
         axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
@@ -231,12 +223,7 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    x, y = "row of the measurements", "t, standard deviations"
-    if ax is None:
-        figure = new_figure(9.2, 3.8)
-        axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], x=x, y=y)
-    else:
-        axes = dressed(ax, x=x, y=y)
+    axes = own_axes(ax, 9.2, 3.8, x="row of the measurements", y="t, standard deviations")
     rows, space = found.rows, found.nominal.pose_space
     numbers = found.measurements.row_numbers[rows.pose]
     reading = rows.kind == KINDS.index("readings")
@@ -251,15 +238,9 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
         (points,) = axes.plot(
             numbers[own], rows.t[own], marker, color=colour, markersize=4, linestyle="none"
         )
-        name_points(
-            points,
-            [
-                f"row {number}, {rows.what(row, space)}: {t:+.2g}"
-                for row, number, t in zip(
-                    np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True
-                )
-            ],
-        )
+        shown = zip(np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True)
+        names = [f"row {number}, {rows.what(row, space)}: {t:+.2g}" for row, number, t in shown]
+        name_points(points, names)
         label = "poses and others" if leg is None else f"leg {leg + 1}"
         handles.append(sign(marker, label, colour, 5))
     limit = blunder_limit(found)
@@ -271,10 +252,7 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
         axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
     axes.axhline(0, color=LINE, linewidth=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    if ax is None:
-        legend_below(figure, handles)
-    else:
-        legend_beside(axes, handles)
+    legend(axes, handles, below=ax is None)
     return axes
 
 
@@ -317,11 +295,8 @@ def parameter_errors(
         outside = np.abs(errors) > INTERVAL
         for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
             axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
-        axes.set_yticks(
-            range(count),
-            [name.replace("_", " ") for name in actual.parameter_names],
-            fontsize=SMALL,
-        )
+        names = [name.replace("_", " ") for name in actual.parameter_names]
+        axes.set_yticks(range(count), names, fontsize=SMALL)
         axes.tick_params(axis="y", length=0, labelleft=column == 0)
         if leg + _COLUMNS >= legs:
             axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
@@ -411,12 +386,9 @@ def error_map(
     panels = _map_panels(rows, after.space)
     (kind, unit), *_ = after.space.errors
     figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
-    if len(panels) == 1:
-        places = figure.add_gridspec(1, 2)
-        grid = [[places[0]], [places[1]]]
-    else:
-        places = figure.add_gridspec(2, len(panels))
-        grid = [[places[row, column] for column in range(len(panels))] for row in range(2)]
+    columns = range(len(panels))
+    places = figure.add_gridspec(*((1, 2) if len(panels) == 1 else (2, len(panels))))
+    grid = [[places[row * len(panels) + column] for column in columns] for row in range(2)]
     first: Axes | None = None
     for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
         sizes = _MILLI * _error_sizes(evaluation)[0]
@@ -504,21 +476,11 @@ def _panels(
 
 
 def _draw_closures(
-    axes: Axes,
-    leg: int,
-    unit: str,
-    x: Array | NDArray[np.intp],
-    closures: Array,
-    rows: NDArray[np.intp],
+    axes: Axes, leg: int, unit: str, x: NDArray[Any], closures: Array, rows: NDArray[np.intp]
 ) -> None:
     (points,) = axes.plot(x, closures, "o", color=leg_style(leg).colour, markersize=3)
-    name_points(
-        points,
-        [
-            f"row {row}, leg {leg + 1}: {closure:+.3g} m{unit}"
-            for row, closure in zip(rows, closures, strict=True)
-        ],
-    )
+    named = zip(rows, closures, strict=True)
+    name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} m{unit}" for row, c in named])
 
 
 # Errors of the end effector.

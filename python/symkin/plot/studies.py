@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,14 +25,13 @@ from symkin.plot.style import (
     LINE,
     SMALL,
     Array,
-    ShownAxes,
     colour_bar,
-    dressed,
     flat_axes,
     leg_handles,
     leg_style,
     legend_below,
     new_figure,
+    own_axes,
     sign,
     thinned,
 )
@@ -94,31 +94,17 @@ def study_protocols(
                 share_y=first,
             )
             first = first or axes
-            for choice in choices:
-                for estimator in estimators:
-                    some = [
-                        each
-                        for each in cells
-                        if (each.cell.design, _choice(each), _estimate(each))
-                        == (design, choice, estimator)
-                    ]
-                    style = leg_style(choices.index(choice)).colour, estimators.index(estimator)
-                    _draw_protocol(axes, some, kind, *style)
+            for choice, estimator in itertools.product(choices, estimators):
+                wanted = (design, choice, estimator)
+                some = [e for e in cells if (e.cell.design, _choice(e), _estimate(e)) == wanted]
+                colour = leg_style(choices.index(choice)).colour
+                _draw_protocol(axes, some, kind, colour, estimators.index(estimator))
             _logarithmic(axes)
     handles = [sign("s", choice, leg_style(at).colour) for at, choice in enumerate(choices)]
-    handles += [
-        Line2D(
-            [],
-            [],
-            color=INK,
-            linewidth=1.1,
-            linestyle=_LINES[at % len(_LINES)],
-            marker=leg_style(at).marker,
-            markersize=4,
-            label=each,
-        )
-        for at, each in enumerate(estimators)
-    ]
+    look: dict[str, Any] = {"color": INK, "linewidth": 1.1, "markersize": 4}
+    for at, each in enumerate(estimators):
+        look |= {"linestyle": _LINES[at % len(_LINES)], "marker": leg_style(at).marker}
+        handles.append(Line2D([], [], label=each, **look))
     legend_below(figure, handles, columns=4)
     return figure
 
@@ -181,8 +167,7 @@ def study_curves(
     -------
     Axes
     """
-    axes = new_figure(6.2, 3.4).add_subplot(axes_class=ShownAxes) if ax is None else ax
-    dressed(axes, x=level, y=value)
+    axes = own_axes(ax, 6.2, 3.4, x=level, y=value)
     for at, curve in enumerate(curves):
         colour, marker = leg_style(at)
         axes.errorbar(
@@ -245,9 +230,8 @@ def study_cost(
 def _draw_protocol(
     axes: Axes, cells: Sequence[CellSummary], kind: str, colour: str, place: int
 ) -> None:
-    cells = sorted(
-        (each for each in cells if each.robots > each.failed), key=lambda each: each.measured_poses
-    )
+    usable = [each for each in cells if each.robots > each.failed]
+    cells = sorted(usable, key=lambda each: each.measured_poses)
     if not cells:
         return
     errors = [getattr(each, kind) for each in cells]
@@ -301,8 +285,7 @@ def _some(value: float, _place: int) -> str:
 
 
 def _choice(summary: CellSummary) -> str:
-    cell = summary.cell
-    return f"{cell.rows}, {cell.criterion}".replace("_", "-")
+    return f"{summary.cell.rows}, {summary.cell.criterion}".replace("_", "-")
 
 
 def _estimate(summary: CellSummary) -> str:
@@ -311,13 +294,9 @@ def _estimate(summary: CellSummary) -> str:
 
 def _kinds(cells: Sequence[CellSummary]) -> list[str]:
     """What is in error at all: a point has no orientation, what only turns no position."""
-    found = {
-        kind
-        for each in cells
-        for kind in ("position", "orientation")
-        if getattr(each, kind).rms > 0
-    }
-    return [kind for kind in ("position", "orientation") if kind in found] or ["position"]
+    kinds = ("position", "orientation")
+    found = [kind for kind in kinds if any(getattr(each, kind).rms > 0 for each in cells)]
+    return found or ["position"]
 
 
 _CLOUD = "#C9D3DA"

@@ -141,6 +141,14 @@ def flat_axes(
     return dressed(axes, title=title, x=x, y=y)
 
 
+def own_axes(ax: Axes | None, width: float, height: float, *, x: str = "", y: str = "") -> Axes:
+    """The axes that are given, in the house style, or those of a new figure of this size."""
+    if ax is not None:
+        return dressed(ax, x=x, y=y)
+    figure = new_figure(width, height)
+    return flat_axes(figure, figure.add_gridspec(1, 1)[0], x=x, y=y)
+
+
 def dressed(axes: Axes, *, title: str = "", x: str = "", y: str = "") -> Axes:
     """Give axes the house style."""
     axes.set_axisbelow(True)
@@ -222,8 +230,11 @@ def legend_below(figure: FigureBase, handles: Sequence[Any], columns: int = 8) -
     )
 
 
-def legend_beside(axes: Axes, handles: Sequence[Any]) -> None:
-    """Put a legend to the right of axes that belong to somebody else's figure."""
+def legend(axes: Axes, handles: Sequence[Any], *, below: bool) -> None:
+    """Put a legend under axes, or to the right of those that belong to somebody else's figure."""
+    if below:
+        legend_below(axes.figure.figure, handles)
+        return
     look: dict[str, Any] = {"fontsize": SMALL, "labelcolor": INK, "frameon": False}
     axes.legend(handles=list(handles), loc="upper left", bbox_to_anchor=(1.01, 1), **look)
 

@@ -37,23 +37,13 @@ from symkin.plot.style import (
     spatial_axes,
     thinned,
 )
-from symkin.poses import (
-    POSE_SPACES,
-    PoseSpace,
-    space_named,
-    vectors_from_quaternions,
-)
+from symkin.poses import POSE_SPACES, PoseSpace, space_named, vectors_from_quaternions
 from symkin.workspace.sample import WorkspaceSample
 from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
 from symkin.workspace.study import WorkspaceStudy
 
-_SIZES = {
-    "planar": (8.6, 4.2),
-    "point": (4.6, 4.4),
-    "spatial": (8.8, 3.7),
-    "translating": (8.8, 3.7),
-    "spherical": (8.8, 3.7),
-}  # inches
+_SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
+_SIZE_IN_SPACE = (8.8, 3.7)
 _PLAIN = "#9DB8CC"  # of poses without orientation
 _FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
 _HOME_SIDE, _USABLE, _OTHER_SIDE = "#CFE5F2", "#7DB8DC", "#F9DFA8"
@@ -71,10 +61,7 @@ class View(NamedTuple):
 
 
 _TOP = View(0, 1, "x, m", "y, m")
-
 _SIDES = View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")
-
-
 _TURNS = tuple(
     View(x, y, f"{'xyz'[x]} of the rotation vector, rad", f"{'xyz'[y]}, rad")
     for x, y in ((0, 1), (0, 2), (1, 2))
@@ -127,7 +114,7 @@ def poses(
     chosen = [np.asarray(each, dtype=float) for each in sets]
     space = space_named(pose_space or getattr(poses, "pose_space", "") or "", cloud.shape[1]).name
     views = views_of(POSE_SPACES[space])
-    figure = new_figure(*_SIZES[space], figure)
+    figure = new_figure(*_SIZES.get(space, _SIZE_IN_SPACE), figure)
     columns = 2 if space == "planar" else len(views)
     places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
     drawn = shown_of(POSE_SPACES[space], cloud[thinned(len(cloud), _FLAT_LIMIT)])
@@ -251,8 +238,7 @@ def _draw_view(axes: Axes, space: str, cloud: Array, sets: Sequence[Array], view
         rasterized=True,
     )
     for leg, chosen in enumerate(sets):
-        style = _marker(leg, len(sets))
-        axes.scatter(chosen[:, view.x], chosen[:, view.y], zorder=3, **style)
+        axes.scatter(chosen[:, view.x], chosen[:, view.y], zorder=3, **_marker(leg, len(sets)))
     return points
 
 
@@ -330,7 +316,7 @@ def _slice_legend(slices: Sequence[ConstantOrientation]) -> list[Any]:
 
 def _slice_title(title: str, found: ConstantOrientation, unit: str) -> str:
     orientation = "" if math.isnan(found.orientation) else f"{found.orientation:.3g} {unit}"
-    return ", ".join(part for part in (title, orientation) if part)
+    return ", ".join(filter(None, (title, orientation)))
 
 
 def _drawn_legs(study: WorkspaceStudy) -> list[int]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Sequence
 
 from symkin.chains import legs_in_words
@@ -43,21 +42,16 @@ def check_page(result: CheckResult) -> Page:
     """Describe all that a check found."""
     mechanism, comparison = result.mechanism, result.comparison
     symmetry = symmetry_section(mechanism, comparison, result.groups)
-    conditions = Section(
-        "conditions", "Conditions", [f"The conditions are not tested: {result.untested}."]
-    )
+    untested = [f"The conditions are not tested: {result.untested}."]
+    conditions = Section("conditions", "Conditions", untested)
     if result.conditions is not None:
-        conditions = conditions_section(result.conditions)
-    differences = []
-    if comparison.deviations or comparison.sensor_deviations:
-        text = (
-            "Each leg is carried back to the first of those that are, or should be, alike, and "
-            "compared with their median; tolerances are those of manufacture."
-        )
-        table = deviations_table(comparison)
-        differences = [Section("differences", "Differences", [text], [table])]
+        conditions = _conditions_section(result.conditions)
+    text = (
+        "Each leg is carried back to the first of those that are, or should be, alike, and "
+        "compared with their median; tolerances are those of manufacture."
+    )
     sections = [
-        *differences,
+        *_differences(comparison, "Differences", [text]),
         _legs(result),
         _mechanism(result),
         _home(result),
@@ -96,19 +90,13 @@ def _headlines(result: CheckResult) -> list[Headline]:
     ranks = [leg.rank for leg in result.observability]
     # Of the leg that misses most.
     worst = max(range(len(counts)), key=lambda leg: counts[leg] - ranks[leg])
-    all_shown = "all " + " or ".join(map(str, sorted(set(counts))))
+    shown = f"{ranks[worst]} of {counts[worst]}"
+    if ranks[worst] == counts[worst]:
+        shown = "all " + " or ".join(map(str, sorted(set(counts))))
+    more = "by default; symkin pose-count tells what more are worth"
     return [
-        (
-            "Parameters that poses show",
-            all_shown if ranks[worst] == counts[worst] else f"{ranks[worst]} of {counts[worst]}",
-            "of every leg",
-        ),
-        (
-            "Poses",
-            f"at least {result.least_poses}",
-            f"{mechanism.protocol.pose_count} by default; symkin pose-count tells what more are "
-            "worth",
-        ),
+        ("Parameters that poses show", shown, "of every leg"),
+        ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
         ("Design", result.design, _DESIGNS[result.design]),
         ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
         condition,
@@ -228,16 +216,16 @@ def symmetry_section(
 ) -> Section:
     """State the symmetry that there is, and how every leg comes from its reference leg."""
     comparison = comparison or compare_symmetry(mechanism)
-    parts = [groups_table(groups)] if groups else []
+    parts = [_groups_table(groups)] if groups else []
     return Section(
         "symmetry",
         "Symmetry",
         [*comparison.sentences, _orbits(mechanism)],
-        [*parts, carriers_table(mechanism)],
+        [*parts, _carriers_table(mechanism)],
     )
 
 
-def carriers_table(mechanism: Mechanism) -> Table:
+def _carriers_table(mechanism: Mechanism) -> Table:
     """Show which element carries which leg to every leg."""
     group = symmetry_group(mechanism)
     rows = [
@@ -248,7 +236,7 @@ def carriers_table(mechanism: Mechanism) -> Table:
     return Table(caption, ("Leg", "Image of", "Element", "Which is"), [Group(rows)], wordy=True)
 
 
-def groups_table(groups: Sequence[NamedGroup]) -> Table:
+def _groups_table(groups: Sequence[NamedGroup]) -> Table:
     """Show groups by their names and elements."""
     rows = [
         (
@@ -267,26 +255,26 @@ def groups_table(groups: Sequence[NamedGroup]) -> Table:
     return Table("Groups", columns, [Group(rows)], wordy=True)
 
 
-def deviations_table(comparison: SymmetryComparison) -> Table:
-    """Show what breaks a symmetry, largest first."""
+def _differences(
+    comparison: SymmetryComparison, title: str, paragraphs: Sequence[str] = ()
+) -> list[Section]:
+    """Show what breaks a symmetry, largest first; nothing if nothing does."""
     rows = [
         (
             f"leg {found.leg + 1}, {found.parameter}",
             quantity(found.deviation, found.unit).strip(),
             significant(found.in_tolerances),
-            NONE
-            if math.isnan(found.standard_deviation)
-            else quantity(found.standard_deviation, found.unit, 2).strip(),
+            quantity(found.standard_deviation, found.unit, 2).strip(),
         )
         for found in comparison.deviations + comparison.sensor_deviations
     ]
     columns = ("Parameter", "Deviation", "In tolerances", "Standard deviation")
-    return Table(
-        "Where the legs differ", columns, [Group(rows)], brief=True, brief_rows=_ALWAYS_SHOWN
-    )
+    shown, caption = _ALWAYS_SHOWN, "Where the legs differ"
+    table = Table(caption, columns, [Group(rows)], brief=True, brief_rows=shown)
+    return [Section("differences", title, paragraphs, [table])] if rows else []
 
 
-def conditions_section(conditions: Conditions) -> Section:
+def _conditions_section(conditions: Conditions) -> Section:
     """List the conditions (1)-(5) of section 4 and (1)-(7) of section 5."""
     paragraph = (
         f"Each element of {conditions.tested_group} was tested on {count(conditions.tested)} "
@@ -329,17 +317,13 @@ def detection_page(found: DetectedSymmetry) -> Page:
 def comparison_page(comparison: SymmetryComparison) -> Page:
     """Say how near the legs are to a symmetry, and what breaks it."""
     first, *others = comparison.sentences
-    sections = []
-    if comparison.deviations or comparison.sensor_deviations:
-        table = deviations_table(comparison)
-        sections = [Section("differences", "What breaks the symmetry", (), [table])]
     return Page(
         title="Symmetry of the legs",
         headlines=[("Structure", comparison.found.structure.title, comparison.verdict)],
         verdict="good" if comparison.verdict == comparison.sensors == "exact" else "doubtful",
         judgement=first,
         notes=others,
-        sections=sections,
+        sections=_differences(comparison, "What breaks the symmetry"),
     )
 
 
@@ -358,8 +342,8 @@ def conditions_page(conditions: Conditions) -> Page:
         judgement="Not all conditions hold" if failing else "All conditions hold",
         doubts=[f"{each.section}({each.number}) {each.text}: {each.figure}" for each in failing],
         sections=[
-            Section("groups", "Groups", (), [groups_table(conditions.groups)]),
-            conditions_section(conditions),
+            Section("groups", "Groups", (), [_groups_table(conditions.groups)]),
+            _conditions_section(conditions),
         ],
     )
 
