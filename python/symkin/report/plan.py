@@ -274,8 +274,11 @@ def needed_poses_page(needed: NeededPoses) -> Page:
 
 
 def _plan(curve: PoseCountCurve, count: int) -> str:
+    usual = {"design": "legs", "rows": "noise_aware", "criterion": "O1"}
+    given = {name: curve.settings[name] for name in usual}
+    other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
     same = "" if curve.survey is None else ", with the same options"
-    return f"symkin plan MECHANISM --pose-count {count} --out DIR{same}"
+    return f"symkin plan MECHANISM{other} --pose-count {count} --out DIR{same}"
 
 
 def _remedies(needed: NeededPoses) -> Table:

@@ -206,6 +206,13 @@ def test_pose_count_says_how_many_poses_an_accuracy_needs(symkin: Callable, tmp_
     assert f"--pose-count {count} " in shown.out
 
 
+def test_pose_count_recommends_the_plan_that_it_counted_the_poses_of(symkin: Callable) -> None:
+    small = ("pose-count", "3RRR", "--candidates", 200)
+    assert "symkin plan MECHANISM --pose-count" in symkin(*small).out
+    shown = symkin(*small, "--design", "orbits", "--rows", "paper").out
+    assert "symkin plan MECHANISM --design orbits --rows paper --pose-count" in shown
+
+
 def test_pose_count_says_what_else_helps_where_more_poses_do_not(symkin: Callable) -> None:
     shown = symkin("pose-count", "3RRR", "--candidates", 300, "--accuracy", "1um")
     assert shown.code == 0
