@@ -8,6 +8,8 @@ import pytest
 
 import symkin
 from symkin.observability import analyse_observability, expected_accuracy
+from symkin.report.content import Group, Page, Section, Table
+from symkin.report.rendering import page_text
 from symkin.report.wording import fixed, milli, significant
 
 FITS = "How the legs fit (chi-square per degree of freedom, 1 if the noise is as declared)"
@@ -257,3 +259,13 @@ def test_names_are_escaped(planar_result, tmp_path):
     text = path.read_text(encoding="utf-8")
     assert "<b>" not in text
     assert "&lt;b&gt;3RRR&lt;/b&gt; &amp; co" in text
+
+
+def test_a_table_that_is_cut_says_how_many_rows_more_it_has_whatever_they_are():
+    rows = [(f"robot {number}", "failed", "too few poses") for number in range(25)]
+    columns = ("Robot", "Verdict", "Why")
+    table = Table("Robots to look at", columns, [Group(rows)], brief=True, brief_rows=20)
+    text = page_text(Page("Fleet", sections=[Section("robots", "Robots", parts=[table])]))
+    assert "robot 19" in text
+    assert "robot 20" not in text
+    assert text.endswith("and 5 more")
