@@ -115,8 +115,8 @@ def toml_value(value: Any) -> str:
 
 
 def _key(name: str) -> str:
-    """A key as TOML wants it: patterns in quotation marks."""
-    return name if name.replace("_", "a").isalnum() else toml_value(name)
+    """A key as TOML wants it: patterns, and letters beyond ASCII, in quotation marks."""
+    return name if name.isascii() and name.replace("_", "a").isalnum() else toml_value(name)
 
 
 def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 import symkin
 from symkin.errors import SymkinError, SymmetryError
 from symkin.io.mechanism_file import load_mechanism
-from symkin.io.mechanism_writer import save_mechanism
+from symkin.io.mechanism_writer import save_mechanism, toml_value
 from symkin.mechanism import Leg, Mechanism
 from symkin.settings import (
     DeclaredSymmetry,
@@ -278,3 +279,8 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
 def test_any_mechanism_reads_back(tmp_path: Path, mechanism: Mechanism) -> None:
     save_mechanism(mechanism, tmp_path / "any.toml", overwrite=True)
     assert_same(load_mechanism(tmp_path / "any.toml"), mechanism)
+
+
+@pytest.mark.parametrize("key", ["base_radius", "leg1.*", "", "größe", "½", "x-y", 'a "b" \\'])
+def test_any_key_of_a_table_reads_back(key: str) -> None:
+    assert tomllib.loads(f"table = {toml_value({key: 1})}") == {"table": {key: 1}}
