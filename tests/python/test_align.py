@@ -133,6 +133,12 @@ def test_align_wants_a_mechanism_or_columns(tmp_path, capsys):
     assert "expected --mechanism, or --device and --robot" in capsys.readouterr().err
 
 
+def test_align_does_not_pass_over_a_file_of_columns_in_silence(tmp_path, capsys):
+    arguments = ["align", str(tmp_path / "x.csv"), "--device", "x,y,turn", "--robot", "px,py,pt"]
+    assert main([*arguments, "--columns", str(tmp_path / "columns.toml")]) == 2
+    assert "--columns goes with --mechanism alone" in capsys.readouterr().err
+
+
 def test_the_file_of_the_mechanism_is_not_replaced_by_its_frames(tmp_path, capsys):
     robot = tmp_path / "frames.toml"
     symkin.load_mechanism("3RRR").save(robot)

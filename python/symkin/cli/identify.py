@@ -280,6 +280,8 @@ def align(
         raise typer.BadParameter("expected --mechanism, or --device and --robot")
     if mechanism is not None and (device or robot or angles):
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
+    if mechanism is None and columns is not None:
+        raise typer.BadParameter("--columns goes with --mechanism alone")
     model = None if mechanism is None else symkin.load_mechanism(mechanism)
     inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
