@@ -56,8 +56,7 @@ def overview(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
     debug: Annotated[  # noqa: ARG001  # taken out of the command line before it is read
-        bool,
-        typer.Option("--debug", help="Show where an error arose; with any command, anywhere."),
+        bool, typer.Option("--debug", help="Show where an error arose; with any command, anywhere.")
     ] = False,
 ) -> None:
     """Kinematic identification of symmetric parallel mechanisms.

@@ -323,12 +323,10 @@ def evaluate(
         ),
     ],
     actual: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="The simulated robot, of `symkin simulate`."),
+        str | None, typer.Option(metavar="FILE", help="The simulated robot, of `symkin simulate`.")
     ] = None,
     plan: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A plan whose poses are commanded."),
+        Path | None, typer.Option(metavar="FILE", help="A plan whose poses are commanded.")
     ] = None,
     candidates: CandidatesOption = None,
     measurements: Annotated[

@@ -251,8 +251,7 @@ class Observing:
         ),
     ] = None
     target: Annotated[
-        str | None,
-        typer.Option(metavar="FRAME", help="What is measured, in the platform's frame."),
+        str | None, typer.Option(metavar="FRAME", help="What is measured, in the platform's frame.")
     ] = None
     point: Annotated[
         list[str] | None,
@@ -263,8 +262,7 @@ class Observing:
         typer.Option(metavar="POINT", help="Where distances are measured from; several."),
     ] = None
     plane: Annotated[
-        str,
-        typer.Option(metavar="C", help="'c0, c1, c2' of z = c0 + c1 x + c2 y for heights."),
+        str, typer.Option(metavar="C", help="'c0, c1, c2' of z = c0 + c1 x + c2 y for heights.")
     ] = "0, 0, 0"
 
     def observed(self, mechanism: Mechanism, missing: float = 0.0, spread: float = 0.0) -> Observed:
@@ -310,8 +308,7 @@ class Unknown:
         ),
     ] = None
     fixed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATTERN", help="Held, whatever else says so."),
+        list[str] | None, typer.Option(metavar="PATTERN", help="Held, whatever else says so.")
     ] = None
     shared: Annotated[
         list[str] | None,
@@ -495,10 +492,7 @@ def with_sensor_table(mechanism: Mechanism, path: Path | None) -> Mechanism:
     if path is None:
         return mechanism
     table = read_sensor_table(
-        path,
-        legs=len(mechanism.legs),
-        reading_unit=mechanism.reading_unit,
-        step=mechanism.step,
+        path, legs=len(mechanism.legs), reading_unit=mechanism.reading_unit, step=mechanism.step
     )
     return mechanism.replace(sensor_table=table)
 

@@ -178,10 +178,7 @@ def plan(
     print_result(made, document, as_json=as_json, after=_written(out, files))
 
 
-@command(
-    "symkin pose-count 3RRR --out counted",
-    "symkin pose-count 3RRR --accuracy 0.05mm",
-)
+@command("symkin pose-count 3RRR --out counted", "symkin pose-count 3RRR --accuracy 0.05mm")
 def pose_count(
     *,
     mechanism: MechanismArgument,
@@ -320,12 +317,7 @@ def run(
         with OutputFiles(nominal.files, overwrite) as outputs:
             target = outputs.folder(out, *ProtocolResult.FILES)
             result = symkin.run_protocol(
-                nominal,
-                estimator=estimator,
-                poses=use,
-                **vars(choosing),
-                seed=seed,
-                progress=stage,
+                nominal, estimator=estimator, poses=use, **vars(choosing), seed=seed, progress=stage
             )
             stage("writing the report")
             result.write(target)

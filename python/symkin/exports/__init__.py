@@ -41,18 +41,7 @@ MARK = "symkin:"
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What some formats need besides the mechanism.
-
-    Attributes
-    ----------
-    endstops : tuple of float
-        Readings of the sensors at their endstops: one for all legs, or one a leg. Empty for the
-        upper joint limit of the mechanism.
-    nominal : Mechanism or None
-        What a controller computes with that knows no better.
-    grid : int
-        Poses of a correction table along each coordinate; 0 for what suits the coordinates.
-    """
+    """What some formats need besides the mechanism, as `export` takes it."""
 
     endstops: tuple[float, ...] = ()
     nominal: Mechanism | None = None
@@ -243,7 +232,7 @@ def joint_values(mechanism: Mechanism, poses: ArrayLike) -> dict[str, np.ndarray
     SymkinError
         As `export` to a model does.
     """
-    from symkin.exports.structure import structure_of
+    from symkin.exports.models import structure_of
 
     return dict(structure_of(mechanism, poses).values)
 
@@ -258,10 +247,7 @@ def workspace_poses(mechanism: Mechanism) -> Array:
 
 
 def nearest(
-    actual: Mechanism,
-    start: Mechanism,
-    unknowns: Sequence[Iterable[tuple[int, str]]],
-    poses: Array,
+    actual: Mechanism, start: Mechanism, unknowns: Sequence[Iterable[tuple[int, str]]], poses: Array
 ) -> Mechanism:
     """Fit a mechanism so that a robot that it commands errs least at the poses.
 

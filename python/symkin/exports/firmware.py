@@ -40,7 +40,7 @@ from symkin.exports import (
     nearest,
     workspace_poses,
 )
-from symkin.exports.structure import structure_of
+from symkin.exports.models import structure_of
 from symkin.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -55,27 +55,13 @@ _MERGE = "These sections are to be merged into those of the printer.cfg that has
 
 @dataclass(frozen=True)
 class LinearDelta:
-    """A linear delta as firmware knows it.
+    """A linear delta as firmware knows it; arrays have a value for each tower."""
 
-    Attributes
-    ----------
-    radius : float
-        Of the towers, less that of the effector, m.
-    angles : ndarray, shape (3,)
-        Of the towers, rad.
-    arms : ndarray, shape (3,)
-        Lengths of the rods, m.
-    endstops : ndarray, shape (3,)
-        Heights of the carriages' joints above the bed where the carriages meet their endstops, m.
-    gains : ndarray, shape (3,)
-        Way of each carriage for one unit that its drive counts.
-    """
-
-    radius: float
-    angles: Array
-    arms: Array
-    endstops: Array
-    gains: Array
+    radius: float  # of the towers, less that of the effector, m
+    angles: Array  # of the towers, rad
+    arms: Array  # lengths of the rods, m
+    endstops: Array  # heights of the carriages' joints above the bed at their endstops, m
+    gains: Array  # way of each carriage for one unit that its drive counts
 
     @property
     def heights(self) -> Array:
@@ -296,10 +282,7 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     lines = ["[printer]", "kinematics: rotary_delta", f"shoulder_radius: {mm(radius)}"]
     lines += [f"shoulder_height: {mm(height)}", ""]
     for leg, tower in enumerate(TOWERS):
-        lines += [
-            f"[{tower}]",
-            f"angle: {np.degrees(found['base_azimuth'][leg]) % 360:.6f}",
-        ]
+        lines += [f"[{tower}]", f"angle: {np.degrees(found['base_azimuth'][leg]) % 360:.6f}"]
         lines += [f"upper_arm_length: {mm(crank[leg])}", f"lower_arm_length: {mm(rod[leg])}"]
         lines += [f"position_endstop: {mm(heights[leg])}", ""]
     shift = f"z in Klipper is z here + {mm(-bed)} mm"

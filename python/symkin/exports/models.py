@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Models for simulators: MJCF, URDF and SDF.
+"""Models for simulators, MJCF, URDF and SDF: a tree of bodies, cut where legs meet the platform.
+
+Simulators have no closures: they have bodies with a joint to their parent, and loops that are
+closed again by constraints. A leg is such a branch, and so is the platform.
 
 MuJoCo's MJCF closes loops by ``<equality><connect>``. A fixed tendon of the active joint with the
 coefficient 1 / gain has the length that the sensor reads, so that what is sensed and commanded in
@@ -16,16 +19,323 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin.errors import MechanismError, SymkinError
 from symkin.exports import MARK, ExportOptions, Written
-from symkin.exports.structure import Body, Structure, structure_of
+from symkin.frames import transforms
+from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
-from symkin.poses import Transform
+from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors
 from symkin.workspace.sample import workspace_coordinates
+
+Array = NDArray[np.float64]
+_X, _Y, _Z = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One degree of freedom between a body and its parent; a free one has all six, and no axis."""
+
+    name: str  # such as leg1_active, which the sensor reads: value = gain * reading
+    kind: Literal["hinge", "slide", "free"]
+    axis: Array  # in the body's own frame
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body; its joints come one after the other, each in the frame that the last one left."""
+
+    name: str
+    parent: str  # "" is the base
+    position: Array  # in the parent's frame, while all joints are at zero
+    rotation: Array
+    joints: tuple[Joint, ...]  # from the parent outwards
+    tip: Array  # the end of the link that is drawn, in the body's frame
+
+    @property
+    def links(self) -> list[tuple[str, Joint]]:
+        """Names of a row of links, each with the joint that moves it; the last is the body."""
+        rows = [f"{self.name}_{number}" for number in range(1, len(self.joints))]
+        return list(zip([*rows, self.name], self.joints, strict=True))
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The end of a leg, which is held at a point of the platform by a joint that turns any way."""
+
+    name: str
+    body: str
+    point: Array
+    platform_point: Array
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Bodies, parents first, and what closes the loops."""
+
+    bodies: tuple[Body, ...]  # those of each leg, then the platform
+    closures: tuple[Closure, ...]  # one for each leg
+    # Of every joint at the poses that were asked for, m and rad, shape (N,); of a free joint
+    # position and quaternion, scalar first, shape (N, 7).
+    values: Mapping[str, Array]
+    home: Mapping[str, Array]  # the same at home
+    size: float  # largest distance of a base point from the platform's origin at home, m
+
+    @property
+    def joints(self) -> Iterator[Joint]:
+        """Every joint, in the order of the bodies."""
+        return (joint for body in self.bodies for joint in body.joints)
+
+    def frames(self, values: Mapping[str, Array]) -> dict[str, list[Transform]]:
+        """Frames of each body in the base's, with the given joint values: after each joint."""
+        placed: dict[str, list[Transform]] = {"": [Transform(np.eye(3), np.zeros(3))]}
+        for body in self.bodies:
+            frame = placed[body.parent][-1] @ Transform(body.rotation, body.position)
+            steps = placed[body.name] = []
+            for joint in body.joints:
+                frame = frame @ _motion(joint, values[joint.name])
+                steps.append(frame)
+        del placed[""]
+        return placed
+
+
+def _motion(joint: Joint, value: Array) -> Transform:
+    """What a joint does in its body's frame."""
+    if joint.kind == "free":
+        return Transform(rotations_from_quaternions(value[None, [4, 5, 6, 3]])[0], value[:3])
+    if joint.kind == "slide":
+        return Transform(np.eye(3), value * joint.axis)
+    return Transform(rotations_from_vectors((value * joint.axis)[None])[0], np.zeros(3))
+
+
+def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Structure:
+    """Take a mechanism apart into bodies and joints, with the joints' values at poses.
+
+    Raises
+    ------
+    SymkinError
+        For a chain that is not in `LEGS`, curved sensors, or a leg that does not reach home.
+    """
+    for number, chain in enumerate(mechanism.chains, 1):
+        if chain not in LEGS:
+            which = f" (leg {number})" if mechanism.mixed else ""
+            raise MechanismError(
+                f'a model of bodies and joints is not written for chain "{chain}"{which}; expected '
+                f"one of {', '.join(LEGS)}"
+            )
+    if mechanism.curvature is not None:
+        raise MechanismError(
+            f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
+            "joints has straight ones alone"
+        )
+    home = mechanism.home[None]
+    rows = home if poses is None else np.vstack([home, pose_rows(poses)])
+    readings = mechanism.inverse_kinematics(rows)
+    if np.isnan(readings[0]).any():
+        raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')
+    platform = transforms(mechanism.pose_space, rows)
+    bodies: list[Body] = []
+    closures: list[Closure] = []
+    values: dict[str, Array] = {}
+    far = 0.0
+    for leg, gain in enumerate(mechanism.sensor_gains):
+        own, travel = mechanism.legs[leg].parameters, gain * readings[:, leg]
+        point = platform_point(own)
+        ends = platform.translation + platform.rotation @ point
+        links, tip, passive = LEGS[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
+        bodies += links
+        closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
+        values |= {f"leg{leg + 1}_active": travel, **passive}
+        far = max(far, float(np.linalg.norm(links[0].position - platform.translation[0])))
+    body, moves = _platform(mechanism.pose_space, rows)
+    values |= moves
+    return Structure(
+        (*bodies, body),
+        tuple(closures),
+        {name: each[1:] for name, each in values.items()},
+        {name: each[0] for name, each in values.items()},
+        far,
+    )
+
+
+def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
+    """The platform, which moves by joints of its own: where the legs hold it, loops are closed."""
+    if space == "spatial":
+        joints: tuple[Joint, ...] = (Joint("platform", "free", np.zeros(3)),)
+        values = {"platform": np.hstack([rows[:, :3], rows[:, 6:], rows[:, 3:6]])}
+    else:
+        along = list(zip("xyz", np.eye(3), strict=True))[: 3 if space == "translating" else 2]
+        joints = tuple(Joint(f"platform_{name}", "slide", axis) for name, axis in along)
+        if space == "planar":
+            joints += (Joint("platform_phi", "hinge", _Z),)
+        values = {joint.name: rows[:, column] for column, joint in enumerate(joints)}
+    return Body("platform", "", np.zeros(3), np.eye(3), joints, np.zeros(3)), values
+
+
+def platform_point(own: Mapping[str, float]) -> Array:
+    """The point of the platform that a leg holds, in the platform's frame."""
+    if "platform_radius" not in own:
+        return np.zeros(3)
+    return _point(own, "platform")
+
+
+def _point(own: Mapping[str, float], end: str) -> Array:
+    """A point that is given by a radius and angles, as its chain has them."""
+    radius = own[f"{end}_radius"]
+    if f"{end}_angle" in own:
+        return radius * _rho(own[f"{end}_angle"])
+    azimuth = own[f"{end}_azimuth"]
+    if f"{end}_polar_angle" in own:
+        polar = own[f"{end}_polar_angle"]
+        return np.asarray(radius * (np.sin(polar) * _rho(azimuth) + np.cos(polar) * _Z))
+    return np.asarray(radius * _rho(azimuth) + own[f"{end}_height"] * _Z)
+
+
+# Bodies, the end in the frame of the last, and the values of passive joints.
+_Leg = tuple[list[Body], Array, dict[str, Array]]
+
+
+def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[R]RR."""
+    crank, rod = own["proximal_length"], own["distal_length"]
+    zero = own["sensor_offset"]
+    active = Joint(f"{name}_active", "hinge", _Z)
+    proximal = Body(
+        f"{name}_proximal", "", _point(own, "base"), _about_z(zero), (active,), crank * _X
+    )
+    angles = zero + travel
+    links = ends - proximal.position - crank * _rho(angles)
+    distal, values = _hinged(name, "distal", proximal.name, crank * _X, rod, links, angles)
+    return [proximal, distal], rod * _X, values
+
+
+def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[P]RR, whose guide runs along the normal of the direction to its foot, and [P]US."""
+    if in_plane := "guide_azimuth" not in own:
+        along = _rho(own["base_angle"] + np.pi / 2)
+    else:
+        elevation, swing = own["guide_elevation"], own["guide_swing"]
+        rho, tau = _rho(own["guide_azimuth"]), _rho(own["guide_azimuth"] + np.pi / 2)
+        along = np.cos(swing) * (np.cos(elevation) * rho + np.sin(elevation) * _Z)
+        along = along + np.sin(swing) * tau
+    start = _point(own, "base") + own["sensor_offset"] * along
+    active = Joint(f"{name}_active", "slide", along)
+    slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
+    links = ends - start - np.outer(travel, along)
+    hung = _hinged if in_plane else _universal
+    distal, values = hung(name, "distal", slider.name, np.zeros(3), own["distal_length"], links)
+    return [slider, distal], distal.tip, values
+
+
+def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
+    """R[P]R and U[P]S."""
+    base = _point(own, "base")
+    links = ends - base
+    length = float(np.linalg.norm(links[0]))
+    hung, along = (_hinged, _X) if "base_angle" in own else (_universal, _Z)
+    lower, values = hung(name, "lower", "", base, length / 2, links)
+    active = Joint(f"{name}_active", "slide", along)
+    start = own["sensor_offset"] * along
+    upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * along)
+    return [lower, upper], np.zeros(3), values
+
+
+def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[R]US: the crank's frame has x along the crank at the angle zero, z along the axis."""
+    crank, rod = own["proximal_length"], own["distal_length"]
+    elevation, swing = own["axis_elevation"], own["axis_swing"]
+    rho, tau = _rho(own["axis_azimuth"]), _rho(own["axis_azimuth"] + np.pi / 2)
+    level = np.cos(elevation) * tau + np.sin(elevation) * _Z
+    axis = np.cos(swing) * level + np.sin(swing) * rho
+    start = np.cos(swing) * rho - np.sin(swing) * level
+    frame = np.column_stack([start, np.cross(axis, start), axis])
+    zero = own["sensor_offset"]
+    active = Joint(f"{name}_active", "hinge", _Z)
+    base = _point(own, "base")
+    proximal = Body(f"{name}_proximal", "", base, frame @ _about_z(zero), (active,), crank * _X)
+    turned = frame @ _about_z(zero + travel)
+    links = ends - base - crank * turned[:, :, 0]
+    local = np.einsum("nji,nj->ni", turned, links)
+    distal, values = _universal(name, "distal", proximal.name, crank * _X, rod, local)
+    return [proximal, distal], rod * _Z, values
+
+
+LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
+    "[R]RR": _crank_in_plane,
+    "[P]RR": _slider,
+    "R[P]R": _strut,
+    "U[P]S": _strut,
+    "[P]US": _slider,
+    "[R]US": _crank,
+}
+
+
+def _hinged(
+    name: str,
+    what: str,
+    parent: str,
+    place: Array,
+    length: float,
+    links: Array,
+    turned: float | Array = 0.0,
+) -> tuple[Body, dict[str, Array]]:
+    """A link along x in the plane, whose hinge is at zero at home, and its angles.
+
+    `links` are its directions in the base frame, `turned` the angles of its parent there.
+    """
+    angles = np.arctan2(links[:, 1], links[:, 0]) - turned
+    joint = Joint(f"{name}_passive", "hinge", _Z)
+    body = Body(f"{name}_{what}", parent, place, _about_z(angles[0]), (joint,), length * _X)
+    return body, {joint.name: _wrapped(angles - angles[0])}
+
+
+def _universal(
+    name: str, what: str, parent: str, place: Array, length: float, links: Array
+) -> tuple[Body, dict[str, Array]]:
+    """A link along z on a universal joint that is at zero at home, and its two angles.
+
+    `links` are its directions in the parent's frame. The angle about x, then y, of a direction
+    (x, y, z) in the frame at home: x is the sine of the second, (-y, z) has the first.
+    """
+    directions = links / np.linalg.norm(links, axis=1, keepdims=True)
+    frame = _with_z(directions[0])
+    x, y, z = (directions @ frame).T
+    names = f"{name}_passive_x", f"{name}_passive_y"
+    joints = Joint(names[0], "hinge", _X), Joint(names[1], "hinge", _Y)
+    body = Body(f"{name}_{what}", parent, place, frame, joints, length * _Z)
+    return body, {names[0]: np.arctan2(-y, z), names[1]: np.arctan2(x, np.hypot(y, z))}
+
+
+def _with_z(direction: Array) -> Array:
+    """A rotation whose third column is a unit vector."""
+    across = _X if abs(direction[0]) < 0.7 else _Y
+    first = np.cross(across, direction)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(direction, first), direction])
+
+
+def _rho(angle: float | Array) -> Array:
+    """Horizontal unit vectors, shape (..., 3)."""
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+
+
+def _about_z(angle: float | Array) -> Array:
+    """Rotations about z, shape (..., 3, 3)."""
+    return np.stack(
+        [_rho(angle), _rho(angle + np.pi / 2), np.broadcast_to(_Z, (*np.shape(angle), 3))], axis=-1
+    )
+
+
+def _wrapped(angles: Array) -> Array:
+    return np.asarray(np.arctan2(np.sin(angles), np.cos(angles)))
+
 
 _THICKNESS = 0.012  # of what is drawn, as a share of the mechanism's size
 
@@ -125,14 +435,12 @@ def _urdf_links(root: Element, body: Body, size: float) -> None:
     """The body's joints, each with the link that it moves; the last link is the body."""
     parent = body.parent or "base"
     frame = Transform(body.rotation, body.position)
-    for number, joint in enumerate(body.joints, 1):
-        name = body.name if number == len(body.joints) else f"{body.name}_{number}"
+    for name, joint in body.links:
         link = SubElement(root, "link", name=name)
         inertial = SubElement(link, "inertial")
         SubElement(inertial, "mass", value=_said(_MASS))
-        moment = _said(0.4 * _MASS * (0.1 * size) ** 2)
-        equal, other = dict.fromkeys(("ixx", "iyy", "izz"), moment), ("ixy", "ixz", "iyz")
-        SubElement(inertial, "inertia", {**equal, **dict.fromkeys(other, "0")})
+        others = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
+        SubElement(inertial, "inertia", dict.fromkeys(_MOMENTS, _moment(size)) | others)
         kind = _URDF_KINDS[joint.kind]
         element = SubElement(root, "joint", name=joint.name, type=kind)
         SubElement(element, "parent", link=parent)
@@ -160,9 +468,8 @@ def write_sdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa:
     placed = structure.frames(structure.home)
     for body in structure.bodies:
         parent = body.parent or "world"
-        for number, joint in enumerate(body.joints, 1):
-            name = body.name if number == len(body.joints) else f"{body.name}_{number}"
-            _sdf_link(model, name, placed[body.name][number - 1], structure.size)
+        for (name, joint), frame in zip(body.links, placed[body.name], strict=True):
+            _sdf_link(model, name, frame, structure.size)
             if joint.kind != "free":
                 element = _sdf_joint(model, joint.name, _SDF_KINDS[joint.kind], parent, name)
                 SubElement(SubElement(element, "axis"), "xyz").text = _triple(joint.axis)
@@ -184,8 +491,8 @@ def _sdf_link(model: Element, name: str, frame: Transform, size: float) -> None:
     inertial = SubElement(link, "inertial")
     SubElement(inertial, "mass").text = _said(_MASS)
     inertia = SubElement(inertial, "inertia")
-    for axis in ("ixx", "iyy", "izz"):
-        SubElement(inertia, axis).text = _said(0.4 * _MASS * (0.1 * size) ** 2)
+    for axis in _MOMENTS:
+        SubElement(inertia, axis).text = _moment(size)
 
 
 def _sdf_joint(model: Element, name: str, kind: str, parent: str, child: str) -> Element:
@@ -197,6 +504,11 @@ def _sdf_joint(model: Element, name: str, kind: str, parent: str, child: str) ->
 
 # Nobody measured masses, and simulators refuse bodies without any.
 _MASS = 1.0
+_MOMENTS = ("ixx", "iyy", "izz")
+
+
+def _moment(size: float) -> str:
+    return _said(0.4 * _MASS * (0.1 * size) ** 2)
 
 
 def _said(value: float) -> str:

@@ -382,8 +382,7 @@ def _quaternions(table: Table, names: Sequence[str], partial: bool) -> NDArray[n
     if wrong.any():
         index = int(np.argmax(wrong))
         raise table.row_error(
-            index,
-            f"has a quaternion ({', '.join(names)}) of norm {norms[index]:.6g}; expected 1",
+            index, f"has a quaternion ({', '.join(names)}) of norm {norms[index]:.6g}; expected 1"
         )
     # Left alone at rounding level, so that what symkin wrote reads back to the same numbers.
     norms[np.abs(norms - 1) < 1e-12] = 1.0
@@ -568,11 +567,7 @@ def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[st
 
 
 def _require_value(
-    table: Table,
-    whole: Table,
-    stem: str,
-    columns: MeasurementColumns,
-    reported: MeasurementColumns,
+    table: Table, whole: Table, stem: str, columns: MeasurementColumns, reported: MeasurementColumns
 ) -> None:
     """Refuse a standard deviation of what has no column."""
     value = stem.removesuffix("_sd")

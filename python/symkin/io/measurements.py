@@ -53,9 +53,7 @@ _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm",
 
 
 def read_measurements(
-    source: TableSource,
-    mechanism: Mechanism,
-    columns: MeasurementColumns | None = None,
+    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
 ) -> Measurements:
     """Read measured poses and readings from a table.
 
@@ -92,9 +90,7 @@ def read_measurements(
 
 
 def read_fleet(
-    source: TableSource,
-    mechanism: Mechanism,
-    columns: MeasurementColumns | None = None,
+    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
 ) -> dict[str, Measurements]:
     """Read the measurements of many robots from one table with a column ``robot``.
 

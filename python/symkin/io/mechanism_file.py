@@ -96,7 +96,7 @@ def load_mechanism(
     entries = [file[section]] if section == "reference_leg" else file[section]
     infos = [chain_info(each["chain"], platform) for each in entries]
     entries, points = _points(source, section, entries, infos, file.get("frames", {}))
-    legs, symmetry, deviations, curvature = _legs(source, file, section, entries)
+    legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
     unknown = file.get("identification")
@@ -240,36 +240,33 @@ def _section_of_legs(source: TomlSource, file: _Values) -> str:
 
 
 def _legs(
-    source: TomlSource, file: _Values, section: str, entries: list[_Values]
+    source: TomlSource,
+    file: _Values,
+    section: str,
+    entries: list[_Values],
+    infos: Sequence[ChainInfo],
 ) -> tuple[
     list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
 ]:
     """The legs, the declared symmetry, and where the file has them deviations and curvature."""
     symmetry, platform = _symmetry(source, file), file.get("platform", "rigid")
-    infos = [chain_info(each["chain"], platform) for each in entries]
+    described = []
+    for entry, info in zip(entries, infos, strict=True):
+        given = {name: entry[name] for name in info.parameter_names if name in entry}
+        if section == "legs":  # which has values with standard deviations
+            given = {name: value for name, (value, _) in given.items()}
+        described.append(Leg(info.name, given, entry.get("working_mode", -1)))
     if section == "legs":
-        legs = [
-            Leg(
-                info.name,
-                {name: leg[name][0] for name in info.parameter_names if name in leg},
-                leg.get("working_mode", -1),
-            )
-            for leg, info in zip(entries, infos, strict=True)
-        ]
         unknown, names = (math.nan, math.nan), union_of_names(infos)
         deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in entries])
         terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
         curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in entries])
-        return legs, symmetry, None if np.isnan(deviations).all() else deviations, curvature
+        return described, symmetry, None if np.isnan(deviations).all() else deviations, curvature
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")
-    references = []
-    for entry, info in zip(entries, infos, strict=True):
-        given = {name: entry[name] for name in info.parameter_names if name in entry}
-        references.append(Leg(info.name, given, entry.get("working_mode", -1)))
     count = file["symmetry"].get("legs")
     if section == "reference_legs":
-        legs = source.call((section,), lambda: generate_orbits(references, symmetry, platform))
+        legs = source.call((section,), lambda: generate_orbits(described, symmetry, platform))
         if count not in (None, len(legs)):
             raise source.error(
                 ("symmetry", "legs"), f"is {count}; the reference legs have {len(legs)} images"
@@ -277,7 +274,7 @@ def _legs(
         return legs, symmetry, None, None
     if count is None:
         raise source.error(("symmetry", "legs"), "this key is missing")
-    legs = source.call(("symmetry",), lambda: generate_legs(references[0], symmetry, count))
+    legs = source.call(("symmetry",), lambda: generate_legs(described[0], symmetry, count))
     return legs, symmetry, None, None
 
 
@@ -528,6 +525,5 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     if outside.any():
         legs = named_legs(np.flatnonzero(outside))
         raise source.error(
-            ("joint_limits",),
-            f"at the home pose {described} they are exceeded by {legs}",
+            ("joint_limits",), f"at the home pose {described} they are exceeded by {legs}"
         )

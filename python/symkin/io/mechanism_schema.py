@@ -163,11 +163,7 @@ _TOLERANCES = table(
     settings=Tolerances,
 )
 _PROTOCOL = table(
-    {
-        "pose_count": whole(1, 10**6),
-        "candidates": whole(1, 10**7),
-        "seed": whole(0, 2**63 - 1),
-    },
+    {"pose_count": whole(1, 10**6), "candidates": whole(1, 10**7), "seed": whole(0, 2**63 - 1)},
     settings=ProtocolSettings,
 )
 MEASUREMENTS = table(
@@ -205,7 +201,7 @@ IDENTIFICATION = table(
         "sensor": choice("linear", "quadratic", "eccentric"),
         "gauge": choice("prior", "nominal", "datum"),
         "loss_per": choice("pose", "reading"),
-    },
+    }
 )
 _SECTIONS = (
     "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "noise", "tolerances",

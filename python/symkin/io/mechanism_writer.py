@@ -35,11 +35,7 @@ _SI = "# Lengths are m and angles rad unless a unit is written."
 
 
 def save_mechanism(
-    mechanism: Mechanism,
-    path: str | os.PathLike[str],
-    *,
-    header: str = "",
-    overwrite: bool = False,
+    mechanism: Mechanism, path: str | os.PathLike[str], *, header: str = "", overwrite: bool = False
 ) -> None:
     """Write a mechanism as a TOML file that reads back to the same mechanism.
 
@@ -172,11 +168,7 @@ def _leg_notes(mechanism: Mechanism, leg: int) -> dict[str, str]:
     notes = dict(zip(mechanism.parameter_names, mechanism.parameter_units(leg), strict=True))
     for end in () if mechanism.points is None else mechanism.points.ends:
         notes[f"{end}_point"] = "m"
-    return {
-        **notes,
-        "chain": _CHAIN_NOTE,
-        "working_mode": mechanism.leg_info(leg).description,
-    }
+    return {**notes, "chain": _CHAIN_NOTE, "working_mode": mechanism.leg_info(leg).description}
 
 
 def _leg_values(mechanism: Mechanism, leg: int) -> _Values:

@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 
 from symkin.drawing import as_drawn, from_drawing
 from symkin.errors import MeasurementError
-from symkin.io.columns import (
-    own_columns,
-    pose_column_names,
-    read_pose_values,
-    reading_column_names,
-)
+from symkin.io.columns import own_columns, pose_column_names, read_pose_values, reading_column_names
 from symkin.io.output_files import OutputFiles
 from symkin.io.sensor_tables import read_all_readings, shown_readings
 from symkin.io.tables import TableSource, read_table, write_table

@@ -132,8 +132,7 @@ class Table:
             index = int(np.argmax(strange))
             instead = ", or an empty cell for what was not read" if empty_allowed else ""
             raise self.row_error(
-                index,
-                f'has {values[index]} in column "{name}"; expected a finite number{instead}',
+                index, f'has {values[index]} in column "{name}"; expected a finite number{instead}'
             )
         return np.where(empty, np.nan, values)
 

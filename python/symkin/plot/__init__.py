@@ -34,11 +34,7 @@ def _import_matplotlib() -> None:
 if sys.modules.get("matplotlib") is None:
     _import_matplotlib()
 
-from symkin.plot.drawing import (  # noqa: E402
-    DrawnSymmetry,
-    explore,
-    mechanism,
-)
+from symkin.plot.drawing import DrawnSymmetry, explore, mechanism  # noqa: E402
 from symkin.plot.estimates import (  # noqa: E402
     INTERVAL,
     dependence,

@@ -35,12 +35,7 @@ from symkin.plot.style import (
     sign,
     thinned,
 )
-from symkin.plot.workspaces import (
-    along_equal_readings,
-    axial_axes,
-    reading_axes,
-    reading_limits,
-)
+from symkin.plot.workspaces import along_equal_readings, axial_axes, reading_axes, reading_limits
 from symkin.workspace.sample import WorkspaceSample
 
 if TYPE_CHECKING:

@@ -70,10 +70,7 @@ def joint_summary(found: JointIdentification) -> Page:
     nominal = found.nominal
     verdict, words = judgement(found)
     step = next_step(
-        found,
-        "fix what is known, or give priors.",
-        "observations are",
-        "on poses measured anew.",
+        found, "fix what is known, or give priors.", "observations are", "on poses measured anew."
     )
     if found.trustworthy and found.heights is not None:
         step = "let the controller use the calibrated mechanism, print, and measure the print."

@@ -116,9 +116,7 @@ def mechanism_parts(mechanism: Mechanism) -> list[Image | Table]:
 
 
 def legs_table(
-    mechanism: Mechanism,
-    before: Sequence[Sequence[str]] = (),
-    after: Sequence[Sequence[str]] = (),
+    mechanism: Mechanism, before: Sequence[Sequence[str]] = (), after: Sequence[Sequence[str]] = ()
 ) -> Table:
     """Return the parameters of all legs, a column a leg, between what else is said of each.
 

@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
-from symkin.observability import (
-    Observability,
-    RowKind,
-    analyse_observability,
-    observability_rows,
-)
+from symkin.observability import Observability, RowKind, analyse_observability, observability_rows
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import NONE, leg_columns, plural, significant
 from symkin.symmetry import observability_group
@@ -112,11 +107,7 @@ def observability_section(
     ]
     # Whose indices they are: those that a plan's selection made large.
     of = "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
-    groups = [
-        Group(visible, f"{_R}, SI units"),
-        Group(shares, of),
-        Group(ranks, "Identifiability"),
-    ]
+    groups = [Group(visible, f"{_R}, SI units"), Group(shares, of), Group(ranks, "Identifiability")]
     columns = ("", *leg_columns(len(legs)), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
     table = Table(title, columns, groups, brief=brief)

@@ -237,9 +237,7 @@ def _themed(drawing: str) -> str:
 
     names = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
     return re.sub(
-        r"(?<=: )#[0-9a-fA-F]{6}\b",
-        lambda found: names.get(found[0].lower(), found[0]),
-        drawing,
+        r"(?<=: )#[0-9a-fA-F]{6}\b", lambda found: names.get(found[0].lower(), found[0]), drawing
     )
 
 

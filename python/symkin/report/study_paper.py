@@ -235,7 +235,7 @@ def _improvements(study: StudyResult) -> Section:
         "and treats the legs as if they shared no measured pose. The estimator implicit uses all "
         "poses for every leg and weighs closures by what the noise does to them; joint takes into "
         "account that the legs share the noise of a pose; orbits are poses that serve all legs at "
-        "once; and symkin's own poses are chosen by the expected error, not by O_1.",
+        "once; and symkin's own poses are chosen by the expected error, not by O_1."
     ]
     return Section(
         "improvements", "What symkin does about it", paragraphs,
