@@ -30,6 +30,7 @@ from symkin.cli.options import (
     columns_of,
     command,
     folder_of,
+    option,
     printed_length_of,
     with_sensor_table,
 )
@@ -70,20 +71,20 @@ def identify(
     unknown: Unknown,
     sensor_table: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="What the sensors show and what straight ones would, of a certificate: CSV with "
+        option(
+            "FILE",
+            "What the sensors show and what straight ones would, of a certificate: CSV with "
             "columns reading_deg and joint_deg (any unit), and leg if they differ. By default "
             "what the mechanism's file says.",
         ),
     ] = None,
     printed: Annotated[
         str | None,
-        typer.Option(
-            metavar="LENGTH",
-            help="A piece that a probed delta printed along x, centred, before it was calibrated: "
-            "'100 mm = 100.12 mm', commanded and measured; with '+- 0.02 mm' behind, how well (by "
-            "default 0.05 mm).",
+        option(
+            "LENGTH",
+            "A piece that a probed delta printed along x, centred, before it was calibrated: "
+            "'100 mm = 100.12 mm', commanded and measured; with '+- 0.02 mm' behind, how well "
+            "(by default 0.05 mm).",
         ),
     ] = None,
     gauge: Annotated[
@@ -98,10 +99,7 @@ def identify(
         typer.Option(help="The noise: the mechanism's, or estimated with the unknowns."),
     ] = "declared",
     cross_validate: Annotated[
-        int | None,
-        typer.Option(
-            metavar="K", min=2, help="Predict each of K parts of the poses from the others, too."
-        ),
+        int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
     ] = None,
     cross_validate_blocks: Annotated[
         bool,
@@ -232,29 +230,28 @@ def align(
     ],
     mechanism: Annotated[
         str | None,
-        typer.Option(
-            metavar="MECHANISM",
-            help="The robot: its poses are those that the table's reported_ columns hold, or else "
+        option(
+            "MECHANISM",
+            "The robot: its poses are those that the table's reported_ columns hold, or else "
             "of its forward kinematics at the readings.",
         ),
     ] = None,
     columns: ColumnsOption = None,
     device: Annotated[
         str | None,
-        typer.Option(
-            metavar="COLUMNS",
-            help="Without a mechanism, columns of the device's poses with commas: x, y, then an "
-            "angle; or x, y, z, then a quaternion (x, y, z, w), rotation vector or three angles.",
+        option(
+            "COLUMNS",
+            "Without a mechanism, columns of the device's poses with commas: x, y, then an "
+            "angle; or x, y, z, then a quaternion (x, y, z, w), rotation vector or three "
+            "angles.",
         ),
     ] = None,
-    robot: Annotated[
-        str | None, typer.Option(metavar="COLUMNS", help="Likewise, of the robot's own poses.")
-    ] = None,
+    robot: Annotated[str | None, option("COLUMNS", "Likewise, of the robot's own poses.")] = None,
     angles: Annotated[
         str | None,
-        typer.Option(
-            metavar="AXES",
-            help="Three columns of the robot are angles about these axes: XYZ each about the axis "
+        option(
+            "AXES",
+            "Three columns of the robot are angles about these axes: XYZ each about the axis "
             "as it has turned, xyz about fixed ones; by default a rotation vector.",
         ),
     ] = None,
@@ -263,10 +260,7 @@ def align(
         typer.Option(help="How the device's poses are meant; by default what fits best, and said."),
     ] = None,
     length: Annotated[
-        float,
-        typer.Option(
-            metavar="M", min=1e-9, help="At which a rotation counts as much as a translation, m."
-        ),
+        float, option("M", "At which a rotation counts as much as a translation, m.", min=1e-09)
     ] = 1.0,
     out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
     overwrite: OverwriteOption = False,
@@ -323,15 +317,11 @@ def evaluate(
         ),
     ],
     actual: Annotated[
-        str | None, typer.Option(metavar="FILE", help="The simulated robot, of `symkin simulate`.")
+        str | None, option("FILE", "The simulated robot, of `symkin simulate`.")
     ] = None,
-    plan: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A plan whose poses are commanded.")
-    ] = None,
+    plan: Annotated[Path | None, option("FILE", "A plan whose poses are commanded.")] = None,
     candidates: CandidatesOption = None,
-    measurements: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Measured poses and readings.")
-    ] = None,
+    measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
     columns: ColumnsOption = None,
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: SeedOption = None,

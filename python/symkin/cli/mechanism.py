@@ -23,6 +23,7 @@ from symkin.cli.options import (
     angles_of,
     command,
     folder_of,
+    option,
     quantity_of,
 )
 from symkin.drawing import as_drawn
@@ -41,17 +42,16 @@ def _chains(incomplete: str) -> list[str]:
 def new(
     chain: Annotated[
         str,
-        typer.Option(
-            metavar="CHAIN",
-            help='Joints of a leg from base to platform, the actuated one in brackets: "[R]RR". '
-            'Or how many legs have which: "2 [R]RR + 1 [P]RP".',
+        option(
+            "CHAIN",
+            'Joints of a leg from base to platform, the actuated one in brackets: "[R]RR". Or '
+            'how many legs have which: "2 [R]RR + 1 [P]RP".',
             show_default=False,
             autocompletion=_chains,
         ),
     ],
     legs: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, help="By default as few as the platform needs."),
+        int | None, option("N", "By default as few as the platform needs.", min=1)
     ] = None,
     platform: Annotated[
         Literal["rigid", "point", "translating", "spherical"],
@@ -163,24 +163,22 @@ def workspace(
     out: Annotated[Path | None, folder_of("workspace.html and workspace.json")] = None,
     orientations: Annotated[
         str | None,
-        typer.Option(
-            metavar="ANGLE,ANGLE,...",
-            help="Of the constant-orientation workspaces, such as 0,0.4 or 0,20deg; by default "
+        option(
+            "ANGLE,ANGLE,...",
+            "Of the constant-orientation workspaces, such as 0,0.4 or 0,20deg; by default "
             "home's, and 0.4 and 0.6 rad from there.",
         ),
     ] = None,
     count: Annotated[
         int,
-        typer.Option(
-            metavar="N",
+        option(
+            "N",
+            "Poses of the total workspace, and poses tested for each symmetry element.",
             min=1,
             max=10**8,
-            help="Poses of the total workspace, and poses tested for each symmetry element.",
         ),
     ] = 100_000,
-    resolution: Annotated[
-        int, typer.Option(metavar="N", min=2, max=4000, help="Grid cells a side.")
-    ] = 201,
+    resolution: Annotated[int, option("N", "Grid cells a side.", min=2, max=4000)] = 201,
     both_modes: Annotated[
         bool,
         typer.Option("--both-modes", help="Show the legs' other working mode too, for comparison."),
@@ -299,28 +297,21 @@ def kinematics(
 def export(
     mechanism: MechanismArgument,
     to: Annotated[_To, typer.Option(help="The format.", show_default=False)],
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The file; by default stdout.")
-    ] = None,
+    out: Annotated[Path | None, option("FILE", "The file; by default stdout.")] = None,
     endstops: Annotated[
         str | None,
-        typer.Option(
-            metavar="READING,...",
-            help="What the sensors read at their endstops, one for all legs or one for each: "
-            "'400 mm'. By default the joint limit. Of deltas, for firmware.",
+        option(
+            "READING,...",
+            "What the sensors read at their endstops, one for all legs or one for each: '400 "
+            "mm'. By default the joint limit. Of deltas, for firmware.",
         ),
     ] = None,
     nominal: Annotated[
         str | None,
-        typer.Option(
-            metavar="MECHANISM", help="What the controller computes with, for a correction table."
-        ),
+        option("MECHANISM", "What the controller computes with, for a correction table."),
     ] = None,
     grid: Annotated[
-        int,
-        typer.Option(
-            metavar="N", min=0, max=1000, help="Poses of a table along each coordinate; 0: 21 or 5."
-        ),
+        int, option("N", "Poses of a table along each coordinate; 0: 21 or 5.", min=0, max=1000)
     ] = 0,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,

@@ -77,9 +77,14 @@ def command(*examples: str) -> Callable[[Command], Command]:
     return made
 
 
+def option(metavar: str, help: str, **limits: Any) -> Any:  # noqa: A002  # as typer has it
+    """An option that takes a value."""
+    return typer.Option(metavar=metavar, help=help, **limits)
+
+
 def folder_of(files: str) -> Any:
     """The option of a folder in which these files are written."""
-    return typer.Option(metavar="DIR", help=f"Folder for {files}.")
+    return option("DIR", f"Folder for {files}.")
 
 
 def _shipped(incomplete: str) -> list[str]:
@@ -101,11 +106,11 @@ JsonOption = Annotated[
 ]
 SeedOption = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
+    option(
+        "N",
+        "Of all that is random; by default the mechanism's. Same seed, same bytes.",
         min=0,
         max=2**63 - 1,
-        help="Of all that is random; by default the mechanism's. Same seed, same bytes.",
     ),
 ]
 OverwriteOption = Annotated[
@@ -114,28 +119,20 @@ OverwriteOption = Annotated[
 ]
 CandidatesOption = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        min=1,
-        max=10**7,
-        help="Poses drawn from the workspace; by default the mechanism's.",
-    ),
+    option("N", "Poses drawn from the workspace; by default the mechanism's.", min=1, max=10**7),
 ]
 ColumnsOption = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="TOML file whose [measurements] section says which columns hold what; by default the "
-        "section of the mechanism's file, or symkin's own column names.",
+    option(
+        "FILE",
+        "TOML file whose [measurements] section says which columns hold what; by default "
+        "the section of the mechanism's file, or symkin's own column names.",
     ),
 ]
 PoseCountOption = Annotated[
     int | None,
-    typer.Option(
-        metavar="N",
-        min=1,
-        max=10**6,
-        help="Poses that each leg is identified from; by default the mechanism's.",
+    option(
+        "N", "Poses that each leg is identified from; by default the mechanism's.", min=1, max=10**6
     ),
 ]
 EstimatorOption = Annotated[
@@ -157,31 +154,23 @@ PoseUseOption = Annotated[
     typer.Option(help="Whether a leg uses all poses, or only its own set, as in the paper."),
 ]
 LossOption = Annotated[Loss, typer.Option(help="Robust loss against outliers.")]
-MaxIterationsOption = Annotated[
-    int, typer.Option(metavar="N", min=1, help="Steps after which a solver gives up.")
-]
+MaxIterationsOption = Annotated[int, option("N", "Steps after which a solver gives up.", min=1)]
 ThreadsOption = Annotated[
-    int,
-    typer.Option(metavar="N", min=0, max=1024, help="0 for all; the result is always the same."),
+    int, option("N", "0 for all; the result is always the same.", min=0, max=1024)
 ]
 WorkersOption = Annotated[
-    int,
-    typer.Option(
-        metavar="N", min=1, max=1024, help="Processes on this machine; more than 1 need Dask."
-    ),
+    int, option("N", "Processes on this machine; more than 1 need Dask.", min=1, max=1024)
 ]
 SchedulerOption = Annotated[
     str | None,
-    typer.Option(
-        metavar="ADDRESS", help="A running Dask scheduler, whose workers compute: tcp://host:8786."
-    ),
+    option("ADDRESS", "A running Dask scheduler, whose workers compute: tcp://host:8786."),
 ]
 AccuracyOption = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="ERROR",
-        help="End-effector error (rms) that is wanted, such as 0.05mm or 50um of the position, "
-        "0.1mrad of the orientation. May be given for both.",
+    option(
+        "ERROR",
+        "End-effector error (rms) that is wanted, such as 0.05mm or 50um of the position,"
+        " 0.1mrad of the orientation. May be given for both.",
     ),
 ]
 
@@ -222,11 +211,12 @@ class ChoosingForPlan(Choosing):
     ] = "exchange"
     margin_sigmas: Annotated[
         float,
-        typer.Option(
-            metavar="K",
+        option(
+            "K",
+            "Keep poses K standard deviations of what the tolerances do away from the end of "
+            "a leg's reach and from singularities, if that is more than the mechanism's "
+            "margins.",
             min=0,
-            help="Keep poses K standard deviations of what the tolerances do away from the end of "
-            "a leg's reach and from singularities, if that is more than the mechanism's margins.",
         ),
     ] = 3.0
 
@@ -237,33 +227,31 @@ class Observing:
 
     observe: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="KIND",
-            help="pose (the default), position, orientation, points, distance, height, reported "
+        option(
+            "KIND",
+            "pose (the default), position, orientation, points, distance, height, reported "
             "(the platform's pose by the controller), or readings alone; may be repeated.",
         ),
     ] = None
     base: Annotated[
         str | None,
-        typer.Option(
-            metavar="FRAME",
-            help="The base in the measuring device's frame: 'x, y, phi' or 'x, y, z, rx, ry, rz'.",
+        option(
+            "FRAME",
+            "The base in the measuring device's frame: 'x, y, phi' or 'x, y, z, rx, ry, rz'.",
         ),
     ] = None
-    target: Annotated[
-        str | None, typer.Option(metavar="FRAME", help="What is measured, in the platform's frame.")
-    ] = None
+    target: Annotated[str | None, option("FRAME", "What is measured, in the platform's frame.")] = (
+        None
+    )
     point: Annotated[
-        list[str] | None,
-        typer.Option(metavar="POINT", help="A target point in the platform's frame; several."),
+        list[str] | None, option("POINT", "A target point in the platform's frame; several.")
     ] = None
     anchor: Annotated[
-        list[str] | None,
-        typer.Option(metavar="POINT", help="Where distances are measured from; several."),
+        list[str] | None, option("POINT", "Where distances are measured from; several.")
     ] = None
-    plane: Annotated[
-        str, typer.Option(metavar="C", help="'c0, c1, c2' of z = c0 + c1 x + c2 y for heights.")
-    ] = "0, 0, 0"
+    plane: Annotated[str, option("C", "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights.")] = (
+        "0, 0, 0"
+    )
 
     def observed(self, mechanism: Mechanism, missing: float = 0.0, spread: float = 0.0) -> Observed:
         """Read it; points and anchors that are not given are the mechanism's."""
@@ -301,31 +289,27 @@ class Unknown:
 
     free: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PATTERN",
-            help="Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
+        option(
+            "PATTERN",
+            "Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
             "?; without a dot, in any leg. By default all parameters of all legs.",
         ),
     ] = None
-    fixed: Annotated[
-        list[str] | None, typer.Option(metavar="PATTERN", help="Held, whatever else says so.")
-    ] = None
+    fixed: Annotated[list[str] | None, option("PATTERN", "Held, whatever else says so.")] = None
     shared: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATTERN", help="Changed by the same amount in all legs that match."),
+        list[str] | None, option("PATTERN", "Changed by the same amount in all legs that match.")
     ] = None
     prior: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PRIOR",
-            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'.",
+        option(
+            "PRIOR", "'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."
         ),
     ] = None
     frames: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="FRAME",
-            help="Unknown: base, target, points, anchors or plane. May be given several times, as "
+        option(
+            "FRAME",
+            "Unknown: base, target, points, anchors or plane. May be given several times, as "
             "may the patterns, or several in one, with commas.",
         ),
     ] = None

@@ -37,6 +37,7 @@ from symkin.cli.options import (
     command,
     folder_of,
     length_of,
+    option,
     region_of,
 )
 from symkin.io.output_files import OutputFiles
@@ -65,34 +66,27 @@ def plan(
     choosing: ChoosingForPlan,
     required: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Table of poses that must be measured; they count among the poses of every leg.",
+        option(
+            "FILE", "Table of poses that must be measured; they count among the poses of every leg."
         ),
     ] = None,
     measured: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Measurements that exist already, to which poses are added."
-        ),
+        Path | None, option("FILE", "Measurements that exist already, to which poses are added.")
     ] = None,
     columns: ColumnsOption = None,
     seen: Observing,
     unknown: Unknown,
     avoid: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="REGION",
-            help="Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
+        option(
+            "REGION",
+            "Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
             "an open end has no limit). May be given several times.",
         ),
     ] = None,
     minimum_distance: Annotated[
         str,
-        typer.Option(
-            metavar="LENGTH",
-            help="Between the positions of any two poses of a set, such as 0.05 or 5cm.",
-        ),
+        option("LENGTH", "Between the positions of any two poses of a set, such as 0.05 or 5cm."),
     ] = "0",
     symmetry: Annotated[
         bool,
@@ -107,13 +101,10 @@ def plan(
     ] = "travel",
     spares: Annotated[
         int | None,
-        typer.Option(
-            metavar="N", min=0, help="Spares of each selection; by default half as many as poses."
-        ),
+        option("N", "Spares of each selection; by default half as many as poses.", min=0),
     ] = None,
     time_limit: Annotated[
-        float,
-        typer.Option(metavar="S", min=0, help="Seconds for the proof of the method exhaustive."),
+        float, option("S", "Seconds for the proof of the method exhaustive.", min=0)
     ] = 10.0,
     threads: ThreadsOption = 0,
     seed: SeedOption = None,
@@ -186,10 +177,7 @@ def pose_count(
     accuracy: AccuracyOption = None,
     least_gain: Annotated[
         float,
-        typer.Option(
-            metavar="SHARE",
-            help="Of the position error, that another pose must save to be worth while.",
-        ),
+        option("SHARE", "Of the position error, that another pose must save to be worth while."),
     ] = 0.02,
     estimator: OptionalEstimatorOption = None,
     use: PoseUseOption = "all",
@@ -252,17 +240,14 @@ def _written(folder: Path, files: Sequence[str]) -> str:
 def simulate(
     *,
     mechanism: MechanismArgument,
-    plan: Annotated[Path, typer.Option(metavar="FILE", help="A plan of `symkin plan`.")],
+    plan: Annotated[Path, option("FILE", "A plan of `symkin plan`.")],
     out: Annotated[Path, folder_of("measurements.csv and actual.toml, the robot")],
     seen: Observing,
-    missing: Annotated[
-        float, typer.Option(metavar="FRACTION", help="Of the readings, that are not taken.")
-    ] = 0.0,
+    missing: Annotated[float, option("FRACTION", "Of the readings, that are not taken.")] = 0.0,
     spread: Annotated[
         float,
-        typer.Option(
-            metavar="S",
-            help="Times exp(S z), z normal, the noise differs from row to row; the table says it.",
+        option(
+            "S", "Times exp(S z), z normal, the noise differs from row to row; the table says it."
         ),
     ] = 0.0,
     seed: SeedOption = None,
@@ -348,29 +333,25 @@ def study(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Folder for the table, results.json, report.html and, while it runs, parts.",
-        ),
+        option("DIR", "Folder for the table, results.json, report.html and, while it runs, parts."),
     ] = None,
     show: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Print the file of a built-in study, to begin one's own with.",
+        option(
+            "NAME",
+            "Print the file of a built-in study, to begin one's own with.",
             autocompletion=_builtin,
         ),
     ] = None,
     mechanism: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="MECHANISM",
-            help="Instead of those of the study; a file or a name. May be given several times.",
+        option(
+            "MECHANISM",
+            "Instead of those of the study; a file or a name. May be given several times.",
         ),
     ] = None,
     robots: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, max=10**7, help="In each cell, instead of the study's."),
+        int | None, option("N", "In each cell, instead of the study's.", min=1, max=10**7)
     ] = None,
     accuracy: AccuracyOption = None,
     workers: WorkersOption = 1,
