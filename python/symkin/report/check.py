@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 from symkin.chains import legs_in_words
 from symkin.checks import CheckResult
@@ -269,8 +270,8 @@ def _differences(
         for found in comparison.deviations + comparison.sensor_deviations
     ]
     columns = ("Parameter", "Deviation", "In tolerances", "Standard deviation")
-    shown, caption = _ALWAYS_SHOWN, "Where the legs differ"
-    table = Table(caption, columns, [Group(rows)], brief=True, brief_rows=shown)
+    shown: dict[str, Any] = {"brief": True, "brief_rows": _ALWAYS_SHOWN, "others": "smaller"}
+    table = Table("Where the legs differ", columns, [Group(rows)], **shown)
     return [Section("differences", title, paragraphs, [table])] if rows else []
 
 

@@ -37,6 +37,8 @@ class Table:
         Whether the command line prints it too.
     brief_rows : int
         How many rows of it, 0 for all.
+    others : str
+        What the rows are that are not printed then.
     """
 
     caption: str
@@ -45,6 +47,7 @@ class Table:
     wordy: bool = False
     brief: bool = False
     brief_rows: int = 0
+    others: str = "more"
 
 
 @dataclass(frozen=True)

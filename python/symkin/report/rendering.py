@@ -82,7 +82,7 @@ def _cut(table: Table) -> Table:
     left = len(group.rows) - limit
     if others or not 0 < limit < len(group.rows):
         return table
-    rows = [*group.rows[:limit], [f"and {left} more"]]
+    rows = [*group.rows[:limit], [f"and {left} {table.others}"]]
     return replace(table, groups=[replace(group, rows=rows)])
 
 
