@@ -22,7 +22,7 @@ from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Leg, Mechanism
 from symkin.points import cartesian, jacobian, point_parameters, split_covariance
 from symkin.sensor_table import SensorTable
-from symkin.settings import DeclaredSymmetry
+from symkin.settings import DeclaredSymmetry, Frames, MeasurementColumns
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared
 
 # Editors that know TOML look there for what a file may say.
@@ -244,12 +244,11 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             others["home"] = tuple(settings.home[each] for each in free)
         names = ("home", "reach_margin", "conditioning_limit", "characteristic_length")
         workspace |= {name: others[name] for name in names if others[name] is not None}
-    drawn, points = drawn_frames(mechanism), mechanism.points
-    frames = {} if drawn is None else {k: v for k, v in asdict(drawn).items() if v}
+    points, frames = mechanism.points, _given(drawn_frames(mechanism))
     for end in () if points is None else points.ends:
         frames[f"{end}_centre"] = getattr(points, end)
-    columns = mechanism.measurement_columns
-    unit = mechanism.reading_unit
+    unit, limits = mechanism.reading_unit, asdict(mechanism.joint_limits)
+    unknown = vars(mechanism.identification) if mechanism.identification else {}
     return {
         "workspace": (
             workspace,
@@ -257,11 +256,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             | {"reach_margin": mechanism.space.closure_unit, "characteristic_length": "m"},
         ),
         "joint_limits": (
-            {
-                name: each
-                for name, each in asdict(mechanism.joint_limits).items()
-                if np.isfinite(each).any()
-            },
+            {name: each for name, each in limits.items() if np.isfinite(each).any()},
             {"lower": unit, "upper": unit},
         ),
         "noise": (
@@ -273,10 +268,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {"length": "m, standard deviation", "angle": "rad", "gain": "of the gain"},
         ),
         "protocol": (asdict(mechanism.protocol), {"pose_count": "for each leg"}),
-        "measurements": (
-            {} if columns is None else {k: v for k, v in asdict(columns).items() if v},
-            {},
-        ),
+        "measurements": (_given(mechanism.measurement_columns), {}),
         "frames": (
             frames,
             {
@@ -289,13 +281,12 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
                 "platform_centre": "m: of those that platform_point stands for",
             },
         ),
-        "identification": (
-            {}
-            if mechanism.identification is None
-            else {k: v for k, v in vars(mechanism.identification).items() if v is not None},
-            {},
-        ),
+        "identification": ({k: v for k, v in unknown.items() if v is not None}, {}),
     }
+
+
+def _given(settings: Frames | MeasurementColumns | None) -> _Values:
+    return {} if settings is None else {k: v for k, v in asdict(settings).items() if v}
 
 
 def _sensor_table(table: SensorTable, unit: str) -> str:

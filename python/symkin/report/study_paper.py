@@ -8,7 +8,16 @@ from collections.abc import Iterable, Sequence
 
 from symkin.measurements import pose_rows
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import NONE, decimals_of, fixed, milli, plural, setting, significant
+from symkin.report.wording import (
+    NONE,
+    decimals_of,
+    fixed,
+    milli,
+    plural,
+    quoted,
+    setting,
+    significant,
+)
 from symkin.study.claims import Claim, Verdict
 from symkin.study.paper import (
     EACH_LEG,
@@ -185,11 +194,10 @@ def _overview(found: PaperFindings) -> Section:
 def _claims(found: PaperFindings, figure: int) -> Table:
     """The paper's words beside what the figures say."""
     rows = [
-        (f"\N{LEFT DOUBLE QUOTATION MARK}{claim.quotation}\N{RIGHT DOUBLE QUOTATION MARK}"
-         f" ({claim.place})", claim.verdict, claim.sentence)
+        (f"{quoted(claim.quotation)} ({claim.place})", claim.verdict, claim.sentence)
         for claim in found.claims
         if claim.figure == figure
-    ]  # fmt: skip
+    ]
     return Table("", ("The paper", "Verdict", "Figures"), [Group(rows)], wordy=True)
 
 
@@ -204,10 +212,8 @@ def _identification(study: StudyResult, found: PaperFindings) -> Section:
         plotted("protocol_errors", cells),
     )
     table = _cell_table("Errors after identification", study, FIG_9_CELLS.values(), brief=True)
-    return Section(
-        "identification", "Identification (section 6.5, Fig. 9)", [_COLUMNS],
-        [figure, table, _claims(found, 9)],
-    )  # fmt: skip
+    title = "Identification (section 6.5, Fig. 9)"
+    return Section("identification", title, [_COLUMNS], [figure, table, _claims(found, 9)])
 
 
 def _improvements(study: StudyResult) -> Section:
@@ -225,10 +231,8 @@ def _improvements(study: StudyResult) -> Section:
         ratios = [_interval(each) for each in (found.position, found.orientation)]
         rows.append((cell, str(summary.measured_poses), *ratios))
     columns = ("Protocol", "Measured poses", "Position", "Orientation")
-    ratios_table = Table(
-        "Error over that of the paper's protocol with 72 measured poses, the same robots (95% "
-        "interval)", columns, [Group(rows)], brief=True,
-    )  # fmt: skip
+    caption = "Error over that of the paper's protocol with 72 measured poses, the same robots"
+    ratios_table = Table(f"{caption} (95% interval)", columns, [Group(rows)], brief=True)
     errors = _cell_table("Errors after identification", study, _OURS, brief=True)
     paragraphs = [
         "The paper identifies a leg from its own third of the poses, counts every closure alike, "
@@ -237,10 +241,8 @@ def _improvements(study: StudyResult) -> Section:
         "account that the legs share the noise of a pose; orbits are poses that serve all legs at "
         "once; and symkin's own poses are chosen by the expected error, not by O_1."
     ]
-    return Section(
-        "improvements", "What symkin does about it", paragraphs,
-        [figure, ratios_table, errors],
-    )  # fmt: skip
+    title = "What symkin does about it"
+    return Section("improvements", title, paragraphs, [figure, ratios_table, errors])
 
 
 def _cell_table(
@@ -259,9 +261,8 @@ def _cell_table(
             row += _figures(error)
     for row, cell in zip(rows, cells.values(), strict=True):
         row += [f"{100 * cell.coverage:.1f}%", str(cell.failed)]
-    return Table(
-        caption, [*columns, "Intervals hold", "Failed"], [Group(rows)], brief=brief
-    )  # fmt: skip
+    columns += ["Intervals hold", "Failed"]
+    return Table(caption, columns, [Group(rows)], brief=brief)
 
 
 def _figures(error: ErrorFigure) -> tuple[str, str]:
@@ -301,10 +302,8 @@ def _workspace(found: PaperFindings) -> Section:
         "each other.",
         plotted("active_joints", found.workspace),
     )
-    return Section(
-        "workspace", "Symmetry of workspace and readings (sections 4, 6.1 to 6.3, Fig. 6)", (),
-        [figure, _claims(found, 6)],
-    )  # fmt: skip
+    title = "Symmetry of workspace and readings (sections 4, 6.1 to 6.3, Fig. 6)"
+    return Section("workspace", title, (), [figure, _claims(found, 6)])
 
 
 def _selection(found: PaperFindings) -> Section:
@@ -315,9 +314,8 @@ def _selection(found: PaperFindings) -> Section:
         "active-joint workspace (small dots), rad.",
         plotted("chosen_readings", found.plan, found.workspace.sample),
     )
-    return Section(
-        "selection", "Chosen poses (sections 5.1 and 6.4, Fig. 7)", (), [figure, _claims(found, 7)]
-    )
+    title = "Chosen poses (sections 5.1 and 6.4, Fig. 7)"
+    return Section("selection", title, (), [figure, _claims(found, 7)])
 
 
 def _observability(found: PaperFindings) -> Section:
@@ -328,10 +326,8 @@ def _observability(found: PaperFindings) -> Section:
         "After Fig. 8: |R_ii| of the three legs at their poses, in rad per m, rad and gain.",
         plotted("observability", names, found.r_diagonals),
     )
-    return Section(
-        "observability", "Symmetrical observability (section 5, Fig. 8)", (),
-        [figure, _claims(found, 8)],
-    )  # fmt: skip
+    title = "Symmetrical observability (section 5, Fig. 8)"
+    return Section("observability", title, (), [figure, _claims(found, 8)])
 
 
 def _assumptions(study: StudyResult, found: PaperFindings) -> Section:
@@ -372,10 +368,8 @@ def _assumptions(study: StudyResult, found: PaperFindings) -> Section:
         "Position over traditional, 24", "Orientation over it", "Poses replaced",
     )  # fmt: skip
     sensitivity = Table("What depends on the kinematic errors", columns, [Group(levels)])
-    return Section(
-        "assumptions", "What the paper does not say: symkin's assumptions", (),
-        [table, sensitivity],
-    )  # fmt: skip
+    title = "What the paper does not say: symkin's assumptions"
+    return Section("assumptions", title, (), [table, sensitivity])
 
 
 def _further(study: StudyResult) -> list[Section]:
