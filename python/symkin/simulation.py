@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symkin import _core
-from symkin.identification.calibrated import canonical, with_usable_home
+from symkin.identification.fit import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.observability import noise_of, tolerances_of

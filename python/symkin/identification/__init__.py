@@ -10,8 +10,8 @@ from symkin.identification.estimate import (
 )
 from symkin.identification.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
 from symkin.identification.fleet import Fleet, identify_many
-from symkin.identification.heights import Heights, Shown
 from symkin.identification.joint import JointIdentification, Unknown
+from symkin.identification.knowledge import Heights, Shown
 from symkin.identification.problem import JointOptions, Rows
 
 __all__ = [

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
 from symkin.frames import unframed
-from symkin.identification.calibrated import changed_settings
 from symkin.identification.diagnosis import Diagnosis, diagnose
 from symkin.identification.fit import (
     Estimator,
@@ -26,6 +25,7 @@ from symkin.identification.fit import (
     LegFit,
     Loss,
     PoseUse,
+    changed_settings,
 )
 from symkin.identification.joint import JointIdentification
 from symkin.identification.mistakes import explained

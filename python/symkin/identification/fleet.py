@@ -17,15 +17,17 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
 from symkin.frames import unframed
-from symkin.identification.calibrated import as_mechanism, canonical
 from symkin.identification.fit import (
+    FALSE_ALARMS,
+    UNKNOWN,
     Estimator,
     FitOptions,
     Loss,
     PoseUse,
+    as_mechanism,
+    canonical,
     core_measurements,
 )
-from symkin.identification.plausibility import FALSE_ALARMS, UNKNOWN
 from symkin.io.measurements import read_fleet, read_measurements
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism

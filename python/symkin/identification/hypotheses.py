@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
-from symkin.identification.evidence import MUCH_BETTER, cause, explains
 from symkin.identification.mistakes import (
     FACTORS,
+    MUCH_BETTER,
     Taken,
+    cause,
     conventions,
+    explains,
     nearer_other_root,
     turns_in_words,
     with_modes,

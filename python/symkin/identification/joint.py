@@ -18,32 +18,35 @@ from symkin.drawing import as_drawn
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.evaluation import Evaluation, closures_of, evaluate
 from symkin.frames import unframed
-from symkin.identification.calibrated import (
+from symkin.identification.fit import (
+    FALSE_ALARMS,
     as_mechanism,
     canonical,
     changed_settings,
     with_usable_home,
 )
-from symkin.identification.heights import Heights, heights_of
 from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
-from symkin.identification.influence import Influence
 from symkin.identification.knowledge import (
     Correlation,
     Direction,
     Expected,
+    Heights,
+    Influence,
     correlations_of,
     directions_of,
+    heights_of,
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
-from symkin.identification.models import Model, model_of, models_of
-from symkin.identification.plausibility import FALSE_ALARMS
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows, observed_count
 from symkin.identification.suspicions import (
     Alternative,
+    Model,
     alternatives_of,
     contradiction_of,
     doubts_of,
     estimated_noise,
+    model_of,
+    models_of,
     notes_of,
     symptoms_of,
     without_blunders,

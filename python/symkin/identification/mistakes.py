@@ -20,19 +20,21 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import shortest, turn_of
 from symkin.errors import FailedFitError, SymkinError, named_legs
-from symkin.identification.evidence import MUCH_BETTER, cause, explains, left_in_words
-from symkin.identification.fit import Fit, FitOptions
-from symkin.identification.plausibility import FALSE_ALARMS
+from symkin.identification.fit import FALSE_ALARMS, Fit, FitOptions
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 
 __all__ = [
     "FACTORS",
+    "MUCH_BETTER",
     "Taken",
+    "cause",
     "coarse_readings",
     "conventions",
     "explained",
+    "explains",
+    "left_in_words",
     "likely_cause",
     "lost_turns",
     "nearer_other_root",
@@ -41,6 +43,10 @@ __all__ = [
     "turns_in_words",
     "with_modes",
 ]
+
+# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
+MUCH_BETTER = 9.0
+_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 
 Array = NDArray[np.float64]
 
@@ -58,6 +64,36 @@ FACTORS = {
     1e-3: "metres that were stated as millimetres",
     1e3: "millimetres that were stated as metres",
 }
+
+
+def explains(after: float, before: float) -> bool:
+    """Whether a correction explains what is not explained as it is stated.
+
+    Parameters
+    ----------
+    after, before : float
+        Chi-square with the tolerances, per degree of freedom: of the corrected fit, and of what is
+        stated at the best that its solver reaches from any start, converged or not; infinite where
+        there is no fit at all.
+
+    Returns
+    -------
+    bool
+    """
+    tolerated = max(MUCH_BETTER, before / _HUGE) if math.isfinite(before) else MUCH_BETTER
+    return after * MUCH_BETTER < before and after < tolerated
+
+
+def cause(what: str, *, whole: bool) -> str:
+    """A proposal in words; a doubt unless the `whole` of what was measured is explained by it."""
+    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {what}"
+
+
+def left_in_words(after: float, before: float, *, whole: bool) -> str:
+    """What speaks for a proposal, with the arguments of `explains`."""
+    words = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
+    words += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
+    return words if whole else f"{words}; that is more than the noise explains"
 
 
 class Taken(NamedTuple):

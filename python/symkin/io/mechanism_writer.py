@@ -14,7 +14,7 @@ import numpy as np
 
 from symkin.drawing import drawn_frames, drawn_workspace
 from symkin.errors import SymkinError
-from symkin.identification.calibrated import canonical
+from symkin.identification.fit import canonical
 from symkin.io.drawn_points import point_value
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.output_files import OutputFiles

@@ -17,7 +17,7 @@ from symkin import _core
 from symkin.checks import check_mechanism
 from symkin.errors import FailedFitError, SymkinError
 from symkin.frames import with_moved_workspace
-from symkin.identification.calibrated import canonical, changed_settings
+from symkin.identification.fit import canonical, changed_settings
 from symkin.poses import POSE_SPACES
 from symkin.settings import JointLimits, ProtocolSettings
 from symkin.simulation import disturb
