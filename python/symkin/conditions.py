@@ -22,8 +22,7 @@ from symkin.symmetry import (
     compare_symmetry,
     leg_carriers,
 )
-from symkin.symmetry.detection import mechanism_groups
-from symkin.symmetry.group import named_group
+from symkin.symmetry.groups import mechanism_groups, named_group
 from symkin.workspace.sample import sample_workspace
 from symkin.workspace.study import READING_ROUNDING, ElementCheck, check_elements
 

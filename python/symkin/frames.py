@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Frames of base and tool: those that bring poses nearest to others, and those of a mechanism."""
+"""Frames of base and tool: poses through them, and those that bring poses nearest to others."""
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import ChainInfo
 from symkin.mechanism import Mechanism
-from symkin.points import cartesian
 from symkin.poses import (
     POSE_SPACES,
     Transform,
@@ -23,32 +19,29 @@ from symkin.poses import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
-from symkin.settings import WorkspaceSettings
 
 __all__ = [
+    "STAYS",
     "align",
-    "anchor",
     "between",
     "frame",
     "framed",
+    "in_plane",
     "moved",
-    "moved_workspace",
+    "nearest_rotation",
     "poses_of",
     "transforms",
     "unframed",
-    "with_moved_workspace",
 ]
 
 Array = NDArray[np.float64]
 
-_STAYS = Transform(np.eye(3), np.zeros(3))
+STAYS = Transform(np.eye(3), np.zeros(3))
 
 _STEPS = 50
 _CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
 _DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
 _FEW = 500  # poses that decide which start is the best
-_TURN = 2 * np.pi
-_MOVED = 5.0  # expected displacements of a frame, beyond which it is another one
 
 
 def transforms(pose_space: str, poses: Array) -> Transform:
@@ -75,7 +68,7 @@ def frame(pose_space: str, values: Sequence[float]) -> Transform:
     It has ``x, y, phi``, ``x, y, z, rx, ry, rz`` or, of a spherical platform, ``rx, ry, rz``.
     """
     if not len(values):
-        return _STAYS
+        return STAYS
     rows = np.zeros((1, 6))
     rows[0, POSE_SPACES[pose_space].frame_components] = values
     return Transform(rotations_from_vectors(rows[:, 3:])[0], rows[0, :3])
@@ -174,7 +167,7 @@ class _Problem(NamedTuple):
 
     def starts(self) -> Iterator[tuple[Transform, Transform]]:
         """No motion; what the rotations say; what the positions say."""
-        yield _STAYS, _STAYS
+        yield STAYS, STAYS
         turns, wanted_turns = self.poses.rotation, self.wanted.rotation
         count = len(turns)
         if 3 in self.base_free:
@@ -188,14 +181,14 @@ class _Problem(NamedTuple):
         matrix = np.concatenate([points, every, wanted_turns], axis=2).reshape(3 * count, 15)
         solution = np.linalg.lstsq(matrix, self.wanted.translation.ravel(), rcond=1e-9)[0]
         turn = solution[:9].reshape(3, 3)
-        yield self._turned(turn if 3 in self.base_free else _in_plane(turn))
+        yield self._turned(turn if 3 in self.base_free else in_plane(turn))
 
     def _turned(self, near_base: Array) -> tuple[Transform, Transform]:
         """Frames turned as this matrix nearly says; the first step moves them."""
-        base = _nearest_rotation(near_base)
+        base = nearest_rotation(near_base)
         tool = np.eye(3)
         if self.tool_free:
-            tool = _nearest_rotation(
+            tool = nearest_rotation(
                 np.mean(
                     np.swapaxes(base @ self.poses.rotation, 1, 2) @ self.wanted.rotation, axis=0
                 )
@@ -251,174 +244,14 @@ def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, 
     )
 
 
-def _in_plane(matrix: Array) -> Array:
+def in_plane(matrix: Array) -> Array:
     """The part of a matrix that is a rotation in the plane, but for its size."""
     cosine, sine = matrix[0, 0] + matrix[1, 1], matrix[1, 0] - matrix[0, 1]
     return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
 
 
-def _nearest_rotation(matrix: Array) -> Array:
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation that differs least from a matrix."""
     left, _, right = np.linalg.svd(matrix)
     left[:, 2] *= np.linalg.det(left @ right)
     return np.asarray(left @ right)
-
-
-def anchor(info: ChainInfo, end: str) -> str:
-    """Whether an end of a chain is a "point", a guide's "line" or its "direction" alone.
-
-    Or an "axis" through the centre.
-    """
-    kinds = {role.kind for role in info.parameter_roles.values() if role.end == end}
-    if "radius" in kinds:
-        return "point"
-    if "direction_distance" in kinds:
-        return "line"
-    if "polar_angle" in kinds:
-        return "axis"
-    return "direction" if kinds else "none"
-
-
-def with_moved_workspace(nominal: Mechanism, made: Mechanism) -> Mechanism:
-    """Carry home and box along with frames that are others than the nominal ones."""
-    if nominal.workspace is None:
-        return made
-    base, tool = (_frame_motion(nominal, made, end) for end in ("base", "platform"))
-    if base is _STAYS and tool is _STAYS:
-        return made
-    moved = moved_workspace(nominal.pose_space, nominal.workspace, base, tool)
-    return made.replace(workspace=moved)
-
-
-def moved_workspace(
-    pose_space: str, settings: WorkspaceSettings, base: Transform, tool: Transform
-) -> WorkspaceSettings:
-    """Home, and the box around the image of the box, for frames that these motions carry."""
-    # The same place of the platform's points over the base's points, in other frames.
-    home = np.array(settings.home_or_origin)
-    sides = [(a, (a + b) / 2, b) for a, b in zip(settings.lower, settings.upper, strict=True)]
-    box = np.array(list(itertools.product(*sides)))
-    moved_home = _moved(pose_space, base, tool, home[None])[0]
-    moved = _moved(pose_space, base, tool, box, near=moved_home)
-    return dataclasses.replace(
-        settings,
-        lower=tuple(moved.min(axis=0).tolist()),
-        upper=tuple(moved.max(axis=0).tolist()),
-        home=tuple(moved_home.tolist()),
-    )
-
-
-def _moved(
-    pose_space: str,
-    base: Transform,
-    tool: Transform,
-    coordinates: Array,
-    near: Array | None = None,
-) -> Array:
-    """Coordinates (N, dof) of ``base @ pose @ tool^-1``."""
-    found = base @ transforms(pose_space, coordinates) @ tool.inverse
-    vectors = vectors_from_rotations(found.rotation)
-    if pose_space == "planar":
-        vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
-    elif near is not None and POSE_SPACES[pose_space].has_quaternion:
-        vectors = _on_the_branch_of(near[-3:], vectors)
-    found_tangents = np.hstack([found.translation, vectors])
-    return np.asarray(found_tangents[:, POSE_SPACES[pose_space].components])
-
-
-def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:
-    """The motion of base or platform frame that best explains the parameters of that end.
-
-    None at all, as long as the tolerances may do the same. Of mixed legs those tell whose end is of
-    the kind that most legs have, if they are enough.
-    """
-    kinds = [anchor(nominal.leg_info(leg), end) for leg in range(len(nominal.legs))]
-    kind = max(dict.fromkeys(kinds), key=kinds.count)
-    legs = [leg for leg, each in enumerate(kinds) if each == kind]
-    if kind == "none" or (nominal.mixed and len(legs) < (3 if nominal.space.in_space else 2)):
-        return _STAYS
-    before, after = (
-        np.array([_anchor_point(each, end, leg) for leg in legs]) for each in (nominal, made)
-    )
-    if kind == "point":
-        motion = _best_motion(before, after, in_plane=not nominal.space.in_space)
-    elif kind == "axis":
-        motion = Transform(_nearest_rotation(after.T @ before), np.zeros(3))
-    else:
-        motion = _motion_of_lines(nominal, made, end, legs, has_distance=kind == "line")
-    displaced = before @ motion.rotation.T + motion.translation - before
-    tolerances = nominal.tolerances
-    expected = np.hypot(tolerances.length, tolerances.angle * np.linalg.norm(before, axis=1))
-    return motion if _rms(displaced) > _MOVED * _rms(expected) else _STAYS
-
-
-def _anchor_point(mechanism: Mechanism, end: str, leg: int) -> Array:
-    """The point of a leg, the foot of its guide or, of a mere direction, where that points."""
-    roles, row = mechanism.parameter_roles(leg), mechanism.parameters[leg]
-    values = {role.kind: value for role, value in zip(roles, row, strict=True) if role.end == end}
-    azimuth = values["azimuth"] if "azimuth" in values else values["direction_azimuth"]
-    length = mechanism.characteristic_length
-    radius = values.get("radius", values.get("direction_distance", length))
-    tilt: dict[str, Array] = {
-        kind: values[kind] for kind in ("polar_angle", "height") if kind in values
-    }
-    known = cartesian({"radius": radius, "azimuth": azimuth, **tilt})
-    point = np.zeros(3)
-    point[: len(known)] = known
-    offset = mechanism.legs[leg].parameters["sensor_offset"]
-    if "guide_elevation" in values:
-        # Where the slider reads zero: the point itself is held along the guide.
-        point += offset * _guide(values)
-    elif end == "base" and "base_height" in mechanism.held[leg]:
-        # Read as shorter than it is from the point that is held, a leg stands on a higher one.
-        point[2] += offset * (1 if mechanism.home[2] >= 0 else -1)
-    return point
-
-
-def _guide(values: Mapping[str, Array]) -> Array:
-    """Direction of a guide in space, shape (3,)."""
-    azimuth, swing = values["guide_azimuth"], values["guide_swing"]
-    outward = np.cos(swing) * np.cos(values["guide_elevation"])
-    cosine, sine = np.cos(azimuth), np.sin(azimuth)
-    return np.stack(
-        [
-            outward * cosine - np.sin(swing) * sine,
-            outward * sine + np.sin(swing) * cosine,
-            np.cos(swing) * np.sin(values["guide_elevation"]),
-        ]
-    )
-
-
-def _best_motion(before: Array, after: Array, *, in_plane: bool) -> Transform:
-    """Least squares (Kabsch)."""
-    centres = before.mean(axis=0), after.mean(axis=0)
-    product = (after - centres[1]).T @ (before - centres[0])
-    rotation = _nearest_rotation(_in_plane(product) if in_plane else product)
-    return Transform(rotation, centres[1] - rotation @ centres[0])
-
-
-def _motion_of_lines(
-    nominal: Mechanism, made: Mechanism, end: str, legs: Sequence[int], *, has_distance: bool
-) -> Transform:
-    """The turn that all directions share, and the translation that the distances show."""
-    angle = nominal.parameter_names.index(f"{end}_angle")
-    # The distance of a guide that has none of its own is part of the sensor's offset.
-    distance = f"{end}_radius" if has_distance else "sensor_offset"
-    column = nominal.parameter_names.index(distance)
-    before, after = nominal.parameters[list(legs)], made.parameters[list(legs)]
-    turn = np.angle(np.exp(1j * (after[:, angle] - before[:, angle])).sum())
-    normals = np.stack([np.cos(after[:, angle]), np.sin(after[:, angle])], axis=1)
-    shift = np.linalg.lstsq(normals, after[:, column] - before[:, column], rcond=1e-9)[0]
-    return Transform(rotations_from_vectors(np.array([[0, 0, turn]]))[0], np.array([*shift, 0.0]))
-
-
-def _rms(values: Array) -> float:
-    """Root mean square over rows."""
-    return float(np.sqrt(np.sum(values**2) / len(values)))
-
-
-def _on_the_branch_of(near: Array, vectors: Array) -> Array:
-    """Rotation vectors of the same rotations that are nearest to another one."""
-    angles = np.linalg.norm(vectors, axis=1, keepdims=True)
-    around = vectors * (1 - _TURN / np.where(angles > 0, angles, 1))
-    nearer = np.linalg.norm(around - near, axis=1) < np.linalg.norm(vectors - near, axis=1)
-    return np.where(nearer[:, None] & (angles > 0), around, vectors)

@@ -10,10 +10,10 @@ import symkin
 from symkin.alignment import poses_of_mechanism
 from symkin.checks import undefined_angles
 from symkin.errors import MeasurementError, MechanismFileError, SymkinError
-from symkin.observed import Observed
 from symkin.planning import make_plan
 from symkin.poses import poses_from_bounds
 from symkin.settings import ProtocolSettings
+from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")

@@ -27,11 +27,11 @@ from symkin.identification.fit import Loss
 from symkin.identification.unknowns import Sensor
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.observed import Observed
 from symkin.planning import Design
 from symkin.planning.observing import Unknowns
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.settings import Frames
+from symkin.simulation import Observed
 
 Command = Callable[..., None]
 

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import Leg, chain_info
+from symkin.drawing import point_parameters, polar
 from symkin.errors import SymkinError
 from symkin.exports.exported import MARK
 from symkin.exports.printers import Imported, import_printer
 from symkin.io.tables import file_bytes
 from symkin.mechanism import Mechanism
-from symkin.points import point_parameters, polar
 from symkin.poses import rotations_from_vectors
 from symkin.settings import WorkspaceSettings
 

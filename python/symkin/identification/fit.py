@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.checks import undefined_angles
+from symkin.drawing import anchor, with_correlations, with_moved_workspace
 from symkin.errors import (
     FailedFitError,
     MechanismError,
@@ -21,11 +22,9 @@ from symkin.errors import (
     named_legs,
     one_of,
 )
-from symkin.frames import anchor, with_moved_workspace
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, parameter_tolerances, with_combinations
-from symkin.points import with_correlations
 from symkin.result import Value, field, record
 from symkin.settings import JointLimits, NoiseSettings
 from symkin.workspace.sample import inside_workspace, workspace_coordinates

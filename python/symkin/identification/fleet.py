@@ -411,7 +411,7 @@ def _computed(
             yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
         return
     import symkin
-    from symkin.study.execution import dask_client, spread
+    from symkin.study.running import dask_client, spread
 
     job.threads = 1
     with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
@@ -422,7 +422,7 @@ def _chunk(
     version: str, job: _Job, robots: list[tuple[int, Measurements]]
 ) -> tuple[list[int], tuple[list[str], dict[str, Array]]]:
     """What a worker does."""
-    from symkin.study.execution import require_version
+    from symkin.study.running import require_version
 
     require_version(version)
     return [number for number, _ in robots], job.identify([each for _, each in robots])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.drawing import as_drawn
+from symkin.drawing import as_drawn, with_correlations
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.evaluation import Evaluation, closures_of, evaluate
 from symkin.frames import unframed
@@ -62,7 +62,6 @@ from symkin.identification.unknowns import (
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
-from symkin.points import with_correlations
 from symkin.result import FolderResult, Value, field, plain, record
 from symkin.settings import Frames, NoiseSettings
 

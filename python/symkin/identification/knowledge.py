@@ -21,8 +21,8 @@ from symkin.result import Value, field, record
 if TYPE_CHECKING:
     from symkin.identification.joint import JointIdentification
     from symkin.mechanism import Mechanism
-    from symkin.observed import Observable
     from symkin.planning.observing import Survey
+    from symkin.simulation import Observable
 
 __all__ = [
     "Correlation",
@@ -154,8 +154,8 @@ def survey_of(
     found: JointIdentification, robot: Mechanism, observed: Observable = "pose"
 ) -> Survey:
     """What may be observed of a robot whose unknowns are the columns of an estimate."""
-    from symkin.observed import Observed
     from symkin.planning.observing import Survey
+    from symkin.simulation import Observed
 
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     # Some may have been held to settle the gauge.

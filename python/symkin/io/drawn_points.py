@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo
+from symkin.drawing import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.errors import QuantityError, did_you_mean
 from symkin.io.toml_file import Kind, Schema, TomlSource, WrongValueError, estimate, quantity, table
 from symkin.mechanism import Mechanism
-from symkin.points import cartesian, centres, jacobian, point_parameters, polar, split_covariance
 from symkin.settings import DrawnPoints
 
 Array = NDArray[np.float64]

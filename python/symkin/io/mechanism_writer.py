@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symkin.drawing import drawn_frames, drawn_workspace
+from symkin.drawing import drawn_frames, drawn_workspace, point_parameters
 from symkin.errors import SymkinError
 from symkin.identification.fit import canonical
 from symkin.io.drawn_points import point_value
@@ -20,7 +20,6 @@ from symkin.io.mechanism_file import load_mechanism
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Leg, Mechanism
-from symkin.points import point_parameters
 from symkin.sensor_table import SensorTable
 from symkin.settings import DeclaredSymmetry
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared

@@ -15,16 +15,6 @@ from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.planning.designs import (
-    Clearance,
-    Design,
-    Region,
-    Task,
-    allowed_candidates,
-    check_regions,
-    clearance,
-    design_tasks,
-)
 from symkin.planning.observing import (
     ObservedTask,
     Observing,
@@ -34,9 +24,21 @@ from symkin.planning.observing import (
     on_the_bed,
     probing_unknowns,
 )
-from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
-from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
-from symkin.planning.visiting import visiting_order
+from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned, visiting_order
+from symkin.planning.selection import (
+    Clearance,
+    Criterion,
+    Design,
+    Region,
+    Selection,
+    SelectionMethod,
+    Task,
+    allowed_candidates,
+    check_regions,
+    clearance,
+    design_tasks,
+    select_poses,
+)
 from symkin.symmetry import SymmetryElement, map_poses
 from symkin.workspace import WorkspaceSample
 

@@ -22,11 +22,11 @@ from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, name_combination
-from symkin.observed import Observable, Observed
-from symkin.planning.designs import Task
+from symkin.planning.selection import Task
 from symkin.probing import with_probing_defaults
 from symkin.result import Value, field, record
 from symkin.settings import Frames
+from symkin.simulation import Observable, Observed
 
 if TYPE_CHECKING:
     from symkin.planning.plan import Plan

@@ -15,11 +15,10 @@ from symkin.identification.estimate import Estimator, PoseUse, identify_legs
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
-from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
 from symkin.planning.observing import Observing, Survey, Unknowns
 from symkin.planning.plan import Plan, survey_rows, thinned
-from symkin.planning.selection import Criterion
+from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.result import Result, Value, plain, record
 
 if TYPE_CHECKING:

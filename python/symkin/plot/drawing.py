@@ -35,7 +35,7 @@ from symkin.plot.style import (
     spatial_axes,
 )
 from symkin.skeleton import Joint, Skeleton, arcs, skeleton_of
-from symkin.symmetry.group import SymmetryGroup
+from symkin.symmetry.groups import SymmetryGroup
 
 Array = NDArray[np.float64]
 

@@ -44,8 +44,12 @@ from symkin.poses import (
     vectors_from_quaternions,
 )
 from symkin.workspace.sample import WorkspaceSample
-from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
-from symkin.workspace.study import WorkspaceStudy
+from symkin.workspace.study import (
+    ConstantOrientation,
+    ModeSlices,
+    WorkspaceStudy,
+    slice_coordinates,
+)
 
 _SIZES = {
     "planar": (8.6, 4.2),

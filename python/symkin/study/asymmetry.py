@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from symkin.mechanism import Mechanism
 from symkin.observability import observability_rows
 from symkin.planning import Plan
-from symkin.planning.designs import allowed_candidates, design_tasks
-from symkin.planning.selection import LegRows, select_poses
+from symkin.planning.selection import LegRows, allowed_candidates, design_tasks, select_poses
 from symkin.result import Value, record
 from symkin.study.definition import Cell
 from symkin.symmetry import map_poses

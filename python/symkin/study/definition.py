@@ -35,8 +35,7 @@ from symkin.io.toml_file import (
 )
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.planning.designs import Design
-from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.planning.selection import Criterion, Design, SelectionMethod
 
 __all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
 

@@ -30,8 +30,12 @@ from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import Job, robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
 from symkin.workspace.sample import inside_workspace, sample_workspace
-from symkin.workspace.slices import ConstantOrientation, constant_orientations
-from symkin.workspace.study import WorkspaceStudy, study_workspace
+from symkin.workspace.study import (
+    ConstantOrientation,
+    WorkspaceStudy,
+    constant_orientations,
+    study_workspace,
+)
 
 __all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "paper_calls", "study_paper"]
 

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 import symkin
 from symkin import _core
 from symkin.checks import check_mechanism
+from symkin.drawing import with_moved_workspace
 from symkin.errors import FailedFitError, SymkinError
-from symkin.frames import with_moved_workspace
 from symkin.identification.fit import canonical, changed_settings
 from symkin.poses import POSE_SPACES
 from symkin.settings import JointLimits, ProtocolSettings

@@ -11,8 +11,8 @@ from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.identification import Identification, JointIdentification, diagnosis, suspicions
 from symkin.identification.problem import observed_count
 from symkin.identification.suspicions import blunders_of
-from symkin.observed import Observed
 from symkin.settings import Frames, IdentificationSettings, NoiseSettings
+from symkin.simulation import Observed
 
 SEED = 11
 

@@ -17,14 +17,15 @@ from symkin.errors import SymmetryError
 from symkin.plot import active_joints, workspace
 from symkin.settings import JointLimits
 from symkin.symmetry import SymmetryGroup
-from symkin.workspace.slices import (
+from symkin.workspace.study import (
     _connected_regions,
+    check_elements,
     constant_orientations,
     mode_slices,
     other_working_modes,
     singular_orientations,
+    study_workspace,
 )
-from symkin.workspace.study import check_elements, study_workspace
 
 
 @pytest.fixture(scope="module")
