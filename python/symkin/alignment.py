@@ -152,12 +152,7 @@ class Alignment(Result):
         return {"command": "align", **verdict, **found}
 
     def frames_text(self) -> str:
-        """Return the ``[frames]`` section of a mechanism file.
-
-        Returns
-        -------
-        str
-        """
+        """Return the ``[frames]`` section of a mechanism file."""
         from symkin.io.mechanism_writer import toml_value
 
         notes = {

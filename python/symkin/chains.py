@@ -247,12 +247,7 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
 
 
 def chains(platform: str = "rigid") -> list[str]:
-    """Return the names of the chains that can carry a platform, one of `PLATFORMS`.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the names of the chains that can carry a platform, one of `PLATFORMS`."""
     one_of("platform", platform, PLATFORMS)
     return list(_core.chain_names(platform))
 

@@ -25,7 +25,7 @@ from symkin.symmetry import (
     symmetry_group,
 )
 from symkin.symmetry.groups import mechanism_groups
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined_angles"]
 

@@ -23,7 +23,7 @@ from symkin.symmetry import (
     leg_carriers,
 )
 from symkin.symmetry.groups import mechanism_groups, named_group
-from symkin.workspace.sample import sample_workspace
+from symkin.workspace import sample_workspace
 from symkin.workspace.study import READING_ROUNDING, ElementCheck, check_elements
 
 __all__ = ["Condition", "Conditions", "check_conditions"]

@@ -23,7 +23,7 @@ from symkin.poses import (
     rotations_from_vectors,
 )
 from symkin.result import Result, Value, field, plain, record
-from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace import WorkspaceSample
 
 __all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
 

@@ -313,12 +313,7 @@ class Measurements(Result):
         return found
 
     def observations(self, noise: NoiseSettings) -> _core.Observations:
-        """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
-
-        Returns
-        -------
-        _core.Observations
-        """
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`."""
         deviations = self.standard_deviations(noise)
 
         def observed(name: str) -> _core.Observed:
@@ -336,12 +331,7 @@ class Measurements(Result):
         return printable(self.source.name) if self.source else ""
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
-        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading.
-
-        Returns
-        -------
-        ndarray of int
-        """
+        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading."""
         return self._leg_rows[leg]
 
     @cached_property
@@ -359,12 +349,7 @@ class Measurements(Result):
         return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
 
     def for_all_legs(self) -> Measurements:
-        """Return the same measurements without sets: every row serves all legs.
-
-        Returns
-        -------
-        Measurements
-        """
+        """Return the same measurements without sets: every row serves all legs."""
         return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
 
     def require_legs(self, count: int) -> None:
@@ -401,12 +386,7 @@ class Measurements(Result):
                 )
 
     def subset(self, rows: NDArray[np.intp]) -> Measurements:
-        """Return the measurements of some rows, from 0.
-
-        Returns
-        -------
-        Measurements
-        """
+        """Return the measurements of some rows, from 0."""
         try:
             chosen: dict[str, Any] = {
                 each.name: value[rows]

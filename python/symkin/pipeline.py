@@ -19,7 +19,7 @@ from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.result import FolderResult, Value, plain, record
 from symkin.simulation import Simulation, simulate_observed
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
 
@@ -193,10 +193,6 @@ def run_protocol(
         Of candidates, selection, robot and noise; by default the protocol's.
     progress : callable, optional
         Called with a short description before each stage.
-
-    Returns
-    -------
-    ProtocolResult
     """
     one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)

@@ -119,10 +119,6 @@ class Value:
 
         Keys end in the unit of their values (``_m``, ``_rad``); legs, rows and sets are counted
         from 1; what is not a number is None.
-
-        Returns
-        -------
-        dict
         """
         document: dict[str, Any] = {}
         for each in dataclasses.fields(self):  # type: ignore[arg-type]
@@ -154,21 +150,11 @@ class Result(Value):
     SUMMARY: ClassVar[str] = ""
 
     def page(self) -> Page:
-        """Return what there is to say of it, from which text and HTML are rendered.
-
-        Returns
-        -------
-        Page
-        """
+        """Return what there is to say of it, from which text and HTML are rendered."""
         return self._described(self.PAGE)
 
     def summary(self) -> Page:
-        """Return the top of its page, without what takes longer to calculate.
-
-        Returns
-        -------
-        Page
-        """
+        """Return the top of its page, without what takes longer to calculate."""
         return self._described(self.SUMMARY) if self.SUMMARY else self.page()
 
     def _described(self, function: str) -> Page:
@@ -183,10 +169,6 @@ class Result(Value):
         ----------
         whole : bool
             Whether to add all sections of the page, as ``--verbose`` does.
-
-        Returns
-        -------
-        str
         """
         from symkin.report.text import page_text
 
@@ -244,12 +226,7 @@ class Result(Value):
         return Path(path)
 
     def columns(self) -> Mapping[str, Any]:
-        """Return it as the columns of a table, names with units.
-
-        Returns
-        -------
-        mapping of str to sequence
-        """
+        """Return it as the columns of a table, names with units."""
         raise NotImplementedError
 
     def to_frame(self) -> Any:

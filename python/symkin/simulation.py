@@ -125,12 +125,7 @@ class Observed:
             raise SymkinError(f"spread is {self.spread:g}; expected 0 to 3")
 
     def in_frames(self, frames: Frames | None) -> Observed:
-        """Return it with the base, target and plane of a mechanism where it gives none itself.
-
-        Returns
-        -------
-        Observed
-        """
+        """Return it with the base, target and plane of a mechanism where it gives none itself."""
         given = frames or Frames()
         level = self.plane == (0.0, 0.0, 0.0)
         return replace(
@@ -219,12 +214,7 @@ class Observed:
         return replace(taken, poses=poses, readings=readings, **found, **deviations)
 
     def exact(self, taken: Measurements) -> Measurements:
-        """Measure poses and readings that are exact without noise; the arguments of `measure`.
-
-        Returns
-        -------
-        Measurements
-        """
+        """Measure poses and readings that are exact without noise; the arguments of `measure`."""
         return self.measure(taken, _NO_NOISE, 0)
 
     def _frame(self, name: str, space: str) -> Transform:

@@ -14,7 +14,7 @@ from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
-from symkin.workspace.sample import inside_workspace, sample_workspace
+from symkin.workspace import inside_workspace, sample_workspace
 
 __all__ = [
     "MARK",

@@ -25,7 +25,7 @@ from symkin.exports.exported import MARK, ExportOptions, Written
 from symkin.exports.structure import Body, Structure, structure_of
 from symkin.mechanism import Mechanism
 from symkin.poses import Transform
-from symkin.workspace.sample import workspace_coordinates
+from symkin.workspace import workspace_coordinates
 
 __all__ = ["write_mjcf", "write_sdf", "write_urdf"]
 

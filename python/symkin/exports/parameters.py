@@ -28,7 +28,7 @@ from symkin.exports.exported import ExportOptions, Loss, Written, workspace_pose
 from symkin.frames import between, transforms
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import poses_from_bounds
-from symkin.workspace.sample import interpolated, workspace_coordinates
+from symkin.workspace import interpolated, workspace_coordinates
 
 __all__ = ["write_c_header", "write_json", "write_table", "write_yaml"]
 

@@ -36,7 +36,7 @@ from symkin.identification.unknowns import Sensor
 from symkin.observability import noise_of, parameter_tolerances
 from symkin.poses import POSE_SPACES, cross_matrices
 from symkin.result import Value, field, record
-from symkin.workspace.sample import coordinate_names
+from symkin.workspace import coordinate_names
 
 __all__ = [
     "Diagnosis",
@@ -178,10 +178,6 @@ def diagnose(found: Fit) -> Diagnosis:
     ----------
     found : Fit
         Such as an `Identification`.
-
-    Returns
-    -------
-    Diagnosis
     """
     result = _diagnosed(found)
     tests = _tests(found, result)

@@ -171,24 +171,14 @@ measurements, options
         return float(np.sqrt(np.nanmean(closures_of(self.nominal, self.measurements) ** 2)))
 
     def expected_accuracy(self, poses: ArrayLike | None = None) -> ExpectedAccuracy:
-        """Predict the end-effector error over poses, by default those measured.
-
-        Returns
-        -------
-        ExpectedAccuracy
-        """
+        """Predict the end-effector error over poses, by default those measured."""
         where = self.measurements.poses if poses is None else poses
         return expected_accuracy(self.mechanism, where, self.covariance)
 
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
     ) -> Identification:
-        """Return the same with its cross-validation, see `cross_validate`.
-
-        Returns
-        -------
-        Identification
-        """
+        """Return the same with its cross-validation, see `cross_validate`."""
         seed = self.nominal.protocol.seed if seed is None else seed
         options = vars(self.options)
         found = cross_validate(

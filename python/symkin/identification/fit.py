@@ -27,7 +27,7 @@ from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, parameter_tolerances, with_combinations
 from symkin.result import Value, field, record
 from symkin.settings import JointLimits, NoiseSettings
-from symkin.workspace.sample import inside_workspace, workspace_coordinates
+from symkin.workspace import inside_workspace, workspace_coordinates
 
 __all__ = [
     "FALSE_ALARMS",

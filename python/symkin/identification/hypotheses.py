@@ -42,7 +42,7 @@ from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 from symkin.result import Value, record
 from symkin.settings import NoiseSettings
-from symkin.workspace.sample import best_homes
+from symkin.workspace import best_homes
 
 __all__ = [
     "Hypothesis",

@@ -424,12 +424,7 @@ class JointIdentification(FolderResult):
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
     ) -> JointIdentification:
-        """Return the same with its cross-validation, see `cross_validate`.
-
-        Returns
-        -------
-        JointIdentification
-        """
+        """Return the same with its cross-validation, see `cross_validate`."""
         from symkin.identification.estimate import joint_cross_validation
 
         seed = self.nominal.protocol.seed if seed is None else seed
@@ -453,10 +448,6 @@ class JointIdentification(FolderResult):
 
         `Rows.blunder` of it is what each observation differs by from what the others of its pose
         predict.
-
-        Returns
-        -------
-        _core.JointFit
         """
         return self._settled(unseen).fit()
 

@@ -75,10 +75,6 @@ def explains(after: float, before: float) -> bool:
         Chi-square with the tolerances, per degree of freedom: of the corrected fit, and of what is
         stated at the best that its solver reaches from any start, converged or not; infinite where
         there is no fit at all.
-
-    Returns
-    -------
-    bool
     """
     tolerated = max(MUCH_BETTER, before / _HUGE) if math.isfinite(before) else MUCH_BETTER
     return after * MUCH_BETTER < before and after < tolerated

@@ -126,12 +126,7 @@ class Rows(Value):
         )
 
     def what(self, row: int, pose_space: str) -> str:
-        """Name an observation: ``reading of leg 2``, ``x of the pose``.
-
-        Returns
-        -------
-        str
-        """
+        """Name an observation: ``reading of leg 2``, ``x of the pose``."""
         index, kind = int(self.index[row]), KINDS[self.kind[row]]
         space = POSE_SPACES[pose_space]
         axes, components = space.position, (*space.position, *space.rotation)
@@ -145,12 +140,7 @@ class Rows(Value):
         return f"distance {index + 1}" if kind == "distances" else "height"
 
     def unit(self, row: int, pose_space: str, reading_unit: str) -> str:
-        """Unit of an observation.
-
-        Returns
-        -------
-        str
-        """
+        """Unit of an observation."""
         kind, index = KINDS[self.kind[row]], self.index[row]
         if kind == "readings":
             return reading_unit

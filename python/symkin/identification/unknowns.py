@@ -156,21 +156,11 @@ class Layout(Value):
         return tuple(self.units[self.members(i)[0]] for i in range(len(self.names)))
 
     def members(self, column: int) -> NDArray[np.intp]:
-        """Scalars that move with a column.
-
-        Returns
-        -------
-        ndarray of int
-        """
+        """Scalars that move with a column."""
         return np.flatnonzero(self.column == column)
 
     def with_prior(self, prior: Priors) -> Layout:
-        """Return it with priors; columns that have one keep it where they are given none.
-
-        Returns
-        -------
-        Layout
-        """
+        """Return it with priors; columns that have one keep it where they are given none."""
         values = np.array(self.prior)
         if isinstance(prior, str):
             one_of("prior", prior, ("tolerances",))
@@ -189,12 +179,7 @@ class Layout(Value):
         return self._replaced(prior=values)
 
     def without(self, columns: Iterable[int]) -> Layout:
-        """Return it with the scalars of some columns held.
-
-        Returns
-        -------
-        Layout
-        """
+        """Return it with the scalars of some columns held."""
         kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
         renumbered = np.full(len(self.names) + 1, -1, dtype=np.intp)
         renumbered[kept] = np.arange(len(kept))

@@ -17,7 +17,7 @@ from symkin.plot.style import BEFORE, COLOUR_MAP, INK, Array, leg_style, thinned
 from symkin.poses import space_named
 from symkin.report.wording import setting
 from symkin.skeleton import Skeleton, skeleton_of
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 _CLOUD = 3000  # poses drawn of the workspace
 _STEPS = 150  # poses that the slider offers

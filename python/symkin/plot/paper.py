@@ -38,7 +38,7 @@ from symkin.plot.workspaces import (
     reading_axes,
     reading_limits,
 )
-from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace import WorkspaceSample
 
 if TYPE_CHECKING:
     from symkin.study.paper import LocalErrors

@@ -43,7 +43,7 @@ from symkin.poses import (
     space_named,
     vectors_from_quaternions,
 )
-from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace import WorkspaceSample
 from symkin.workspace.study import (
     ConstantOrientation,
     ModeSlices,

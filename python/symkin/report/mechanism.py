@@ -24,7 +24,7 @@ from symkin.report.wording import (
     setting,
 )
 from symkin.symmetry import SymmetryGroup
-from symkin.workspace.sample import least_reach_margin
+from symkin.workspace import least_reach_margin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,7 +21,7 @@ from symkin.mechanism import Mechanism
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline
-from symkin.workspace.sample import (
+from symkin.workspace import (
     inside_workspace,
     interpolated,
     least_reach_margin,

@@ -19,7 +19,7 @@ from symkin.study.paper import (
     study_paper,
 )
 from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
-from symkin.workspace.sample import least_reach_margin
+from symkin.workspace import least_reach_margin
 
 __all__ = ["FIG_9_CELLS", "HEADLINE_CELLS", "paper_page"]
 

@@ -347,10 +347,6 @@ class StudyDefinition:
         """Return it with other values.
 
         Mechanisms that are given replace those of single cells too.
-
-        Returns
-        -------
-        StudyDefinition
         """
         if "mechanisms" in changes:
             changes["cell"] = tuple(
@@ -436,12 +432,7 @@ def _identifier(cell: Cell) -> str:
 
 
 def builtin_studies() -> list[str]:
-    """Return the names of the studies that come with symkin.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the names of the studies that come with symkin."""
     return sorted(path.stem for path in _BUILTIN.glob("*.toml"))
 
 

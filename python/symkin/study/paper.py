@@ -29,7 +29,7 @@ from symkin.study.definition import StudyDefinition, load_study
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import Job, robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
-from symkin.workspace.sample import inside_workspace, sample_workspace
+from symkin.workspace import inside_workspace, sample_workspace
 from symkin.workspace.study import (
     ConstantOrientation,
     WorkspaceStudy,

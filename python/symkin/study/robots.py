@@ -20,7 +20,7 @@ from symkin.settings import Tolerances
 from symkin.simulation import Simulation, disturb, simulate_observed
 from symkin.study.asymmetry import mapped_candidates, mapped_efficiency
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.workspace.sample import sample_workspace
+from symkin.workspace import sample_workspace
 
 __all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
 

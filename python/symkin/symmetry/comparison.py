@@ -210,10 +210,6 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     ----------
     mechanism : Mechanism
         Its tolerances are used.
-
-    Returns
-    -------
-    SymmetryComparison
     """
     found = detect_symmetry(mechanism)
     declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)

@@ -331,10 +331,6 @@ def generate_orbits(
         it is not doubled; rotations, which keep the working mode, go before reflections.
     platform : {"rigid", "point", "translating", "spherical"}
         See `Mechanism`.
-
-    Returns
-    -------
-    list of Leg
     """
     group, elements = _carrying(symmetry)
     legs = []
@@ -451,10 +447,6 @@ def detect_symmetry(
     gain_tolerance : float, optional
         The same for sensor gains, by default `tolerance`: of several elements that carry a leg
         equally well the one is preferred that carries its sensor too.
-
-    Returns
-    -------
-    DetectedSymmetry
     """
     return detect_within(mechanism, _tolerance(tolerance, gain_tolerance))
 
@@ -502,12 +494,7 @@ def symmetry_deviations(
 
 
 def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
-    """Return the declared group, or else the one found that keeps the working modes.
-
-    Returns
-    -------
-    SymmetryGroup
-    """
+    """Return the declared group, or else the one found that keeps the working modes."""
     if mechanism.symmetry is not None:
         return declared_group(mechanism.symmetry)
     return detect_symmetry(mechanism).with_modes
@@ -550,10 +537,6 @@ def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
     """G_C (Eqs. 7, 21): for each leg the element that carries leg 1 onto it.
 
     None for a mechanism in which some leg is not an image of leg 1.
-
-    Returns
-    -------
-    list of SymmetryElement or None
     """
     carriers = leg_carriers(mechanism)
     if any(reference != 0 for reference, _ in carriers):

@@ -16,7 +16,7 @@ from symkin.errors import SymkinError
 from symkin.mechanism import Mechanism
 from symkin.result import Result, Value, field, plain, record
 from symkin.symmetry import DetectedSymmetry, SymmetryElement, SymmetryGroup, detect_symmetry
-from symkin.workspace.sample import (
+from symkin.workspace import (
     WorkspaceSample,
     inside_workspace,
     sample_workspace,

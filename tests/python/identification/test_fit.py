@@ -21,7 +21,7 @@ from symkin.identification.fit import canonical, changed_settings
 from symkin.poses import POSE_SPACES
 from symkin.settings import JointLimits, ProtocolSettings
 from symkin.simulation import disturb
-from symkin.workspace.sample import inside_box
+from symkin.workspace import inside_box
 
 Array = NDArray[np.float64]
 
