@@ -12,10 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import ChainInfo
 from symkin.errors import SymkinError
-from symkin.frames import STAYS, in_plane, nearest_rotation, transforms
 from symkin.measurements import pose_rows
 from symkin.mechanism import Leg, Mechanism
-from symkin.poses import POSE_SPACES, Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import (
+    POSE_SPACES,
+    STAYS,
+    Transform,
+    in_plane,
+    nearest_rotation,
+    rotations_from_vectors,
+    transforms,
+    vectors_from_rotations,
+)
 from symkin.settings import DrawnPoints, Frames, WorkspaceSettings
 from symkin.symmetry import detect_symmetry
 from symkin.symmetry.comparison import scaled_tolerance

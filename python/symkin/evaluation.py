@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.alignment import align
 from symkin.errors import SymkinError
-from symkin.frames import align, moved, transforms, unframed
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
     POSE_SPACES,
     PoseSpace,
     Transform,
+    moved,
     rotations_from_vectors,
+    transforms,
+    unframed,
 )
 from symkin.result import Result, Value, field, plain, record
 from symkin.workspace import WorkspaceSample

@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
-from symkin.frames import framed
 from symkin.identification.estimate import Estimator, Identification, PoseUse, identify_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.poses import framed
 from symkin.result import FolderResult, Value, plain, record
 from symkin.simulation import Simulation, simulate_observed
 from symkin.workspace import WorkspaceSample, sample_workspace

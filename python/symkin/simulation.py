@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, one_of
-from symkin.frames import frame, transforms
 from symkin.identification.fit import canonical, with_usable_home
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism, require_same_shape
@@ -22,8 +21,10 @@ from symkin.observability import noise_of, tolerances_of
 from symkin.poses import (
     POSE_SPACES,
     Transform,
+    frame,
     quaternions_from_rotation_vectors,
     rotations_from_vectors,
+    transforms,
     vectors_from_rotations,
 )
 from symkin.result import Result, record

@@ -8,8 +8,8 @@ import symkin
 from symkin.alignment import poses_of_columns
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
-from symkin.frames import frame, poses_of, transforms
 from symkin.io.tables import read_table
+from symkin.poses import frame, poses_of, transforms
 from symkin.simulation import Observed
 
 BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)

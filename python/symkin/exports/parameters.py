@@ -25,9 +25,8 @@ from symkin.chains import legs_in_words
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
 from symkin.exports.exported import ExportOptions, Loss, Written, workspace_poses
-from symkin.frames import between, transforms
 from symkin.mechanism import Mechanism, require_same_shape
-from symkin.poses import poses_from_bounds
+from symkin.poses import between, poses_from_bounds, transforms
 from symkin.workspace import interpolated, workspace_coordinates
 
 __all__ = ["write_c_header", "write_json", "write_table", "write_yaml"]

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError, SymkinError
-from symkin.frames import transforms
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
-from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors
+from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors, transforms
 
 __all__ = ["Body", "Closure", "Joint", "Structure", "structure_of"]
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, named_legs
-from symkin.frames import transforms
 from symkin.identification.fit import (
     FALSE_ALARMS,
     UNKNOWN,
@@ -34,7 +33,7 @@ from symkin.identification.problem import JointOptions
 from symkin.identification.suspicions import help_in_words, unseen_rms
 from symkin.identification.unknowns import Sensor
 from symkin.observability import noise_of, parameter_tolerances
-from symkin.poses import POSE_SPACES, cross_matrices
+from symkin.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.result import Value, field, record
 from symkin.workspace import coordinate_names
 

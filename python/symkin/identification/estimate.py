@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
-from symkin.frames import unframed
 from symkin.identification.diagnosis import Diagnosis, diagnose
 from symkin.identification.fit import (
     Estimator,
@@ -34,6 +33,7 @@ from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, expected_accuracy
+from symkin.poses import unframed
 from symkin.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.result import FolderResult, Result, field, plain, record
 from symkin.settings import IdentificationSettings, NoiseSettings

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
-from symkin.frames import unframed
 from symkin.identification.fit import (
     FALSE_ALARMS,
     UNKNOWN,
@@ -32,6 +31,7 @@ from symkin.io.measurements import read_fleet, read_measurements
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, parameter_tolerances
+from symkin.poses import unframed
 from symkin.result import Result, field, record
 from symkin.settings import MeasurementColumns, NoiseSettings
 

@@ -17,7 +17,6 @@ from symkin import _core
 from symkin.drawing import as_drawn, with_correlations
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.evaluation import Evaluation, closures_of, evaluate
-from symkin.frames import unframed
 from symkin.identification.fit import (
     FALSE_ALARMS,
     as_mechanism,
@@ -62,6 +61,7 @@ from symkin.identification.unknowns import (
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
+from symkin.poses import unframed
 from symkin.result import FolderResult, Value, field, plain, record
 from symkin.settings import Frames, NoiseSettings
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.frames import transforms
 from symkin.mechanism import Mechanism
+from symkin.poses import transforms
 from symkin.report.content import Movable
 from symkin.report.wording import milli, pose_coordinates, setting
 from symkin.skeleton import drawn_centres, joints_of, outline

@@ -9,10 +9,15 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.frames import frame, transforms
 from symkin.observability import expected_accuracy, mechanism_rows
 from symkin.planning import Survey, predict_accuracy
-from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import (
+    Transform,
+    frame,
+    rotations_from_vectors,
+    transforms,
+    vectors_from_rotations,
+)
 from symkin.settings import Frames
 from symkin.simulation import Observed
 
