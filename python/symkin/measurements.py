@@ -410,19 +410,9 @@ class Measurements(Result):
         return measurement_columns(self, self.reading_unit)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write it as CSV or Parquet, by extension; `read_measurements` reads it.
+        """Write it as CSV or Parquet, by extension, and return the file; see `read_measurements`.
 
-        Parameters
-        ----------
-        path : str or path
-            The file.
-        overwrite : bool
-            Whether a file that exists may be replaced.
-
-        Returns
-        -------
-        Path
-            The file.
+        A file that exists is replaced with `overwrite` alone.
 
         Raises
         ------

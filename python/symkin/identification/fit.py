@@ -363,25 +363,9 @@ def calibrated_mechanism(
 ) -> tuple[Mechanism, Array]:
     """Return the mechanism that an estimate describes, and the covariance of its parameters.
 
-    Points are given by radii that are not negative and angles near the nominal ones. Where the
-    frames of the measurements are others than the nominal ones, home and the workspace's box move
-    with them; see also `with_usable_home`.
-
-    Parameters
-    ----------
-    nominal : Mechanism
-        From which the estimate started.
-    parameters : ndarray, shape (legs, p)
-        The estimate.
-    covariance : ndarray, shape (legs p, legs p)
-        Of the estimate; where a radius changes its sign, its covariances do.
-    poses : ndarray, shape (N, coordinates)
-        At which the robot was measured.
-
-    Raises
-    ------
-    FailedFitError
-        If no mechanism has such parameters.
+    Points are given by radii that are not negative and angles near the nominal ones; where a radius
+    changes its sign, its covariances do. Where the frames of the measurements are others than the
+    nominal ones, home and the workspace's box move with them; see also `with_usable_home`.
     """
     values, signs = canonical(nominal, parameters)
     covariance = covariance * np.outer(signs, signs)

@@ -212,12 +212,8 @@ def hypotheses_of(
 
     Each is tried on a few of the poses, what comes out best on more, and the best on all. What
     explains the data as well as another but has unknowns besides is left to the other. Two at once
-    are tried where one does not explain the data, or only a part: then with that one.
-
-    Returns
-    -------
-    tuple of Hypothesis
-        Among them that of no mistake.
+    are tried where one does not explain the data, or only a part: then with that one. That of no
+    mistake is among them.
     """
     stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
@@ -400,12 +400,12 @@ class JointIdentification(FolderResult):
 
         In the frames that were found, since no robot could do well in others.
         """
-        return _evaluated(self._drawn, self.measurements)
+        return evaluated(self._drawn, self.measurements)
 
     @cached_property
     def after(self) -> Evaluation | None:
         """End-effector errors of the calibrated mechanism at poses measured in full, or None."""
-        return _evaluated(self.mechanism, self.measurements)
+        return evaluated(self.mechanism, self.measurements)
 
     @cached_property
     def residual_rms(self) -> float:
@@ -482,7 +482,6 @@ class JointIdentification(FolderResult):
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, numbers = self.measurements, self.measurements.row_numbers
-        settings = {each.name: getattr(self.options, each.name) for each in _fields(self.options)}
         found = super().to_dict()
         return {
             "command": "identify",
@@ -491,7 +490,7 @@ class JointIdentification(FolderResult):
                 "file": measurements.source_name or None,
                 "poses": len(measurements.poses),
             },
-            "settings": plain({"estimator": "joint", **settings, "noise": self.noise}),
+            "settings": plain({"estimator": "joint", **vars(self.options), "noise": self.noise}),
             "identification": {
                 "estimator": "joint",
                 "converged": found.pop("converged"),
@@ -523,21 +522,14 @@ class JointIdentification(FolderResult):
 
     def columns(self) -> Mapping[str, Any]:
         """Return the unknowns, a row each."""
+        numbers = ("nominal", "value", "deviation", "tolerance", "prior", "change_in_tolerances")
+        names = ("name", "unit", *numbers, "status")
+        found = {name: [getattr(each, name) for each in self.unknowns] for name in names}
         return {
-            "name": [each.name for each in self.unknowns],
-            "unit": [each.unit for each in self.unknowns],
-            **{
-                column: np.array([getattr(each, attribute) for each in self.unknowns])
-                for column, attribute in (
-                    ("nominal", "nominal"),
-                    ("value", "value"),
-                    ("standard_deviation", "deviation"),
-                    ("tolerance", "tolerance"),
-                    ("prior", "prior"),
-                )
-            },
-            "change_in_tolerances": np.array([each.change_in_tolerances for each in self.unknowns]),
-            "status": [each.status for each in self.unknowns],
+            {"deviation": "standard_deviation"}.get(name, name): (
+                np.array(column) if name in numbers else column
+            )
+            for name, column in found.items()
         }
 
     def latent_columns(self) -> Mapping[str, Any]:
@@ -545,25 +537,18 @@ class JointIdentification(FolderResult):
         from symkin.io.columns import pose_column_names
 
         names = pose_column_names(self.nominal.pose_space)
-        legs = range(1, len(self.nominal.legs) + 1)
-        unit = self.nominal.reading_unit
-        return {
+        unit, influence = self.nominal.reading_unit, self.influence
+        table = {
             "row": self.measurements.row_numbers,
             **dict(zip(names, as_drawn(self.mechanism, self.latent_poses).T, strict=True)),
             **{
-                f"error_{leg}_{unit}": errors
-                for leg, errors in zip(legs, self.reading_errors.T, strict=True)
+                f"error_{leg}_{unit}": errors for leg, errors in enumerate(self.reading_errors.T, 1)
             },
             "conditions": self.conditions,
-            **(
-                {}
-                if self.influence is None
-                else {
-                    "left_out_residual": self.influence.residual,
-                    "left_out_moves": self.influence.moves,
-                }
-            ),
         }
+        if influence is not None:
+            table |= {"left_out_residual": influence.residual, "left_out_moves": influence.moves}
+        return table
 
     def residual_columns(self) -> Mapping[str, Any]:
         """Return the residuals of the single observations, a row each."""
@@ -608,10 +593,6 @@ def _is_in(scalar: str, column: str) -> bool:
     block, _, own = scalar.partition(".")
     blocks, _, name = column.rpartition(".")
     return own == name and (not blocks or block in blocks.split("+"))
-
-
-def _fields(value: Any) -> Sequence[dataclasses.Field[Any]]:
-    return dataclasses.fields(value)
 
 
 def _calibrated(
@@ -722,7 +703,8 @@ def _status(layout: Layout, scalar: int, deviation: float, unseen: Array) -> Sta
     return "shared" if len(layout.members(column)) > 1 else "free"
 
 
-def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
+def evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
+    """End-effector errors at the measured poses; None if none can be evaluated."""
     try:
         return evaluate(mechanism, measurements=measurements)
     except SymkinError:

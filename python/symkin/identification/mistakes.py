@@ -69,12 +69,9 @@ FACTORS = {
 def explains(after: float, before: float) -> bool:
     """Whether a correction explains what is not explained as it is stated.
 
-    Parameters
-    ----------
-    after, before : float
-        Chi-square with the tolerances, per degree of freedom: of the corrected fit, and of what is
-        stated at the best that its solver reaches from any start, converged or not; infinite where
-        there is no fit at all.
+    Both are chi-square with the tolerances, per degree of freedom: of the corrected fit, and of
+    what is stated at the best that its solver reaches from any start, converged or not; infinite
+    where there is no fit at all.
     """
     tolerated = max(MUCH_BETTER, before / _HUGE) if math.isfinite(before) else MUCH_BETTER
     return after * MUCH_BETTER < before and after < tolerated
@@ -383,15 +380,10 @@ def _best_as_stated(
 
 
 def _disagreement(fit: Fit, nominal: Mechanism) -> tuple[float, float]:
-    """Chi-square with the drawing's tolerances as priors.
+    """Chi-square per degree of freedom with the tolerances as priors, and how likely more of it is.
 
     Its least value, to first order: that of the measurements, and of the estimate's distance from
     the drawing by the tolerances and its own covariance. Infinite if there is none.
-
-    Returns
-    -------
-    per_degree, tail : float
-        Per degree of freedom, and the probability of more in a sound robot.
     """
     own = nominal.is_estimated
     moved = (fit.mechanism.parameters - nominal.parameters)[own]

@@ -225,10 +225,7 @@ def blunders_of(found: JointIdentification) -> list[Blunder]:
 def alternatives_of(found: JointIdentification) -> list[Alternative]:
     """Fit wider models to the same observations: curved sensors, frames of their own.
 
-    Returns
-    -------
-    list of Alternative
-        Empty without degrees of freedom to tell them apart.
+    None without degrees of freedom to tell them apart.
     """
     options = found.options
     if not found.converged or found.degrees_of_freedom <= 0 or options.loss != "none":

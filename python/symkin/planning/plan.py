@@ -300,19 +300,9 @@ class Plan(Result):
         return plan_columns(self, self.mechanism)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write it as CSV or Parquet, by extension; `read_plan` reads it.
+        """Write it as CSV or Parquet, by extension, and return the file; `read_plan` reads it.
 
-        Parameters
-        ----------
-        path : str or path
-            The file.
-        overwrite : bool
-            Whether a file that exists may be replaced.
-
-        Returns
-        -------
-        Path
-            The file.
+        A file that exists is replaced with `overwrite` alone.
         """
         from symkin.io.plans import write_plan
 
@@ -350,10 +340,7 @@ def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> f
 def visiting_order(mechanism: Mechanism, poses: Array, seed: int) -> NDArray[np.intp]:
     """Order poses for a short way from home through all of them (a heuristic), to the last one.
 
-    Returns
-    -------
-    ndarray of int, shape (N,)
-        Rows of the poses; those of the given order if the heuristic finds no shorter way.
+    Rows of the poses, shape (N,); in the given order if the heuristic finds no shorter way.
     """
     given = np.arange(len(poses), dtype=np.intp)
     if len(poses) < 2:

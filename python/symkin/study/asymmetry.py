@@ -134,17 +134,10 @@ def reading_curves(result: StudyResult) -> tuple[Curve, ...]:
 
 
 def linearity_curves(result: StudyResult, what: str) -> tuple[Curve, ...]:
-    """Simulated over predicted position error against noise or errors of the robots.
+    """Simulated over predicted position error as "noise_level" or "tolerance_level" grows.
 
     Robots and noise are the same at all levels but for their size, so what differs from the lowest
     level is what first order leaves out, nearly without chance.
-
-    Parameters
-    ----------
-    result : StudyResult
-        Of a study of symmetry.
-    what : {"noise_level", "tolerance_level"}
-        What grows.
     """
     return tuple(_linearity(result, cells, what) for cells in _series(result, what))
 
@@ -218,12 +211,7 @@ def _protocol(cell: Cell) -> str:
 def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:
     """What each leg's poses could have been: the candidates of its reference leg, carried to it.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of design "legs", as it was made.
-    candidates : ndarray, shape (n, coordinates)
-        From which it chose.
+    The plan is of design "legs", and chose from the candidates, shape (n, coordinates).
     """
     mechanism, basis = plan.mechanism, plan.basis
     assert basis is not None
@@ -236,22 +224,10 @@ def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:
 
 
 def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...]) -> float:
-    """Compare a plan's poses with those that would have been chosen for the robot itself.
+    """Compare a plan's poses with those that would have been chosen for the robot as it was made.
 
-    Parameters
-    ----------
-    robot : Mechanism
-        As it was made.
-    plan : Plan
-        Of design "legs", for the mechanism as drawn.
-    candidates : tuple of ndarray, shape (n, coordinates)
-        For each leg, see `mapped_candidates`.
-
-    Returns
-    -------
-    float
-        ``(det M_plan / det M_own)^(1/p)`` of the least lucky leg, with M the information of the
-        leg's own poses: with 0.9, so much is lost as with every tenth pose.
+    With the `mapped_candidates`: ``(det M_plan / det M_own)^(1/p)`` of the least lucky leg, with M
+    the information of the leg's own poses. With 0.9, so much is lost as with every tenth pose.
     """
     assert plan.basis is not None
     gains = []

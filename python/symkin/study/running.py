@@ -80,63 +80,31 @@ def opened_client(workers: int, scheduler: str | None, tasks: int) -> Iterator[A
 
 
 def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Chunk, Columns]]:
-    """Compute chunks of robots, in whatever order they become ready.
-
-    Parameters
-    ----------
-    job : Job
-        What to compute.
-    chunks : sequence of (int, int)
-        First robot, and the one behind the last.
-    client : distributed.Client or None
-        Whose workers compute; None computes here.
-    """
+    """Chunks of robots, in whatever order they are ready; without a client computed here."""
     if client is None:
         for chunk in chunks:
             yield chunk, job.chunk(*chunk)
         return
-    import symkin
-
     # The job goes with every chunk: data of its own would be lost with its worker.
     parcel = pickle.dumps(job.light())
-    calls = ((symkin.__version__, _chunk, parcel, chunk) for chunk in chunks)
-    yield from spread(client, _called, calls)
+    yield from spread(client, _chunk, ((parcel, chunk) for chunk in chunks))
 
 
 def begun(calls: Sequence[tuple[Any, ...]], client: Any) -> Callable[[], list[Any]]:
-    """Have workers make calls of functions beside what else they compute.
+    """Have workers call functions, each first of its arguments, beside what else they compute.
 
-    Parameters
-    ----------
-    calls : sequence of (callable, argument, ...)
-        What to call.
-    client : distributed.Client
-        Whose workers call.
-
-    Returns
-    -------
-    callable
-        Waits for the calls, and returns their results in order.
+    What is returned waits for the calls, and returns their results in order.
     """
-    import symkin
-
-    futures = [client.submit(_called, symkin.__version__, *call, pure=False) for call in calls]
+    futures = [_submitted(client, *call) for call in calls]
     return lambda: list(client.gather(futures))
 
 
 def make_plans(
     definition: StudyDefinition, candidates: Mapping[str, Array], client: Any
 ) -> Iterator[tuple[PlanKey, Plan | str]]:
-    """Make the plans of a study, in whatever order they become ready.
+    """The plans of a study, in whatever order they are ready; without a client made here.
 
-    Parameters
-    ----------
-    definition : StudyDefinition
-        The study.
-    candidates : mapping
-        Poses to choose from, by the mechanism's name.
-    client : distributed.Client or None
-        Whose workers choose; None chooses here.
+    `candidates` are the poses to choose from, by the mechanism's name.
     """
     cells = {cell.plan_key: cell for cell in definition.cells}
     # Those that take longest first, so that no process has one left when the others are done.
@@ -148,10 +116,8 @@ def make_plans(
     if client is None:
         for call in calls:
             yield _plan(*call)
-        return
-    import symkin
-
-    yield from spread(client, _called, ((symkin.__version__, _plan, *call) for call in calls))
+    else:
+        yield from spread(client, _plan, calls)
 
 
 @contextlib.contextmanager
@@ -213,7 +179,7 @@ def spread(
         """More calls, so many as the cores that there are now can do soon."""
         cores = max(sum(client.nthreads().values()), 1)
         return [
-            client.submit(function, *call, pure=False)
+            _submitted(client, function, *call)
             for call in itertools.islice(left, max(_AHEAD * cores - waiting, 0))
         ]
 
@@ -246,6 +212,13 @@ def _plan(
     key: PlanKey, mechanism: Mechanism, cell: Cell, candidates: Array, seed: int
 ) -> tuple[PlanKey, Plan | str]:
     return key, planned(mechanism, cell, candidates, seed)
+
+
+def _submitted(client: Any, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Have a worker call a function, if it has the same symkin."""
+    import symkin
+
+    return client.submit(_called, symkin.__version__, function, *arguments, pure=False)
 
 
 def _called(version: str, function: Callable[..., Any], *arguments: Any) -> Any:

@@ -313,11 +313,8 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
 def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
     """Well-conditioned poses of the box, the best on each side of the parallel singularities.
 
-    Returns
-    -------
-    list of (list of float, float)
-        Coordinates, as `WorkspaceSettings.home` has them, and the condition number; best first.
-        Empty if none of many poses would do.
+    Coordinates, as `WorkspaceSettings.home` has them, and the condition number; best first. None if
+    none of many poses would do.
     """
     settings = mechanism.workspace
     assert settings is not None
