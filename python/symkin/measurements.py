@@ -189,7 +189,7 @@ class Measurements(Result):
                 "expected numbers, or NaN for what was not measured"
             )
         if name in ("poses", "reported") and len(space.orientation) > 1:
-            missing = np.isnan(values[:, 3:])
+            missing = np.isnan(values[:, space.size :])
             half = missing.any(axis=1) & ~missing.all(axis=1)
             if half.any():
                 raise MeasurementError(
