@@ -138,12 +138,13 @@ class Measurements(Result):
             self._check_values(name)
         for name, deviations in _DEVIATIONS.items():
             self._check_deviations(name, deviations)
-        wrong = wrong_quaternion(self.poses)
-        if wrong is not None:
-            raise MeasurementError(
-                f"row {self.row_numbers[wrong[0]]} has a quaternion of norm {wrong[1]:.6g}; "
-                "expected 1"
-            )
+        for what, poses in (("", self.poses), ("reported ", self.reported)):
+            wrong = None if poses is None else wrong_quaternion(poses)
+            if wrong is not None:
+                raise MeasurementError(
+                    f"row {self.row_numbers[wrong[0]]} has a {what}quaternion of norm "
+                    f"{wrong[1]:.6g}; expected 1"
+                )
         legs = self.readings.shape[1]
         if rows and not ALL_LEGS <= self.leg_sets.min() <= self.leg_sets.max() < legs:
             raise MeasurementError(
