@@ -312,7 +312,8 @@ def _doubts_of_size(found: Fit) -> Iterator[str]:
                 f"leg {number}: the poses hardly tell its parameters apart "
                 f"(condition number {leg.condition:.3g})"
             )
-        spare = len(leg.rows) - len(leg.rejected) - parameters
+        needed = -(-parameters // found.nominal.closures)
+        spare = len(leg.rows) - len(leg.rejected) - needed
         if spare < 1:
             yield f"leg {number}: no pose to spare, so the noise cannot be checked"
         elif spare < _FEW_SPARE_POSES:
