@@ -451,7 +451,7 @@ def _make_canonical(mechanism: Mechanism, leg: int, values: Array, signs: Array)
     angles = [
         index
         for index, role in enumerate(roles)
-        if role.kind in ("polar_angle", "swing") or role.kind.endswith(("azimuth", "_elevation"))
+        if role.kind.endswith(("azimuth", "polar_angle", "_elevation", "_swing"))
     ]
     values[:, angles] = _nearest_turn(values[:, angles], near[angles])
     for end in ("base", "platform"):
