@@ -244,12 +244,13 @@ measurements, options
         from symkin.io.mechanism_writer import save_mechanism
 
         nominal, measurements = self.nominal, self.measurements
+        unit = nominal.space.closure_unit
         header = [
             f"Identified by symkin: {nominal.name}, {len(measurements.poses)} poses "
             f"({measurements.source_name or 'simulated measurements'}), "
             f"estimator {self.estimator}.",
-            f"Closure residual {self.nominal_residual_rms:.3g} m before, "
-            f"{self.residual_rms:.3g} m after (rms); standard deviations are one sigma.",
+            f"Closure residual {self.nominal_residual_rms:.3g} {unit} before, "
+            f"{self.residual_rms:.3g} {unit} after (rms); standard deviations are one sigma.",
             *changed_settings(nominal, self.mechanism),
         ]
         save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
