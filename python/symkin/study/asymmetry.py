@@ -171,7 +171,7 @@ def _blind(plan: Plan, candidates: Array, noise: float) -> float:
         LegRows(noisy, 0, candidates, "noise_aware"), len(poses), plan.basis.seed, threads=1
     )
     gain = _log_information(noisy, 0, poses) - told.log_det
-    return math.exp(gain / len(mechanism.legs[0].parameters))
+    return math.exp(gain / mechanism.estimated_counts[0])
 
 
 def _series(result: StudyResult, what: str) -> list[list[Cell]]:
@@ -238,7 +238,7 @@ def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...
             LegRows(robot, leg, reached, "noise_aware"), len(poses), plan.basis.seed, threads=1
         )
         gain = _log_information(robot, leg, poses) - own.log_det
-        gains.append(gain / len(robot.legs[leg].parameters))
+        gains.append(gain / robot.estimated_counts[leg])
     return float(np.exp(min(gains)))
 
 
