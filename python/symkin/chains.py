@@ -6,15 +6,16 @@ from __future__ import annotations
 import functools
 import math
 from collections import Counter
-from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
+from symkin.result import FrozenMapping
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
@@ -23,7 +24,6 @@ __all__ = [
     "ABSENT",
     "PLATFORMS",
     "ChainInfo",
-    "FrozenMapping",
     "Leg",
     "ParameterRole",
     "chain_info",
@@ -38,7 +38,6 @@ __all__ = [
     "union_of_names",
 ]
 
-_Value = TypeVar("_Value")
 PLATFORMS = ("rigid", "point", "translating", "spherical")
 
 
@@ -79,51 +78,6 @@ class ParameterRole(NamedTuple):
 
 
 ABSENT = ParameterRole("none", "absent")
-
-
-class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
-    """A read-only mapping that can be pickled, copied and, unlike Python's own, hashed."""
-
-    __slots__ = ("_values",)
-
-    def __init__(self, values: Mapping[str, _Value]) -> None:
-        self._values = dict(values)
-
-    def __getitem__(self, key: str) -> _Value:
-        """Return a value by its name."""
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
-        return iter(self._values)
-
-    def keys(self) -> KeysView[str]:
-        """Return the names: like values and items by a view that does not ask for each name."""
-        return self._values.keys()
-
-    def values(self) -> ValuesView[_Value]:
-        """Return the values."""
-        return self._values.values()
-
-    def items(self) -> ItemsView[str, _Value]:
-        """Return names and values."""
-        return self._values.items()
-
-    def __len__(self) -> int:
-        """Return the number of values."""
-        return len(self._values)
-
-    def __hash__(self) -> int:
-        """Return a hash of names and values."""
-        return hash(frozenset(self._values.items()))
-
-    def __repr__(self) -> str:
-        """Return it as a dictionary is shown."""
-        return repr(self._values)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Make it anew."""
-        return FrozenMapping, (self._values,)
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,10 @@ from symkin.errors import ResultsError
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
-__all__ = ["FolderResult", "Result", "Value", "field", "plain", "record"]
+__all__ = ["FolderResult", "FrozenMapping", "Result", "Value", "field", "plain", "record"]
 
 _Class = TypeVar("_Class", bound=type)
+_Item = TypeVar("_Item")
 
 
 def field(*, unit: str = "", number: bool = False, private: bool = False, **arguments: Any) -> Any:
@@ -53,17 +54,22 @@ def record(cls: _Class) -> _Class:
     return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
 
 
-class _Fixed(dict[str, Any]):
-    """A dictionary that stays as it is."""
+class FrozenMapping(dict[str, _Item]):
+    """A dictionary that stays as it is, and can be pickled, copied and hashed."""
 
     def _refuse(self, *_: object, **__: object) -> Any:
-        raise TypeError("a result does not change; change a copy: dict(...)")
+        raise TypeError("this does not change; change a copy: dict(...)")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
 
-    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
-        return _Fixed, (dict(self),)
+    def __hash__(self) -> int:  # type: ignore[override]
+        """Return a hash of names and values."""
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, _Item]]]:
+        """Make it anew."""
+        return FrozenMapping, (dict(self),)
 
 
 class Value:
@@ -88,7 +94,7 @@ class Value:
                 view.flags.writeable = False
                 object.__setattr__(self, each.name, view)
             elif type(value) is dict:
-                object.__setattr__(self, each.name, _Fixed(value))
+                object.__setattr__(self, each.name, FrozenMapping(value))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Fix what has been copied or unpickled: arrays come out of it writeable."""
