@@ -358,7 +358,7 @@ class _Problem(NamedTuple):
                 break
             size = 1.0
             while size > 1e-6:
-                new = _both_stepped(base, tool, size * step)
+                new = _stepped(base, tool, size * step)
                 new_cost = self.cost(*new)
                 if new_cost <= cost:
                     break
@@ -390,7 +390,7 @@ class _Problem(NamedTuple):
         return step, float(np.sum(along**2 / values[shown]))
 
 
-def _both_stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
+def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
     turns = rotations_from_vectors(np.stack([step[3:6], step[9:]]))
     return (
         Transform(turns[0] @ base.rotation, base.translation + step[:3]),
@@ -544,7 +544,8 @@ def _deviations(
             sides = []
             for sign in (1, -1):
                 frames = [base, target]
-                frames[number] = _stepped(frames[number], sign * step)
+                turn, old = rotations_from_vectors(sign * step[None, 3:])[0], frames[number]
+                frames[number] = Transform(turn @ old.rotation, old.translation + sign * step[:3])
                 sides.append(moved(frames[0], poses, frames[1], wanted)[:, shown])
             columns.append((sides[0] - sides[1]) / (2 * _STEP))
     matrix = np.stack(columns, axis=2)
@@ -562,11 +563,6 @@ def _deviations(
     found = np.full(2 * len(free), np.nan)
     found[: len(columns)] = np.where(hidden, np.inf, np.sqrt(variances))
     return found
-
-
-def _stepped(frame: Transform, step: Array) -> Transform:
-    turn = rotations_from_vectors(step[None, 3:])[0]
-    return Transform(turn @ frame.rotation, frame.translation + step[:3])
 
 
 def _rms(rows: Array) -> float:

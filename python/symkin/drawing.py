@@ -61,18 +61,12 @@ _TURN = 2 * np.pi
 _MOVED = 5.0  # expected displacements of a frame, beyond which it is another one
 
 
-def _shift(centre: tuple[float, ...] | None) -> Array:
-    """A centre as a translation in space."""
-    moved = np.zeros(3)
-    moved[: len(centre or ())] = centre or ()
-    return moved
-
-
 def _motions(points: DrawnPoints) -> tuple[Transform, Transform]:
     """From the mechanism's frames of base and platform to those of its file."""
-    ends = (points.base, points.platform)
-    base, platform = (Transform(np.eye(3), _shift(each)) for each in ends)
-    return base, platform
+    moves = np.zeros((2, 3))
+    for move, centre in zip(moves, (points.base, points.platform), strict=True):
+        move[: len(centre or ())] = centre or ()
+    return Transform(np.eye(3), moves[0]), Transform(np.eye(3), moves[1])
 
 
 def as_drawn(mechanism: Mechanism, poses: ArrayLike) -> Array:
@@ -319,32 +313,18 @@ def centres(
     """
     found = dict(fixed)
     found |= {end: _place(each) for end, each in points.items() if end not in fixed}
+    symmetric = {}
     try:
-        symmetric = _centres_of_symmetry(infos, legs, modes, points, found)
+        group = detect_symmetry(_drawn_mechanism(infos, legs, modes, points, found)).structure
     except SymkinError:  # what is wrong with the legs is said where they become a mechanism
-        symmetric = {}
+        group = None
+    if group is not None and group.rotations > 1:  # its centres are at height 0
+        centre = {"base": group.frame.base_centre, "platform": group.frame.platform_centre}
+        for end in points:
+            symmetric[end] = np.zeros(len(found[end]))
+            symmetric[end][:2] = found[end][:2] + centre[end]
     placed = {end: _place(points[end], symmetric.get(end)) for end in points if end not in fixed}
     return {end: fixed[end] if end in fixed else placed[end] for end in points}
-
-
-def _centres_of_symmetry(
-    infos: Sequence[ChainInfo],
-    legs: list[dict[str, float]],
-    modes: list[int],
-    points: Mapping[str, Array],
-    about: Mapping[str, Array],
-) -> dict[str, Array]:
-    """What the legs' rotations turn about, at height 0; nothing if there are none."""
-    made = _drawn_mechanism(infos, legs, modes, points, about)
-    group = detect_symmetry(made).structure
-    if group.rotations == 1:
-        return {}
-    centre = {"base": group.frame.base_centre, "platform": group.frame.platform_centre}
-    level = {end: np.array(about[end]) for end in points}
-    for end, each in level.items():
-        each[:2] += centre[end]
-        each[2:] = 0.0
-    return level
 
 
 def axis_of_drawing(mechanism: Mechanism) -> str:
@@ -372,15 +352,12 @@ def axis_of_drawing(mechanism: Mechanism) -> str:
         try:
             infos = [info] * len(legs)
             made = _drawn_mechanism(infos, legs, list(mechanism.working_modes), turned, about)
-            rotations[axis] = _rotations(made.replace(tolerances=mechanism.tolerances))
+            made = made.replace(tolerances=mechanism.tolerances)
+            found = detect_within(made, scaled_tolerance(made, 1.0))
+            rotations[axis] = found.structure.rotations
         except SymkinError:  # two points in one place
             rotations[axis] = 1
     return max(rotations, key=lambda axis: rotations[axis])  # of equal ones the first
-
-
-def _rotations(mechanism: Mechanism) -> int:
-    """How many rotations its legs have within their tolerances."""
-    return detect_within(mechanism, scaled_tolerance(mechanism, 1.0)).structure.rotations
 
 
 def _drawn_mechanism(

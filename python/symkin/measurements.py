@@ -206,7 +206,7 @@ class Measurements(Result):
             raise MeasurementError(f"there are {deviations} without {name}")
         make_arrays(self, **{deviations: (values.ndim, "float")})
         found = getattr(self, deviations)
-        shape = (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+        shape = self._deviation_shape(name)
         if found.shape != shape:
             raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
         wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
@@ -215,6 +215,10 @@ class Measurements(Result):
                 f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
                 f"{deviations}; expected standard deviations, or NaN for the noise settings'"
             )
+
+    def _deviation_shape(self, name: str) -> tuple[int, ...]:
+        shape: tuple[int, ...] = getattr(self, name).shape
+        return (shape[0], self.space.dof) if name in ("poses", "reported") else shape
 
     @property
     def space(self) -> PoseSpace:
@@ -306,10 +310,9 @@ class Measurements(Result):
         for name, deviations in _DEVIATIONS.items():
             values, own = getattr(self, name), getattr(self, deviations)
             if values is not None:
-                shape = (
-                    (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+                usual = np.broadcast_to(
+                    typical.get(name, noise.position), self._deviation_shape(name)
                 )
-                usual = np.broadcast_to(typical.get(name, noise.position), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 

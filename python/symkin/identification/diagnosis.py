@@ -186,7 +186,8 @@ def diagnose(found: Fit) -> Diagnosis:
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     if all(leg.condition <= _CONDITION_LIMIT for leg in found.legs):
         consequences = [*implausible_parameters(found), *consequences]
-        if not _gross(found):
+        # Most residuals may be so large that no single cause can be read off them.
+        if not any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs):
             rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
@@ -388,11 +389,6 @@ def _doubts_of_rows(outliers: Sequence[Outlier]) -> Iterator[str]:
         else f"rows {named}{f' and {more} more' if more > 0 else ''} do not fit"
     )
     yield f"{which} the others: look at the measurement, or use a robust loss"
-
-
-def _gross(found: Fit) -> bool:
-    """Whether most residuals are so large that no single cause can be read off them."""
-    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
 
 
 def _doubts_of_residuals(found: Fit, tests: Sequence[ResidualTest]) -> Iterator[str]:

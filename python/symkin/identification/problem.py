@@ -301,10 +301,11 @@ class Problem:
         gauge = self.options.gauge
         if gauge == "nominal":
             fit = self.fit(nearest=True)
+            count = fit.gauge_directions
             words = (
-                f"of all solutions the nearest to the drawing, in tolerances, since "
-                f"{_directions(fit.gauge_directions)} no observation shows"
-                if fit.gauge_directions
+                "of all solutions the nearest to the drawing, in tolerances, since "
+                f"{count} direction{'s' * (count > 1)} of the unknowns no observation shows"
+                if count
                 else ""
             )
             return self, fit, words
@@ -443,10 +444,6 @@ def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> N
                 f"{count} {name} were observed, and {len(given)} {key} are given; say the nominal "
                 f"places {where} in the [frames] of the mechanism's file: {key} = [[x, y], ...]"
             )
-
-
-def _directions(count: int) -> str:
-    return f"{count} direction{'s' * (count > 1)} of the unknowns"
 
 
 def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:

@@ -365,22 +365,26 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     if demands.minimum_distance:
         settings["coordinates"] = poses[:, : demands.mechanism.space.size]
         settings["minimum_distance"] = demands.minimum_distance
-    selection = _select(
-        demands,
-        task,
-        rows,
-        wanted,
-        demands.seed,
-        method=demands.method,
-        criterion=demands.criterion,
-        required=numbers.tolist(),
-        forbidden=~allowed,
-        prior=prior,
-        time_limit=demands.time_limit,
-        threads=demands.threads,
-        parameter_names=task.parameter_names(),
-        **settings,
-    )
+    try:
+        selection = select_poses(
+            rows,
+            wanted,
+            demands.seed,
+            method=demands.method,
+            criterion=demands.criterion,
+            required=numbers.tolist(),
+            forbidden=~allowed,
+            prior=prior,
+            time_limit=demands.time_limit,
+            threads=demands.threads,
+            parameter_names=task.parameter_names(),
+            **settings,
+        )
+    except NotIdentifiableError as error:  # maybe of a joint whose angle no pose can show
+        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
+        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
+        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
+        raise
     chosen = np.setdiff1d(selection.indices, numbers)
     spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
     spares = poses[:0]
@@ -390,17 +394,6 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
         spares = poses[found]
     return _Chosen(task, selection, poses[chosen], spares, excluded)
-
-
-def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selection:
-    """Select; a refusal says so if a joint's angle is undefined, which no pose can show."""
-    try:
-        return select_poses(*args, **settings)
-    except NotIdentifiableError as error:
-        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
-        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
-        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
-        raise
 
 
 def _spares(

@@ -283,7 +283,8 @@ class StudyDefinition:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the values, since cells are read-only."""
         values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
-        return _made, (values | {"cell": tuple(dict(each) for each in self.cell)},)
+        values["cell"] = tuple(dict(each) for each in self.cell)
+        return functools.partial(StudyDefinition, **values), ()
 
     @functools.cached_property
     def loaded(self) -> Mapping[str, Mechanism]:
@@ -400,10 +401,6 @@ class StudyDefinition:
             loss=values["losses"],
         )
         return cell if name else dataclasses.replace(cell, id=_identifier(cell))
-
-
-def _made(values: dict[str, Any]) -> StudyDefinition:
-    return StudyDefinition(**values)
 
 
 def _counted(count: int | str | None, mechanism: Mechanism) -> int:
