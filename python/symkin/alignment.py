@@ -210,10 +210,6 @@ def align_frames(
     pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         Kind of the poses; by default the one with so many coordinates, planar if two have.
 
-    Returns
-    -------
-    Alignment
-
     Raises
     ------
     SymkinError

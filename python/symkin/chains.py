@@ -172,10 +172,6 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
 
-    Returns
-    -------
-    ChainInfo
-
     Raises
     ------
     SymkinError

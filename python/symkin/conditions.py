@@ -134,10 +134,6 @@ def check_conditions(
     seed : int, optional
         Of the poses, by default the protocol's.
 
-    Returns
-    -------
-    Conditions
-
     Raises
     ------
     SymkinError

@@ -269,10 +269,6 @@ def evaluate(
         all readings is left out. The poses are those of the target in the device's frame if the
         model has `frames`.
 
-    Returns
-    -------
-    Evaluation
-
     Raises
     ------
     SymkinError

@@ -238,10 +238,6 @@ class Result(Value):
     def to_frame(self) -> Any:
         """Return it as a `pandas.DataFrame`, columns as in symkin's files.
 
-        Returns
-        -------
-        pandas.DataFrame
-
         Raises
         ------
         ImportError

@@ -148,10 +148,6 @@ class Observed:
         seed : int
             Of the noise, and of what is missing.
 
-        Returns
-        -------
-        Measurements
-
         Raises
         ------
         SymkinError
@@ -368,10 +364,6 @@ def simulate(
     observe : Observed or str
         What is observed besides the readings, by default full poses. Base, target and plane that
         it does not give are those of the mechanism's `frames`; without, its own.
-
-    Returns
-    -------
-    Simulation
 
     Raises
     ------

@@ -486,10 +486,6 @@ def cross_validate(
         Parts are blocks of consecutive poses. Neighbours are often measured at similar places and
         at similar times, so that random parts hide what drifts and what depends on the place.
 
-    Returns
-    -------
-    CrossValidation
-
     Raises
     ------
     SymkinError

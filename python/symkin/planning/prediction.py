@@ -65,10 +65,6 @@ def predict_accuracy(
         made for. What is held has no error, and priors count. The error is that of the target in
         the device's frame, at given readings: without frames, of the platform in the robot's own.
 
-    Returns
-    -------
-    ExpectedAccuracy
-
     Raises
     ------
     NotIdentifiableError
@@ -163,10 +159,6 @@ class PoseCountCurve(Result):
         ----------
         position, orientation : float, optional
             Root mean square end-effector error that is wanted, m and rad; at least one of them.
-
-        Returns
-        -------
-        NeededPoses
 
         Raises
         ------
@@ -357,10 +349,6 @@ def pose_count_curve(
         Share of the position error that another pose must save to be worth while.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`.
-
-    Returns
-    -------
-    PoseCountCurve
 
     Raises
     ------

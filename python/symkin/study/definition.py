@@ -458,10 +458,6 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
         A file, or ``"paper"``, ``"protocols"``, ``"cost"`` or ``"symmetry"``. Mechanisms that a
         file names by files are looked for beside it.
 
-    Returns
-    -------
-    StudyDefinition
-
     Raises
     ------
     StudyFileError

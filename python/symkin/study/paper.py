@@ -253,10 +253,6 @@ def study_paper(
     parts : sequence, optional
         What the `paper_calls` returned; by default they are made here.
 
-    Returns
-    -------
-    PaperFindings
-
     Raises
     ------
     SymkinError

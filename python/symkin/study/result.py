@@ -241,10 +241,6 @@ class StudyResult(FolderResult):
         first, second : str
             Names of cells with the same robots.
 
-        Returns
-        -------
-        PairedComparison
-
         Raises
         ------
         SymkinError

@@ -303,10 +303,6 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
     count : int
         Number of legs.
 
-    Returns
-    -------
-    list of Leg
-
     Raises
     ------
     SymkinError

@@ -118,10 +118,6 @@ def sample_workspace(
     seed : int, optional
         By default the protocol's. The same seed gives the same poses.
 
-    Returns
-    -------
-    WorkspaceSample
-
     Raises
     ------
     SymkinError

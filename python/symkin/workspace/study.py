@@ -487,10 +487,6 @@ def study_workspace(
     both_modes : bool
         Whether to evaluate these with all legs in their other working mode too.
 
-    Returns
-    -------
-    WorkspaceStudy
-
     Raises
     ------
     SymkinError
