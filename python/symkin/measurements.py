@@ -28,7 +28,7 @@ __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings, and the dimensions of its array.
 _FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
-_DEVIATIONS = {  # in the order of the core's observations
+DEVIATIONS = {  # in the order of the core's observations
     "readings": "reading_deviations",
     "poses": "pose_deviations",
     "reported": "reported_deviations",
@@ -136,7 +136,7 @@ class Measurements(Result):
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
         for name in ("poses", *further):
             self._check_values(name)
-        for name, deviations in _DEVIATIONS.items():
+        for name, deviations in DEVIATIONS.items():
             self._check_deviations(name, deviations)
         for what, poses in (("", self.poses), ("reported ", self.reported)):
             wrong = None if poses is None else wrong_quaternion(poses)
@@ -249,7 +249,7 @@ class Measurements(Result):
             row = _first_row(getattr(self, name))
             if row is not None:
                 return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
-        for name in _DEVIATIONS.values():
+        for name in DEVIATIONS.values():
             row = _first_row(getattr(self, name))
             if row is not None:
                 return f"row {self.row_numbers[row]} has standard deviations of its own"
@@ -307,7 +307,7 @@ class Measurements(Result):
             "reported": 0.0,
         }
         found = {}
-        for name, deviations in _DEVIATIONS.items():
+        for name, deviations in DEVIATIONS.items():
             values, own = getattr(self, name), getattr(self, deviations)
             if values is not None:
                 usual = np.broadcast_to(
@@ -327,7 +327,7 @@ class Measurements(Result):
             tables = (_flat(each) for each in (values, deviations[name]))
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
-        return _core.Observations(*map(observed, _DEVIATIONS))
+        return _core.Observations(*map(observed, DEVIATIONS))
 
     @property
     def source_name(self) -> str:
@@ -403,7 +403,7 @@ class Measurements(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""
-        optional = {*_FURTHER, *_DEVIATIONS.values()}
+        optional = {*_FURTHER, *DEVIATIONS.values()}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 

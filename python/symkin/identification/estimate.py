@@ -28,7 +28,7 @@ from symkin.identification.fit import (
 )
 from symkin.identification.joint import JointIdentification, evaluated
 from symkin.identification.mistakes import explained
-from symkin.identification.problem import KINDS, JointOptions, Rows
+from symkin.identification.problem import KINDS, OBSERVED, JointOptions, Rows
 from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
@@ -608,7 +608,7 @@ def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_
     """Rows with something besides readings that fewer rows than folds have."""
     count = len(measurements.poses)
     rare = np.zeros(count, dtype=bool)
-    for name in ("poses", "reported", "points", "distances", "heights"):
+    for name in OBSERVED[1:]:
         values = getattr(measurements, name)
         if values is not None:
             there = np.isfinite(values.reshape(count, -1)).any(axis=1)

@@ -21,7 +21,7 @@ from symkin.identification.unknowns import (
     Sensor,
     core_setup,
 )
-from symkin.measurements import ALL_LEGS, Measurements
+from symkin.measurements import ALL_LEGS, DEVIATIONS, Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import with_combinations
 from symkin.poses import POSE_SPACES
@@ -44,7 +44,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
-OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
+OBSERVED = tuple(DEVIATIONS)  # as `KINDS`
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one

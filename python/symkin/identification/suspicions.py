@@ -26,6 +26,7 @@ from symkin.identification.problem import (
     without_pose,
 )
 from symkin.identification.unknowns import scalar_values
+from symkin.measurements import DEVIATIONS
 from symkin.result import Value, field, record
 
 if TYPE_CHECKING:
@@ -523,10 +524,9 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
     """Which rows have no standard deviation of their own."""
-    names = ("reading", "pose", "reported", "point", "distance", "height")
     free = np.ones(len(rows.pose), dtype=bool)
-    for kind, name in enumerate(names):
-        own = getattr(taken, f"{name}_deviations")
+    for kind, name in enumerate(DEVIATIONS.values()):
+        own = getattr(taken, name)
         if own is not None:
             of_kind = rows.kind == kind
             flat = own.reshape(len(own), -1)
