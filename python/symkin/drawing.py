@@ -56,7 +56,6 @@ Array = NDArray[np.float64]
 _NEAREST, _FARTHEST = 0.2, 4.0
 _SAME = 1e-9  # of the points' spread: the same centre
 _RING = 12  # centres that are tried around the centroid, at half the spread
-
 _TURN = 2 * np.pi
 _MOVED = 5.0  # expected displacements of a frame, beyond which it is another one
 

@@ -167,7 +167,7 @@ class Transform(NamedTuple):
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
 
 
-STAYS = Transform(np.eye(3), np.zeros(3))
+STAYS = Transform(np.eye(3), np.zeros(3))  # no motion
 
 
 def space_named(name: str, coordinates: int) -> PoseSpace:

@@ -47,6 +47,9 @@ __all__ = [
     "weak_parameters",
 ]
 
+Array = NDArray[np.float64]
+_Unseen = Callable[[Sensor], float]
+
 _RESIDUAL_ALARMS = FALSE_ALARMS / 2  # of one kind of test of the residuals, for a sound robot
 
 # Beyond this the parameters of a leg are told apart only by digits that no measurement has.
@@ -59,10 +62,6 @@ _GROSS_CHI_SQUARE = 9.0
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
-_Unseen = Callable[[Sensor], float]
-
-Array = NDArray[np.float64]
-
 # Share of the squared distance from the drawing that a common movement must explain to be named.
 _EXPLAINED = 0.5
 _MOVEMENTS = {

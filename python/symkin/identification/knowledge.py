@@ -42,12 +42,10 @@ Array = NDArray[np.float64]
 
 _SAMPLES = 1000  # poses of the workspace over which accuracy is expected
 _CORRELATED = 10
-
 _RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
 _INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave open
 _HELD = 1e-4  # deviations within which one pose alone is let move the estimate
 _STEPS = 50
-
 _DIRECTIONS = 12  # in the plane, over which printed sizes are averaged
 _FOLDS = 5
 _SHOWN, _SILENT = 0.5, 0.9  # of the deviation before

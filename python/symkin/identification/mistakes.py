@@ -44,12 +44,11 @@ __all__ = [
     "with_modes",
 ]
 
+Array = NDArray[np.float64]
+
 # What a correction must leave less of chi-square than what is stated does, per degree of freedom.
 MUCH_BETTER = 9.0
 _HUGE = 1000.0  # so much better suffices even if something else is wrong besides
-
-Array = NDArray[np.float64]
-
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
 # How near a slope must be to a unit's factor, and to 1.

@@ -60,7 +60,6 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
-
 _FOLDS = 5
 
 

@@ -35,11 +35,10 @@ __all__ = [
     "visiting_order",
 ]
 
-_AVERAGED = 2000  # poses over which an expected error is averaged
-
 Array = NDArray[np.float64]
 Way = NDArray[np.intp]  # stations in their order; what stands first and last stays there
 
+_AVERAGED = 2000  # poses over which an expected error is averaged
 _KICKS = 100  # restarts from a way that is changed a little
 _EFFORT = 5 * 10**6  # restarts times the square of the stations, so that large plans do not wait
 _NEIGHBOURHOOD = 50  # stations among which a way is changed

@@ -62,7 +62,6 @@ __all__ = [
 
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
-
 Design = Literal["legs", "orbits", "mechanism"]
 Region = Mapping[str, tuple[float, float]]
 

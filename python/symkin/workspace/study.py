@@ -44,7 +44,6 @@ _PAPER_ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
 _TURNS = 3600  # orientations at which a singularity is looked for
 _BEYOND_BOX = 0.1  # of the box's side
 _SINGULAR = 1e8  # condition number beyond which rounding decides the determinant's sign
-
 READING_ROUNDING = 1e-9  # rad or m, far above what the readings inside a workspace differ by
 
 
