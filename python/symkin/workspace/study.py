@@ -80,6 +80,8 @@ class ConstantOrientation(Value):
     readings : ndarray, shape (rows, columns, legs)
         The active-joint workspace of the orientation, in the sensor's unit; NaN where a leg cannot
         reach.
+    units : tuple of str
+        Of `orientation`, and of x and y, whose square areas have.
     """
 
     orientation: float
@@ -92,39 +94,41 @@ class ConstantOrientation(Value):
     aspects: NDArray[np.intp]
     usable: NDArray[np.bool_]
     readings: Array
+    units: tuple[str, str] = field(private=True, default=("rad", "m"))
 
     @property
     def cell_area(self) -> float:
-        """Area of a cell, m^2."""
+        """Area of a cell, m^2 or rad^2."""
         return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
 
     @property
     def reachable_area(self) -> float:
-        """Area of the grid that all legs reach, m^2."""
+        """Area of the grid that all legs reach."""
         return self.cell_area * float((self.reach_margin >= 0).sum())
 
     @property
     def usable_area(self) -> float:
-        """Area of the workspace, m^2."""
+        """Area of the workspace."""
         return self.cell_area * float(self.usable.sum())
 
     def area_of_side(self, side: int) -> float:
-        """Reachable area on one side (1 or -1) of the parallel singularities, m^2."""
+        """Reachable area on one side (1 or -1) of the parallel singularities."""
         return self.cell_area * float((self.side == side).sum())
 
     @property
     def aspect_areas(self) -> Array:
-        """Area of each numbered aspect, m^2: positive on home's side, negative on the other."""
+        """Area of each numbered aspect: positive on home's side, negative on the other."""
         cells = np.bincount(self.aspects.ravel(), self.side.ravel())[1:]
         return np.asarray(self.cell_area * cells, dtype=np.float64)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return orientation and areas, without the grids."""
+        """Return orientation, or height, and areas, without the grids."""
+        place, unit = {"rad": "orientation_rad", "m": "height_m"}[self.units[0]], self.units[1]
         return {
-            "orientation_rad": plain(self.orientation),
-            "reachable_area_m2": self.reachable_area,
-            "usable_area_m2": self.usable_area,
-            "aspect_areas_m2": plain(self.aspect_areas),
+            place: plain(self.orientation),
+            f"reachable_area_{unit}2": self.reachable_area,
+            f"usable_area_{unit}2": self.usable_area,
+            f"aspect_areas_{unit}2": plain(self.aspect_areas),
         }
 
 
@@ -303,6 +307,7 @@ def _constant_orientation(
         aspects=_connected_regions(side),
         usable=(inside_workspace(mechanism, poses) & _in_box(mechanism, values)).reshape(shape),
         readings=mechanism.inverse_kinematics(poses).reshape(*shape, -1),
+        units=("m", "rad") if mechanism.bound else ("rad", mechanism.space.closure_unit),
     )
 
 
