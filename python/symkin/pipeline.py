@@ -11,7 +11,8 @@ from typing import Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
-from symkin.identification.estimate import Estimator, Identification, PoseUse, identify_legs
+from symkin.identification.estimate import Identification, identify_legs
+from symkin.identification.fit import Estimator, PoseUse
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan

@@ -22,8 +22,7 @@ from symkin.cli.option_values import (
     quantities_of,
     several_of,
 )
-from symkin.identification.estimate import Estimator, PoseUse
-from symkin.identification.fit import Loss
+from symkin.identification.fit import Estimator, Loss, PoseUse
 from symkin.identification.unknowns import Sensor
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind

@@ -20,8 +20,6 @@ from symkin.identification.fit import (
     Estimator,
     Fit,
     FitOptions,
-    GoodnessOfFit,
-    LegFit,
     Loss,
     PoseUse,
     changed_settings,
@@ -40,12 +38,7 @@ from symkin.settings import IdentificationSettings, NoiseSettings
 
 __all__ = [
     "CrossValidation",
-    "Estimator",
-    "GoodnessOfFit",
     "Identification",
-    "LegFit",
-    "Loss",
-    "PoseUse",
     "cross_validate",
     "identify",
     "identify_legs",

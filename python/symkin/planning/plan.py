@@ -22,7 +22,7 @@ from symkin.planning.selection import Clearance, Criterion, Design, Selection, S
 from symkin.result import Result, Value, field, record
 
 if TYPE_CHECKING:
-    from symkin.identification.estimate import Estimator, PoseUse
+    from symkin.identification.fit import Estimator, PoseUse
     from symkin.workspace import WorkspaceSample
 
 __all__ = [

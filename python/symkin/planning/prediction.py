@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError, one_of
-from symkin.identification.estimate import Estimator, PoseUse, identify_legs
+from symkin.identification.estimate import identify_legs
+from symkin.identification.fit import Estimator, PoseUse
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
