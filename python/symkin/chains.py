@@ -8,14 +8,13 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
-from symkin.result import FrozenMapping
 
 if TYPE_CHECKING:
     from symkin.mechanism import Mechanism
@@ -24,6 +23,7 @@ __all__ = [
     "ABSENT",
     "PLATFORMS",
     "ChainInfo",
+    "FrozenMapping",
     "Leg",
     "ParameterRole",
     "chain_info",
@@ -38,6 +38,7 @@ __all__ = [
     "union_of_names",
 ]
 
+_Item = TypeVar("_Item")
 PLATFORMS = ("rigid", "point", "translating", "spherical")
 
 
@@ -78,6 +79,24 @@ class ParameterRole(NamedTuple):
 
 
 ABSENT = ParameterRole("none", "absent")
+
+
+class FrozenMapping(dict[str, _Item]):
+    """A dictionary that stays as it is, and can be pickled, copied and hashed."""
+
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("this does not change; change a copy: dict(...)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        """Return a hash of names and values."""
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, _Item]]]:
+        """Make it anew."""
+        return FrozenMapping, (dict(self),)
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast, dataclass_transf
 
 import numpy as np
 
+from symkin.chains import FrozenMapping
 from symkin.errors import ResultsError
 
 if TYPE_CHECKING:
     from symkin.report.content import Page
 
-__all__ = ["FolderResult", "FrozenMapping", "Result", "Value", "field", "plain", "record"]
+__all__ = ["FolderResult", "Result", "Value", "field", "plain", "record"]
 
 _Class = TypeVar("_Class", bound=type)
-_Item = TypeVar("_Item")
 
 
 def field(*, unit: str = "", number: bool = False, private: bool = False, **arguments: Any) -> Any:
@@ -52,24 +52,6 @@ def field(*, unit: str = "", number: bool = False, private: bool = False, **argu
 def record(cls: _Class) -> _Class:
     """Make a frozen dataclass of a `Value`, which brings its own ``==`` and ``repr``."""
     return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
-
-
-class FrozenMapping(dict[str, _Item]):
-    """A dictionary that stays as it is, and can be pickled, copied and hashed."""
-
-    def _refuse(self, *_: object, **__: object) -> Any:
-        raise TypeError("this does not change; change a copy: dict(...)")
-
-    __setitem__ = __delitem__ = __ior__ = _refuse
-    clear = pop = popitem = setdefault = update = _refuse
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        """Return a hash of names and values."""
-        return hash(frozenset(self.items()))
-
-    def __reduce__(self) -> tuple[type, tuple[dict[str, _Item]]]:
-        """Make it anew."""
-        return FrozenMapping, (dict(self),)
 
 
 class Value:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.result import FrozenMapping
+from symkin.chains import FrozenMapping
 from symkin.settings import (
     DeclaredSymmetry,
     JointLimits,
