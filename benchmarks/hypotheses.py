@@ -27,8 +27,8 @@ import symkin
 from symkin.chains import turn_of
 from symkin.identification import JointIdentification
 from symkin.identification.hypotheses import in_modes
-from symkin.observed import Observed
 from symkin.settings import Frames, NoiseSettings
+from symkin.simulation import Observed
 
 SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
 ANCHOR = ((2.0, 1.0),)

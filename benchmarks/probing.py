@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.identification.heights import in_words
+from symkin.identification.knowledge import in_words
 from symkin.probing import CALIPER, PrintedLength, with_printed_length
 from symkin.settings import NoiseSettings
 from symkin.simulation import disturb

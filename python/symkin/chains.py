@@ -6,9 +6,9 @@ from __future__ import annotations
 import functools
 import math
 from collections import Counter
-from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ __all__ = [
     "union_of_names",
 ]
 
-_Value = TypeVar("_Value")
+_Item = TypeVar("_Item")
 PLATFORMS = ("rigid", "point", "translating", "spherical")
 
 
@@ -81,49 +81,22 @@ class ParameterRole(NamedTuple):
 ABSENT = ParameterRole("none", "absent")
 
 
-class FrozenMapping(Mapping[str, _Value], Generic[_Value]):
-    """A read-only mapping that can be pickled, copied and, unlike Python's own, hashed."""
+class FrozenMapping(dict[str, _Item]):
+    """A dictionary that stays as it is, and can be pickled, copied and hashed."""
 
-    __slots__ = ("_values",)
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("this does not change; change a copy: dict(...)")
 
-    def __init__(self, values: Mapping[str, _Value]) -> None:
-        self._values = dict(values)
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
 
-    def __getitem__(self, key: str) -> _Value:
-        """Return a value by its name."""
-        return self._values[key]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
-        return iter(self._values)
-
-    def keys(self) -> KeysView[str]:
-        """Return the names: like values and items by a view that does not ask for each name."""
-        return self._values.keys()
-
-    def values(self) -> ValuesView[_Value]:
-        """Return the values."""
-        return self._values.values()
-
-    def items(self) -> ItemsView[str, _Value]:
-        """Return names and values."""
-        return self._values.items()
-
-    def __len__(self) -> int:
-        """Return the number of values."""
-        return len(self._values)
-
-    def __hash__(self) -> int:
+    def __hash__(self) -> int:  # type: ignore[override]
         """Return a hash of names and values."""
-        return hash(frozenset(self._values.items()))
+        return hash(frozenset(self.items()))
 
-    def __repr__(self) -> str:
-        """Return it as a dictionary is shown."""
-        return repr(self._values)
-
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[type, tuple[dict[str, _Item]]]:
         """Make it anew."""
-        return FrozenMapping, (self._values,)
+        return FrozenMapping, (dict(self),)
 
 
 @dataclass(frozen=True)
@@ -218,10 +191,6 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
 
-    Returns
-    -------
-    ChainInfo
-
     Raises
     ------
     SymkinError
@@ -247,12 +216,7 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
 
 
 def chains(platform: str = "rigid") -> list[str]:
-    """Return the names of the chains that can carry a platform, one of `PLATFORMS`.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the names of the chains that can carry a platform, one of `PLATFORMS`."""
     one_of("platform", platform, PLATFORMS)
     return list(_core.chain_names(platform))
 

@@ -24,8 +24,8 @@ from symkin.symmetry import (
     map_poses,
     symmetry_group,
 )
-from symkin.symmetry.detection import mechanism_groups
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.symmetry.groups import mechanism_groups
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined_angles"]
 

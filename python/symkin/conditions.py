@@ -22,9 +22,8 @@ from symkin.symmetry import (
     compare_symmetry,
     leg_carriers,
 )
-from symkin.symmetry.detection import mechanism_groups
-from symkin.symmetry.group import named_group
-from symkin.workspace.sample import sample_workspace
+from symkin.symmetry.groups import mechanism_groups, named_group
+from symkin.workspace import sample_workspace
 from symkin.workspace.study import READING_ROUNDING, ElementCheck, check_elements
 
 __all__ = ["Condition", "Conditions", "check_conditions"]
@@ -134,10 +133,6 @@ def check_conditions(
         Poses on which each group element is tested.
     seed : int, optional
         Of the poses, by default the protocol's.
-
-    Returns
-    -------
-    Conditions
 
     Raises
     ------
@@ -334,7 +329,9 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     for number, end in (4, "base"), (5, "platform"):
         ends = "points" if mechanism.space.moves else "axes"
         text = f"{end} {ends} in polar coordinates"
-        yield Condition(5, number, text, True, _polar(names, end))
+        given = ", ".join(name for name in names if name.startswith(f"{end}_"))
+        given = given or f"none: the {end} is a point"
+        yield Condition(5, number, text, True, f"{given}, {_BY_CONSTRUCTION}")
     gain = names[mechanism.parameter_roles(0).index(("none", "gain"))]
     gains = f"{gain} differs by {measured.gains:.1e} of its size"
     equal = measured.gains <= _ROUNDING
@@ -349,9 +346,3 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         else measured.of_readings(measured.deviation, unit),
         f"{READING_ROUNDING:.0e} {unit}",
     )
-
-
-def _polar(names: tuple[str, ...], end: str) -> str:
-    """Which polar coordinates the chain has at an end."""
-    given = [name for name in names if name.startswith(f"{end}_")]
-    return f"{', '.join(given) or f'none: the {end} is a point'}, {_BY_CONSTRUCTION}"

@@ -12,18 +12,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.alignment import align
 from symkin.errors import SymkinError
-from symkin.frames import align, moved, transforms, unframed
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism, require_same_shape
 from symkin.poses import (
     POSE_SPACES,
     PoseSpace,
     Transform,
+    moved,
     rotations_from_vectors,
+    transforms,
+    unframed,
 )
 from symkin.result import Result, Value, field, plain, record
-from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace import WorkspaceSample
 
 __all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
 
@@ -265,10 +268,6 @@ def evaluate(
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out. The poses are those of the target in the device's frame if the
         model has `frames`.
-
-    Returns
-    -------
-    Evaluation
 
     Raises
     ------

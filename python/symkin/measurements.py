@@ -28,7 +28,7 @@ __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings, and the dimensions of its array.
 _FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
-_DEVIATIONS = {  # in the order of the core's observations
+DEVIATIONS = {  # in the order of the core's observations
     "readings": "reading_deviations",
     "poses": "pose_deviations",
     "reported": "reported_deviations",
@@ -136,14 +136,15 @@ class Measurements(Result):
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
         for name in ("poses", *further):
             self._check_values(name)
-        for name, deviations in _DEVIATIONS.items():
+        for name, deviations in DEVIATIONS.items():
             self._check_deviations(name, deviations)
-        wrong = wrong_quaternion(self.poses)
-        if wrong is not None:
-            raise MeasurementError(
-                f"row {self.row_numbers[wrong[0]]} has a quaternion of norm {wrong[1]:.6g}; "
-                "expected 1"
-            )
+        for what, poses in (("", self.poses), ("reported ", self.reported)):
+            wrong = None if poses is None else wrong_quaternion(poses)
+            if wrong is not None:
+                raise MeasurementError(
+                    f"row {self.row_numbers[wrong[0]]} has a {what}quaternion of norm "
+                    f"{wrong[1]:.6g}; expected 1"
+                )
         legs = self.readings.shape[1]
         if rows and not ALL_LEGS <= self.leg_sets.min() <= self.leg_sets.max() < legs:
             raise MeasurementError(
@@ -189,7 +190,7 @@ class Measurements(Result):
                 "expected numbers, or NaN for what was not measured"
             )
         if name in ("poses", "reported") and len(space.orientation) > 1:
-            missing = np.isnan(values[:, 3:])
+            missing = np.isnan(values[:, space.size :])
             half = missing.any(axis=1) & ~missing.all(axis=1)
             if half.any():
                 raise MeasurementError(
@@ -205,7 +206,7 @@ class Measurements(Result):
             raise MeasurementError(f"there are {deviations} without {name}")
         make_arrays(self, **{deviations: (values.ndim, "float")})
         found = getattr(self, deviations)
-        shape = (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+        shape = self._deviation_shape(name)
         if found.shape != shape:
             raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
         wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
@@ -214,6 +215,10 @@ class Measurements(Result):
                 f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
                 f"{deviations}; expected standard deviations, or NaN for the noise settings'"
             )
+
+    def _deviation_shape(self, name: str) -> tuple[int, ...]:
+        shape: tuple[int, ...] = getattr(self, name).shape
+        return (shape[0], self.space.dof) if name in ("poses", "reported") else shape
 
     @property
     def space(self) -> PoseSpace:
@@ -244,7 +249,7 @@ class Measurements(Result):
             row = _first_row(getattr(self, name))
             if row is not None:
                 return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
-        for name in _DEVIATIONS.values():
+        for name in DEVIATIONS.values():
             row = _first_row(getattr(self, name))
             if row is not None:
                 return f"row {self.row_numbers[row]} has standard deviations of its own"
@@ -302,23 +307,17 @@ class Measurements(Result):
             "reported": 0.0,
         }
         found = {}
-        for name, deviations in _DEVIATIONS.items():
+        for name, deviations in DEVIATIONS.items():
             values, own = getattr(self, name), getattr(self, deviations)
             if values is not None:
-                shape = (
-                    (len(values), self.space.dof) if name in ("poses", "reported") else values.shape
+                usual = np.broadcast_to(
+                    typical.get(name, noise.position), self._deviation_shape(name)
                 )
-                usual = np.broadcast_to(typical.get(name, noise.position), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 
     def observations(self, noise: NoiseSettings) -> _core.Observations:
-        """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
-
-        Returns
-        -------
-        _core.Observations
-        """
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`."""
         deviations = self.standard_deviations(noise)
 
         def observed(name: str) -> _core.Observed:
@@ -328,7 +327,7 @@ class Measurements(Result):
             tables = (_flat(each) for each in (values, deviations[name]))
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
-        return _core.Observations(*map(observed, _DEVIATIONS))
+        return _core.Observations(*map(observed, DEVIATIONS))
 
     @property
     def source_name(self) -> str:
@@ -336,12 +335,7 @@ class Measurements(Result):
         return printable(self.source.name) if self.source else ""
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
-        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading.
-
-        Returns
-        -------
-        ndarray of int
-        """
+        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading."""
         return self._leg_rows[leg]
 
     @cached_property
@@ -359,12 +353,7 @@ class Measurements(Result):
         return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
 
     def for_all_legs(self) -> Measurements:
-        """Return the same measurements without sets: every row serves all legs.
-
-        Returns
-        -------
-        Measurements
-        """
+        """Return the same measurements without sets: every row serves all legs."""
         return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
 
     def require_legs(self, count: int) -> None:
@@ -401,12 +390,7 @@ class Measurements(Result):
                 )
 
     def subset(self, rows: NDArray[np.intp]) -> Measurements:
-        """Return the measurements of some rows, from 0.
-
-        Returns
-        -------
-        Measurements
-        """
+        """Return the measurements of some rows, from 0."""
         try:
             chosen: dict[str, Any] = {
                 each.name: value[rows]
@@ -419,7 +403,7 @@ class Measurements(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""
-        optional = {*_FURTHER, *_DEVIATIONS.values()}
+        optional = {*_FURTHER, *DEVIATIONS.values()}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
@@ -430,19 +414,9 @@ class Measurements(Result):
         return measurement_columns(self, self.reading_unit)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write it as CSV or Parquet, by extension; `read_measurements` reads it.
+        """Write it as CSV or Parquet, by extension, and return the file; see `read_measurements`.
 
-        Parameters
-        ----------
-        path : str or path
-            The file.
-        overwrite : bool
-            Whether a file that exists may be replaced.
-
-        Returns
-        -------
-        Path
-            The file.
+        A file that exists is replaced with `overwrite` alone.
 
         Raises
         ------

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from symkin.pipeline import ProtocolResult
     from symkin.planning import Plan
     from symkin.simulation import Simulation
-    from symkin.workspace.sample import WorkspaceSample
+    from symkin.workspace import WorkspaceSample
 
 __all__ = ["Leg", "Mechanism"]
 
@@ -296,12 +296,7 @@ class Mechanism(Kinematics):
         return len(set(self.chains)) > 1
 
     def leg_info(self, leg: int) -> ChainInfo:
-        """Return the description of the chain of a leg (from 0).
-
-        Returns
-        -------
-        ChainInfo
-        """
+        """Return the description of the chain of a leg (from 0)."""
         return self._infos[leg]
 
     @property
@@ -347,10 +342,6 @@ class Mechanism(Kinematics):
         """Unit of each parameter of a leg (from 0) with its sensor: "m", "rad", "m/rad", ...
 
         Empty for a number, and for a parameter that the leg does not have.
-
-        Returns
-        -------
-        tuple of str
         """
         units = self._infos[leg].units_of_sensor(self.reading_unit)
         return tuple("" if units.get(name) == "1" else units.get(name, "") for name in self._names)
@@ -366,10 +357,6 @@ class Mechanism(Kinematics):
         """What each parameter of a leg (from 0) is: which end it belongs to, and its kind.
 
         The kind of one that the leg does not have is "absent".
-
-        Returns
-        -------
-        tuple of ParameterRole
         """
         return self._roles[leg]
 
@@ -502,7 +489,7 @@ class Mechanism(Kinematics):
         self, count: int | None = None, seed: int | None = None
     ) -> WorkspaceSample:
         """Return `symkin.sample_workspace` of it."""
-        from symkin.workspace.sample import sample_workspace
+        from symkin.workspace import sample_workspace
 
         return sample_workspace(self, count, seed)
 
@@ -551,23 +538,13 @@ class Mechanism(Kinematics):
         save_mechanism(self, path, **options)
 
     def replace(self, **changes: Any) -> Mechanism:
-        """Return a copy with other values of the constructor's arguments.
-
-        Returns
-        -------
-        Mechanism
-        """
+        """Return a copy with other values of the constructor's arguments."""
         return Mechanism(**(self._values | changes))
 
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None, **changes: Any
     ) -> Mechanism:
-        """Return the mechanism with other parameter values, shape (legs, p), and other changes.
-
-        Returns
-        -------
-        Mechanism
-        """
+        """Return the mechanism with other parameter values, shape (legs, p), and other changes."""
         values = _of_legs("parameters", parameters, self.parameters.shape)
         named = (dict(zip(self._names, row, strict=True)) for row in values.tolist())
         legs = [

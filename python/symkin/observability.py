@@ -173,10 +173,6 @@ def analyse_observability(
 ) -> Observability:
     """Analyse what poses show of a leg's (from 0) parameters.
 
-    Returns
-    -------
-    Observability
-
     Raises
     ------
     SymkinError
@@ -211,10 +207,6 @@ def expected_accuracy(
         Over which the error is averaged.
     covariance : array_like, shape (legs p, legs p)
         Of all parameters, leg by leg.
-
-    Returns
-    -------
-    ExpectedAccuracy
 
     Raises
     ------

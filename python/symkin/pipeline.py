@@ -11,15 +11,16 @@ from typing import Any, ClassVar
 
 from symkin.errors import SymkinError, one_of
 from symkin.evaluation import Evaluation, evaluate
-from symkin.frames import framed
-from symkin.identification.estimate import Estimator, Identification, PoseUse, identify_legs
+from symkin.identification.estimate import Identification, identify_legs
+from symkin.identification.fit import Estimator, PoseUse
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind
 from symkin.planning import Design, Plan, make_plan
 from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.poses import framed
 from symkin.result import FolderResult, Value, plain, record
 from symkin.simulation import Simulation, simulate_observed
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 __all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
 
@@ -193,10 +194,6 @@ def run_protocol(
         Of candidates, selection, robot and noise; by default the protocol's.
     progress : callable, optional
         Called with a short description before each stage.
-
-    Returns
-    -------
-    ProtocolResult
     """
     one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)

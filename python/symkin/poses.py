@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Poses and rotations as vectors, matrices and quaternions, and rigid motions."""
+"""Poses and rotations as vectors, matrices and quaternions, rigid motions, and frames."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MeasurementError, one_of
+
+if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
 
 __all__ = [
     "POSE_SPACES",
@@ -163,6 +167,9 @@ class Transform(NamedTuple):
         return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
 
 
+STAYS = Transform(np.eye(3), np.zeros(3))  # no motion
+
+
 def space_named(name: str, coordinates: int) -> PoseSpace:
     """Return the kind of poses with so many coordinates; without a name the first that has them.
 
@@ -292,6 +299,83 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
     position, vectors = values[..., : space.size], values[..., space.size :]
     quaternions = quaternions_from_rotation_vectors(vectors.reshape(-1, 3))
     return np.concatenate([position, quaternions.reshape(*values.shape[:-1], 4)], axis=-1)
+
+
+def transforms(pose_space: str, poses: Array) -> Transform:
+    """Poses, or coordinates of a workspace's bounds, as motions from platform to base frame."""
+    space = POSE_SPACES[pose_space]
+    tangents = np.zeros((len(poses), 6))
+    if space.has_quaternion and poses.shape[1] == space.coordinates:
+        tangents[:, : space.size] = poses[:, : space.size]
+        return Transform(rotations_from_quaternions(poses[:, space.size :]), tangents[:, :3])
+    tangents[:, space.components] = poses
+    return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
+
+
+def poses_of(pose_space: str, motions: Transform) -> Array:
+    """Motions from platform to base frame as poses, shape (N, coordinates)."""
+    vectors = vectors_from_rotations(motions.rotation)
+    values = np.hstack([motions.translation, vectors])[:, POSE_SPACES[pose_space].components]
+    return poses_from_bounds(pose_space, values)
+
+
+def frame(pose_space: str, values: Sequence[float]) -> Transform:
+    """A frame of a file; without values, no motion.
+
+    It has ``x, y, phi``, ``x, y, z, rx, ry, rz`` or, of a spherical platform, ``rx, ry, rz``.
+    """
+    if not len(values):
+        return STAYS
+    rows = np.zeros((1, 6))
+    rows[0, POSE_SPACES[pose_space].frame_components] = values
+    return Transform(rotations_from_vectors(rows[:, 3:])[0], rows[0, :3])
+
+
+def unframed(mechanism: Mechanism, poses: Array) -> Array:
+    """Poses of the target in the device's frame as poses of the platform in the base's."""
+    return _through_frames(mechanism, poses, inverse=True)
+
+
+def framed(mechanism: Mechanism, poses: Array) -> Array:
+    """Poses of the platform in the base's frame as those of the target in the device's."""
+    return _through_frames(mechanism, poses, inverse=False)
+
+
+def _through_frames(mechanism: Mechanism, poses: Array, *, inverse: bool) -> Array:
+    frames = mechanism.frames
+    if frames is None or not (frames.base or frames.target):
+        return poses
+    space = mechanism.pose_space
+    ends = [frame(space, values) for values in (frames.base, frames.target)]
+    base, target = [each.inverse for each in ends] if inverse else ends
+    found = poses_of(space, base @ transforms(space, poses) @ target)
+    if space == "planar":
+        found[:, 2] = poses[:, 2] + base.turn + target.turn  # on the branch that was given
+    return found
+
+
+def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform) -> Array:
+    """Tangents (N, 6) from the wanted poses to ``base @ poses @ tool``: m, rad."""
+    return between(wanted, base @ poses @ tool)
+
+
+def between(wanted: Transform, found: Transform) -> Array:
+    """Tangents (N, 6) from one motion to another: m, rad."""
+    turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
+    return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
+
+
+def in_plane(matrix: Array) -> Array:
+    """The part of a matrix that is a rotation in the plane, but for its size."""
+    cosine, sine = matrix[0, 0] + matrix[1, 1], matrix[1, 0] - matrix[0, 1]
+    return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation that differs least from a matrix."""
+    left, _, right = np.linalg.svd(matrix)
+    left[:, 2] *= np.linalg.det(left @ right)
+    return np.asarray(left @ right)
 
 
 def _shaped(name: str, values: Array, *shape: int) -> Array:

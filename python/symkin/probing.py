@@ -157,10 +157,6 @@ def with_printed_length(
     printed : PrintedLength
         The piece.
 
-    Returns
-    -------
-    Measurements
-
     Raises
     ------
     SymkinError

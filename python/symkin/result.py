@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast, dataclass_transf
 
 import numpy as np
 
+from symkin.chains import FrozenMapping
 from symkin.errors import ResultsError
 
 if TYPE_CHECKING:
@@ -53,19 +54,6 @@ def record(cls: _Class) -> _Class:
     return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
 
 
-class _Fixed(dict[str, Any]):
-    """A dictionary that stays as it is."""
-
-    def _refuse(self, *_: object, **__: object) -> Any:
-        raise TypeError("a result does not change; change a copy: dict(...)")
-
-    __setitem__ = __delitem__ = __ior__ = _refuse
-    clear = pop = popitem = setdefault = update = _refuse
-
-    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
-        return _Fixed, (dict(self),)
-
-
 class Value:
     """A frozen dataclass that holds arrays: they are read-only, compared by value and not printed.
 
@@ -88,7 +76,7 @@ class Value:
                 view.flags.writeable = False
                 object.__setattr__(self, each.name, view)
             elif type(value) is dict:
-                object.__setattr__(self, each.name, _Fixed(value))
+                object.__setattr__(self, each.name, FrozenMapping(value))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Fix what has been copied or unpickled: arrays come out of it writeable."""
@@ -119,10 +107,6 @@ class Value:
 
         Keys end in the unit of their values (``_m``, ``_rad``); legs, rows and sets are counted
         from 1; what is not a number is None.
-
-        Returns
-        -------
-        dict
         """
         document: dict[str, Any] = {}
         for each in dataclasses.fields(self):  # type: ignore[arg-type]
@@ -154,21 +138,11 @@ class Result(Value):
     SUMMARY: ClassVar[str] = ""
 
     def page(self) -> Page:
-        """Return what there is to say of it, from which text and HTML are rendered.
-
-        Returns
-        -------
-        Page
-        """
+        """Return what there is to say of it, from which text and HTML are rendered."""
         return self._described(self.PAGE)
 
     def summary(self) -> Page:
-        """Return the top of its page, without what takes longer to calculate.
-
-        Returns
-        -------
-        Page
-        """
+        """Return the top of its page, without what takes longer to calculate."""
         return self._described(self.SUMMARY) if self.SUMMARY else self.page()
 
     def _described(self, function: str) -> Page:
@@ -183,10 +157,6 @@ class Result(Value):
         ----------
         whole : bool
             Whether to add all sections of the page, as ``--verbose`` does.
-
-        Returns
-        -------
-        str
         """
         from symkin.report.rendering import page_text
 
@@ -244,20 +214,11 @@ class Result(Value):
         return Path(path)
 
     def columns(self) -> Mapping[str, Any]:
-        """Return it as the columns of a table, names with units.
-
-        Returns
-        -------
-        mapping of str to sequence
-        """
+        """Return it as the columns of a table, names with units."""
         raise NotImplementedError
 
     def to_frame(self) -> Any:
         """Return it as a `pandas.DataFrame`, columns as in symkin's files.
-
-        Returns
-        -------
-        pandas.DataFrame
 
         Raises
         ------

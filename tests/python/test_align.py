@@ -8,9 +8,9 @@ import symkin
 from symkin.alignment import poses_of_columns
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
-from symkin.frames import frame, poses_of, transforms
 from symkin.io.tables import read_table
-from symkin.observed import Observed
+from symkin.poses import frame, poses_of, transforms
+from symkin.simulation import Observed
 
 BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)
 DEVICE = "tracker_x_m,tracker_y_m,tracker_z_m,tracker_qx,tracker_qy,tracker_qz,tracker_qw"

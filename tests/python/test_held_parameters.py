@@ -11,10 +11,9 @@ from symkin.alignment import poses_of_mechanism
 from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
 from symkin.measurements import Measurements
 from symkin.observability import analyse_observability, observability_rows
-from symkin.observed import Observed
 from symkin.planning import make_plan
 from symkin.settings import NoiseSettings
-from symkin.simulation import simulate
+from symkin.simulation import Observed, simulate
 
 FINE = NoiseSettings(position=1e-6, orientation=0.0, reading=1e-6)
 

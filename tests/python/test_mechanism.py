@@ -131,6 +131,8 @@ def test_a_quaternion_that_is_no_rotation_is_refused(
             function(poses)
     with pytest.raises(MeasurementError, match="row 2 has a quaternion of norm"):
         symkin.Measurements.of(poses, np.zeros((2, 6)))
+    with pytest.raises(MeasurementError, match="row 2 has a reported quaternion of norm"):
+        symkin.Measurements.of(poses[[0, 0]], np.zeros((2, 6)), reported=poses)
 
 
 def test_every_public_name_is_offered_for_completion_and_is_there():

@@ -10,8 +10,7 @@ from symkin.errors import SymmetryError
 from symkin.observability import analyse_observability
 from symkin.settings import DeclaredSymmetry, ProtocolSettings
 from symkin.symmetry import leg_carriers, observability_group, verify_declared
-from symkin.workspace.slices import other_working_modes
-from symkin.workspace.study import check_elements
+from symkin.workspace.study import check_elements, other_working_modes
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.

@@ -10,10 +10,10 @@ import symkin
 from symkin.alignment import poses_of_mechanism
 from symkin.checks import undefined_angles
 from symkin.errors import MeasurementError, MechanismFileError, SymkinError
-from symkin.observed import Observed
 from symkin.planning import make_plan
 from symkin.poses import poses_from_bounds
 from symkin.settings import ProtocolSettings
+from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,7 @@ def test_every_estimator_finds_the_parameters_within_their_deviations(eye, measu
     assert found.after.orientation_rms < found.before.orientation_rms / 3
 
 
-def test_what_is_said_has_angles_alone(eye, plan, measured):
+def test_what_is_said_has_angles_alone(eye, plan, measured, tmp_path):
     found = symkin.identify(eye, measured.measurements)
     pages = [
         eye.check(),
@@ -122,6 +122,8 @@ def test_what_is_said_has_angles_alone(eye, plan, measured):
     for text in (page.text(whole=True) for page in pages):
         assert " mm" not in text, text
         assert "osition error" not in text, text
+    found.save_calibrated(tmp_path / "found.toml")
+    assert " rad before, " in (tmp_path / "found.toml").read_text().splitlines()[2]
     assert "rms_rad" in found.after.to_dict()["closures"]
     assert "residual_rms_rad" in symkin.cross_validate(eye, measured.measurements).to_dict()
 

@@ -20,20 +20,19 @@ import typer
 import symkin
 from symkin.drawing import drawn_frames, own_frames
 from symkin.errors import QuantityError
-from symkin.identification.estimate import Estimator, PoseUse
-from symkin.identification.fit import Loss
+from symkin.identification.fit import Estimator, Loss, PoseUse
 from symkin.identification.unknowns import Priors, Sensor
 from symkin.io.mechanism_file import load_columns
 from symkin.io.quantities import evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.observed import Observed
 from symkin.planning import Design, Region
 from symkin.planning.observing import Unknowns
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.probing import CALIPER, PrintedLength
 from symkin.settings import Frames, MeasurementColumns
+from symkin.simulation import Observed
 
 Command = Callable[..., None]
 

@@ -23,7 +23,7 @@ from symkin.evaluation import Evaluation, evaluate
 from symkin.io.output_files import OutputFiles
 from symkin.mechanism import Mechanism
 from symkin.result import Value, field, record
-from symkin.workspace.sample import inside_workspace, sample_workspace
+from symkin.workspace import inside_workspace, sample_workspace
 
 __all__ = ["FORMATS", "Exported", "Format", "Loss", "export", "joint_values"]
 

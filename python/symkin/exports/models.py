@@ -29,11 +29,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError, SymkinError
 from symkin.exports import MARK, ExportOptions, Written
-from symkin.frames import transforms
 from symkin.measurements import pose_rows
 from symkin.mechanism import Mechanism
-from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors
-from symkin.workspace.sample import workspace_coordinates
+from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors, transforms
+from symkin.workspace import workspace_coordinates
 
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)

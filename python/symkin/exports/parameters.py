@@ -25,10 +25,9 @@ from symkin.chains import legs_in_words
 from symkin.errors import SymkinError
 from symkin.evaluation import Evaluation, evaluate
 from symkin.exports import ExportOptions, Loss, Written, workspace_poses
-from symkin.frames import between, transforms
 from symkin.mechanism import Mechanism, require_same_shape
-from symkin.poses import poses_from_bounds
-from symkin.workspace.sample import interpolated, workspace_coordinates
+from symkin.poses import between, poses_from_bounds, transforms
+from symkin.workspace import interpolated, workspace_coordinates
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."

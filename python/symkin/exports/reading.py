@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.chains import Leg, chain_info
+from symkin.drawing import point_parameters, polar
 from symkin.errors import SymkinError
 from symkin.exports import MARK
 from symkin.exports.firmware import TOWERS, LinearDelta
 from symkin.io.tables import file_bytes
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
-from symkin.points import point_parameters, polar
 from symkin.poses import rotations_from_vectors
 from symkin.result import Value, field, record
 from symkin.settings import (

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -18,30 +19,38 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, named_legs
-from symkin.identification.evidence import cause
 from symkin.identification.fit import (
+    FALSE_ALARMS,
+    UNKNOWN,
     Estimator,
     Fit,
     FitOptions,
     GoodnessOfFit,
     core_measurements,
 )
-from symkin.identification.mistakes import coarse_readings, likely_cause, signs_of_mistakes
-from symkin.identification.models import help_in_words, unseen_rms
-from symkin.identification.plausibility import (
-    implausible_parameters,
-    unknown_parameters,
-    weak_parameters,
-)
+from symkin.identification.mistakes import cause, coarse_readings, likely_cause, signs_of_mistakes
 from symkin.identification.problem import JointOptions
+from symkin.identification.suspicions import help_in_words, unseen_rms
 from symkin.identification.unknowns import Sensor
-from symkin.observability import noise_of
+from symkin.observability import noise_of, parameter_tolerances
+from symkin.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.result import Value, field, record
-from symkin.workspace.sample import coordinate_names
+from symkin.workspace import coordinate_names
 
-__all__ = ["FALSE_ALARMS", "Diagnosis", "Outlier", "ResidualTest", "diagnose"]
+__all__ = [
+    "Diagnosis",
+    "Outlier",
+    "ResidualTest",
+    "diagnose",
+    "implausible_parameters",
+    "unknown_parameters",
+    "weak_parameters",
+]
 
-FALSE_ALARMS = 5e-4  # of one kind of test of the residuals, for a sound robot
+Array = NDArray[np.float64]
+_Unseen = Callable[[Sensor], float]
+
+_RESIDUAL_ALARMS = FALSE_ALARMS / 2  # of one kind of test of the residuals, for a sound robot
 
 # Beyond this the parameters of a leg are told apart only by digits that no measurement has.
 _CONDITION_LIMIT = 1e5
@@ -53,7 +62,13 @@ _GROSS_CHI_SQUARE = 9.0
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
-_Unseen = Callable[[Sensor], float]
+# Share of the squared distance from the drawing that a common movement must explain to be named.
+_EXPLAINED = 0.5
+_MOVEMENTS = {
+    "base": "the frame of the measured poses is {} against the drawing's base",
+    "platform": "the measured target is {} against the drawing's platform frame",
+    "scale": "the measured positions are {} against the drawing's lengths",
+}
 
 
 @record
@@ -75,7 +90,7 @@ class ResidualTest(Value):
     p_value : float
         Probability of one as large for a sound robot.
     limit : float
-        Below which `p_value` alarms: `FALSE_ALARMS` over the number of tests of the suspect.
+        Below which `p_value` alarms: 5e-4 over the number of tests of the suspect.
     size : float
         Root mean square of what the terms explain of the legs' closures, m or rad.
     closure_unit : {"m", "rad"}
@@ -161,10 +176,6 @@ def diagnose(found: Fit) -> Diagnosis:
     ----------
     found : Fit
         Such as an `Identification`.
-
-    Returns
-    -------
-    Diagnosis
     """
     result = _diagnosed(found)
     tests = _tests(found, result)
@@ -174,7 +185,8 @@ def diagnose(found: Fit) -> Diagnosis:
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     if all(leg.condition <= _CONDITION_LIMIT for leg in found.legs):
         consequences = [*implausible_parameters(found), *consequences]
-        if not _gross(found):
+        # Most residuals may be so large that no single cause can be read off them.
+        if not any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs):
             rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
@@ -195,7 +207,7 @@ def _diagnosed(found: Fit) -> _core.Diagnosis:
         noise_of(found.noise),
         _rejected(found),
         found.nominal.reading_unit == "rad",
-        FALSE_ALARMS,
+        _RESIDUAL_ALARMS,
     )
 
 
@@ -222,7 +234,7 @@ def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
             statistic=test.statistic,
             degrees_of_freedom=(test.terms, test.spare),
             p_value=test.p_value,
-            limit=FALSE_ALARMS / counts[test.suspect],
+            limit=_RESIDUAL_ALARMS / counts[test.suspect],
             size=test.size,
             closure_unit=closure_unit,
         )
@@ -234,8 +246,8 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     # Half of the false alarms for poses as a whole, half for single closures.
     read = np.isfinite(result.student)
     poses = np.flatnonzero(read.any(axis=1))
-    limit_of_pose = FALSE_ALARMS / 2 / max(len(poses), 1)
-    limit_of_closure = FALSE_ALARMS / 2 / max(int(read.sum()), 1)
+    limit_of_pose = _RESIDUAL_ALARMS / 2 / max(len(poses), 1)
+    limit_of_closure = _RESIDUAL_ALARMS / 2 / max(int(read.sum()), 1)
     closures = np.where(read, result.student_p, 1.0)
     numbers = found.measurements.row_numbers
     outliers = [
@@ -300,7 +312,8 @@ def _doubts_of_size(found: Fit) -> Iterator[str]:
                 f"leg {number}: the poses hardly tell its parameters apart "
                 f"(condition number {leg.condition:.3g})"
             )
-        spare = len(leg.rows) - len(leg.rejected) - parameters
+        needed = -(-parameters // found.nominal.closures)
+        spare = len(leg.rows) - len(leg.rejected) - needed
         if spare < 1:
             yield f"leg {number}: no pose to spare, so the noise cannot be checked"
         elif spare < _FEW_SPARE_POSES:
@@ -375,11 +388,6 @@ def _doubts_of_rows(outliers: Sequence[Outlier]) -> Iterator[str]:
         else f"rows {named}{f' and {more} more' if more > 0 else ''} do not fit"
     )
     yield f"{which} the others: look at the measurement, or use a robust loss"
-
-
-def _gross(found: Fit) -> bool:
-    """Whether most residuals are so large that no single cause can be read off them."""
-    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
 
 
 def _doubts_of_residuals(found: Fit, tests: Sequence[ResidualTest]) -> Iterator[str]:
@@ -463,3 +471,150 @@ _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit, _Unseen], str]] = {
         "split of the noise between pose and readings is wrong, or the model lacks something"
     ),
 }
+
+
+def implausible_parameters(found: Fit) -> Iterator[str]:
+    """Name parameters, and movements of all of them, that the tolerances make implausible."""
+    nominal, moved, deviations = found.nominal, found.changes, found.deviations
+    identified = nominal.is_estimated
+    if not np.isfinite(deviations[identified]).all():
+        return
+    tolerances = parameter_tolerances(nominal)
+    yield from _common_movements(found, moved, tolerances)
+    distances = np.abs(moved) / np.hypot(tolerances, deviations)
+    far = np.argwhere(distances > NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / identified.sum()))
+    if len(far):
+        order = np.argsort(-distances[tuple(far.T)])
+        named = ", ".join(
+            f"{nominal.parameter_names[parameter]} of leg {leg + 1} by "
+            f"{moved[leg, parameter]:+.3g} {nominal.parameter_units(leg)[parameter]}".rstrip()
+            + f" ({distances[leg, parameter]:.3g} times what tolerance and noise allow)"
+            for leg, parameter in far[order[:3]]
+        )
+        more = f" and {len(far) - 3} more" if len(far) > 3 else ""
+        yield f"parameters are further from the drawing than is plausible: {named}{more}"
+
+
+def unknown_parameters(found: Fit) -> Iterator[str]:
+    """Name parameters that the measurements in effect do not show."""
+    unknown = np.argwhere(found.deviations > UNKNOWN * parameter_tolerances(found.nominal))
+    if len(unknown):
+        yield (
+            f"the measurements say nothing of {_named(found, unknown)}: the standard deviation is "
+            f"more than {UNKNOWN} times the tolerance, so the drawing knows better"
+        )
+
+
+def weak_parameters(found: Fit) -> Iterator[str]:
+    """Name parameters that the drawing knows better than the measurements."""
+    shares = found.deviations / parameter_tolerances(found.nominal)
+    weak = np.argwhere((shares > 1) & (shares <= UNKNOWN))
+    if len(weak):
+        yield (
+            f"the measurements say less than the tolerances of {_named(found, weak)}: the standard "
+            "deviation is larger than the tolerance; what the platform does follows from "
+            "combinations of these parameters, which are known better"
+        )
+
+
+def _named(found: Fit, places: NDArray[np.intp]) -> str:
+    by_name: dict[str, list[int]] = {}
+    for leg, parameter in places:
+        by_name.setdefault(found.nominal.parameter_names[parameter], []).append(int(leg))
+    return ", ".join(f"{name} of {named_legs(legs)}" for name, legs in by_name.items())
+
+
+def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[str]:
+    """Movements of all parameters as one, which show far below the tolerance of any of them."""
+    own = np.flatnonzero(found.nominal.is_estimated)
+    total = found.covariance + np.diag(tolerances.ravel() ** 2)
+    inverse = np.linalg.inv(total[np.ix_(own, own)])
+    z = moved.ravel()[own]
+    distance = float(z @ inverse @ z)
+    if distance == 0:
+        return
+    best = (FALSE_ALARMS / 8, "")
+    for kind, words in _MOVEMENTS.items():
+        if kind == "scale" and not found.nominal.space.moves:
+            continue
+        directions = _directions(found, kind)
+        if directions.shape[1] == 0:
+            continue
+        information = directions.T @ inverse @ directions
+        gradient = directions.T @ inverse @ z
+        amounts = np.linalg.pinv(information, rcond=1e-10) @ gradient
+        explained = float(gradient @ amounts)
+        share = f"which explains {explained / distance:.0%} of their distance from the drawing"
+        movement = words.format(_in_words(kind, amounts, found.nominal.space.size))
+        p_value = _core.chi_square_tail(explained, directions.shape[1])
+        if explained < _EXPLAINED * distance:
+            continue
+        best = min(best, (p_value, f"{movement}, {share}"))
+    if best[1]:
+        yield f"the parameters of all legs moved together: {best[1]}"
+        return
+    p_value = _core.chi_square_tail(distance, z.size)
+    if p_value < FALSE_ALARMS / 8:
+        yield (
+            "all parameters together are further from the drawing than their tolerances make "
+            f"plausible (chi-square {distance:.3g} for {z.size} parameters)"
+        )
+
+
+def _directions(found: Fit, kind: str) -> Array:
+    """Changes of what is identified, one a column, that stand for moving a frame or for a scale.
+
+    They are those with which the closures at the measured poses stay as they are, leg by leg.
+    """
+    calibrated, measurements = found.mechanism, found.measurements
+    columns = []
+    for leg, fit in enumerate(found.legs):
+        rows = _core.linearise(
+            calibrated.core,
+            leg,
+            measurements.poses[fit.rows],
+            measurements.readings[fit.rows, leg],
+        )
+        movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
+        movement = np.repeat(movement, calibrated.closures, axis=0)
+        wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)
+        by_parameters = rows.by_parameters[:, found.nominal.estimated[leg]]
+        scale = np.linalg.norm(by_parameters, axis=0)
+        scale[scale == 0] = 1
+        solved = np.linalg.lstsq(by_parameters / scale, wanted, rcond=1e-12)[0]
+        columns.append(solved / scale[:, None])
+    return np.vstack(columns)
+
+
+def _movements(kind: str, pose_space: str, poses: Array) -> Array:
+    """Changes of the poses on their tangent, shape (N, dof, movements)."""
+    rotation, translation = transforms(pose_space, poses)
+    none, same = np.zeros_like(rotation), np.broadcast_to(np.eye(3), rotation.shape)
+    movements = {
+        "base": np.block([[same, -cross_matrices(translation)], [none, same]]),
+        "platform": np.block([[rotation, none], [none, rotation]]),
+        "scale": np.concatenate([translation, np.zeros_like(translation)], axis=1)[:, :, None],
+    }[kind]
+    space = POSE_SPACES[pose_space]
+    shown = space.components
+    if kind == "scale":
+        return movements[:, shown]
+    free = space.frame_components
+    if kind == "platform" and not space.turns:
+        free = []  # its target's offset cannot be told from the base frame's
+    return movements[:, shown][:, :, free]
+
+
+def _in_words(kind: str, amounts: Array, positions: int) -> str:
+    if kind == "scale":
+        return (
+            f"{100 * amounts[0]:+.3g} % too large"
+            if amounts[0] > 0
+            else (f"{-100 * amounts[0]:.3g} % too small")
+        )
+    angle = np.degrees(np.linalg.norm(amounts[positions:]))
+    turned = f"turned by about {angle:.3g} degrees"
+    if not positions:
+        return turned
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in amounts[:positions])
+    return f"shifted by about ({shift}) mm and {turned}"

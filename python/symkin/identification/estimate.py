@@ -14,38 +14,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError, one_of
-from symkin.evaluation import Evaluation, closures_of, evaluate, pose_differences
-from symkin.frames import unframed
-from symkin.identification.calibrated import changed_settings
+from symkin.evaluation import Evaluation, closures_of, pose_differences
 from symkin.identification.diagnosis import Diagnosis, diagnose
 from symkin.identification.fit import (
     Estimator,
     Fit,
     FitOptions,
-    GoodnessOfFit,
-    LegFit,
     Loss,
     PoseUse,
+    changed_settings,
 )
-from symkin.identification.joint import JointIdentification
+from symkin.identification.joint import JointIdentification, evaluated
 from symkin.identification.mistakes import explained
-from symkin.identification.problem import KINDS, JointOptions, Rows
+from symkin.identification.problem import KINDS, OBSERVED, JointOptions, Rows
 from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, expected_accuracy
+from symkin.poses import unframed
 from symkin.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.result import FolderResult, Result, field, plain, record
 from symkin.settings import IdentificationSettings, NoiseSettings
 
 __all__ = [
     "CrossValidation",
-    "Estimator",
-    "GoodnessOfFit",
     "Identification",
-    "LegFit",
-    "Loss",
-    "PoseUse",
     "cross_validate",
     "identify",
     "identify_legs",
@@ -158,12 +151,12 @@ measurements, options
 
         None if no pose has readings of all legs that the mechanism can take.
         """
-        return _evaluated(self.nominal, self.measurements)
+        return evaluated(self.nominal, self.measurements)
 
     @cached_property
     def after(self) -> Evaluation | None:
         """End-effector errors of the calibrated mechanism at the measured poses, or None."""
-        return _evaluated(self.mechanism, self.measurements)
+        return evaluated(self.mechanism, self.measurements)
 
     @cached_property
     def nominal_residual_rms(self) -> float:
@@ -171,24 +164,14 @@ measurements, options
         return float(np.sqrt(np.nanmean(closures_of(self.nominal, self.measurements) ** 2)))
 
     def expected_accuracy(self, poses: ArrayLike | None = None) -> ExpectedAccuracy:
-        """Predict the end-effector error over poses, by default those measured.
-
-        Returns
-        -------
-        ExpectedAccuracy
-        """
+        """Predict the end-effector error over poses, by default those measured."""
         where = self.measurements.poses if poses is None else poses
         return expected_accuracy(self.mechanism, where, self.covariance)
 
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
     ) -> Identification:
-        """Return the same with its cross-validation, see `cross_validate`.
-
-        Returns
-        -------
-        Identification
-        """
+        """Return the same with its cross-validation, see `cross_validate`."""
         seed = self.nominal.protocol.seed if seed is None else seed
         options = vars(self.options)
         found = cross_validate(
@@ -254,12 +237,13 @@ measurements, options
         from symkin.io.mechanism_writer import save_mechanism
 
         nominal, measurements = self.nominal, self.measurements
+        unit = nominal.space.closure_unit
         header = [
             f"Identified by symkin: {nominal.name}, {len(measurements.poses)} poses "
             f"({measurements.source_name or 'simulated measurements'}), "
             f"estimator {self.estimator}.",
-            f"Closure residual {self.nominal_residual_rms:.3g} m before, "
-            f"{self.residual_rms:.3g} m after (rms); standard deviations are one sigma.",
+            f"Closure residual {self.nominal_residual_rms:.3g} {unit} before, "
+            f"{self.residual_rms:.3g} {unit} after (rms); standard deviations are one sigma.",
             *changed_settings(nominal, self.mechanism),
         ]
         save_mechanism(self.mechanism, path, header="\n".join(header), overwrite=overwrite)
@@ -495,10 +479,6 @@ def cross_validate(
         Parts are blocks of consecutive poses. Neighbours are often measured at similar places and
         at similar times, so that random parts hide what drifts and what depends on the place.
 
-    Returns
-    -------
-    CrossValidation
-
     Raises
     ------
     SymkinError
@@ -514,15 +494,12 @@ def cross_validate(
         joint = JointOptions(**options, **wanted)
         return joint_cross_validation(mechanism, measurements, folds, seed, joint, blocks=blocks)
     how = FitOptions(estimator or "implicit", **options)
-    count = len(measurements.poses)
-    if not 2 <= folds <= count:
-        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
     if how.poses == "all":
         measurements = measurements.for_all_legs()
     fold_of = _folds(measurements.leg_sets, folds, None if blocks else seed)
     residuals = np.full(measurements.readings.shape, np.nan)
     complete = np.flatnonzero(np.isfinite(measurements.readings).all(axis=1))
-    differences = np.full((count, mechanism.core.dof), np.nan)
+    differences = np.full((len(measurements.poses), mechanism.core.dof), np.nan)
     converged = True
     for fold in np.unique(fold_of):
         seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
@@ -536,24 +513,8 @@ def cross_validate(
             )
         whole = np.intersect1d(complete, unseen)
         differences[whole] = pose_differences(found.mechanism, measurements.subset(whole))
-    return CrossValidation(
-        closure_unit=mechanism.space.closure_unit,
-        folds=folds,
-        blocks=blocks,
-        converged=converged,
-        residual_rms=float(np.sqrt(np.nanmean(residuals**2))),
-        residual_max=float(np.nanmax(np.abs(residuals))),
-        residuals=residuals,
-        row_numbers=measurements.row_numbers,
-        evaluation=Evaluation.of(
-            differences[complete],
-            measurements.poses[complete],
-            mechanism,
-            row_numbers=measurements.row_numbers[complete],
-        )
-        if np.isfinite(differences).any()
-        else None,
-    )
+    numbers, off = measurements.row_numbers, (differences, measurements.poses, complete)
+    return _validation(mechanism, numbers, residuals, *off, folds, blocks, converged)
 
 
 def joint_cross_validation(
@@ -571,8 +532,6 @@ def joint_cross_validation(
     fewer rows than parts observe, no part is without.
     """
     count = len(measurements.poses)
-    if not 2 <= folds <= count:
-        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {count}")
     fold_of = _folds(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
     fold_of[_rarely_observed(measurements, folds)] = -1
     residuals = np.full(measurements.readings.shape, np.nan)
@@ -601,26 +560,40 @@ def joint_cross_validation(
         if len(complete):
             taken = pose_differences(found.mechanism, part.subset(complete))
             differences[full[complete]] = taken
+    numbers, kept = measurements.row_numbers, np.flatnonzero(whole & read)
+    off = differences, own, kept
+    made = _validation(mechanism, numbers, residuals, *off, folds, blocks, converged)
+    observed = {kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()}
+    return dataclasses.replace(made, observed_rms=observed)
+
+
+def _validation(
+    mechanism: Mechanism,
+    row_numbers: NDArray[np.intp],
+    residuals: Array,
+    differences: Array,
+    poses: Array,
+    kept: NDArray[np.intp],
+    folds: int,
+    blocks: bool,
+    converged: bool,
+) -> CrossValidation:
+    """Figures of what is left at all poses, and of the errors at those that are `kept`."""
     known = np.isfinite(residuals).any()
-    kept = whole & read
+    evaluation = None
+    if np.isfinite(differences).any():
+        numbers = row_numbers[kept]
+        evaluation = Evaluation.of(differences[kept], poses[kept], mechanism, row_numbers=numbers)
     return CrossValidation(
-        closure_unit=mechanism.space.closure_unit,
         folds=folds,
         blocks=blocks,
         converged=converged,
         residual_rms=float(np.sqrt(np.nanmean(residuals**2))) if known else float("nan"),
         residual_max=float(np.nanmax(np.abs(residuals))) if known else float("nan"),
         residuals=residuals,
-        row_numbers=measurements.row_numbers,
-        evaluation=Evaluation.of(
-            differences[kept],
-            own[kept],
-            mechanism,
-            row_numbers=measurements.row_numbers[kept],
-        )
-        if np.isfinite(differences).any()
-        else None,
-        observed_rms={kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()},
+        row_numbers=row_numbers,
+        evaluation=evaluation,
+        closure_unit=mechanism.space.closure_unit,
     )
 
 
@@ -628,7 +601,7 @@ def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_
     """Rows with something besides readings that fewer rows than folds have."""
     count = len(measurements.poses)
     rare = np.zeros(count, dtype=bool)
-    for name in ("poses", "reported", "points", "distances", "heights"):
+    for name in OBSERVED[1:]:
         values = getattr(measurements, name)
         if values is not None:
             there = np.isfinite(values.reshape(count, -1)).any(axis=1)
@@ -638,6 +611,8 @@ def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_
 
 def _folds(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:
     """The part that each row belongs to, dealt set by set; in blocks without a seed."""
+    if not 2 <= folds <= len(sets):
+        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {len(sets)}")
     fold_of = np.empty(len(sets), dtype=np.intp)
     random = np.random.default_rng(seed)
     for number in np.unique(sets):
@@ -647,10 +622,3 @@ def _folds(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.i
             order * folds // len(rows) if seed is None else random.permutation(order % folds)
         )
     return fold_of
-
-
-def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
-    try:
-        return evaluate(mechanism, measurements=measurements)
-    except SymkinError:
-        return None

@@ -16,20 +16,22 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
-from symkin.frames import unframed
-from symkin.identification.calibrated import as_mechanism, canonical
 from symkin.identification.fit import (
+    FALSE_ALARMS,
+    UNKNOWN,
     Estimator,
     FitOptions,
     Loss,
     PoseUse,
+    as_mechanism,
+    canonical,
     core_measurements,
 )
-from symkin.identification.plausibility import FALSE_ALARMS, UNKNOWN
 from symkin.io.measurements import read_fleet, read_measurements
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import noise_of, parameter_tolerances
+from symkin.poses import unframed
 from symkin.result import Result, field, record
 from symkin.settings import MeasurementColumns, NoiseSettings
 
@@ -409,7 +411,7 @@ def _computed(
             yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
         return
     import symkin
-    from symkin.study.execution import dask_client, spread
+    from symkin.study.running import dask_client, spread
 
     job.threads = 1
     with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
@@ -420,7 +422,7 @@ def _chunk(
     version: str, job: _Job, robots: list[tuple[int, Measurements]]
 ) -> tuple[list[int], tuple[list[str], dict[str, Array]]]:
     """What a worker does."""
-    from symkin.study.execution import require_version
+    from symkin.study.running import require_version
 
     require_version(version)
     return [number for number, _ in robots], job.identify([each for _, each in robots])

@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import turn_of
 from symkin.errors import SymkinError, named_legs
-from symkin.identification.evidence import MUCH_BETTER, cause, explains
 from symkin.identification.mistakes import (
     FACTORS,
+    MUCH_BETTER,
     Taken,
+    cause,
     conventions,
+    explains,
     nearer_other_root,
     turns_in_words,
     with_modes,
@@ -40,7 +42,7 @@ from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 from symkin.result import Value, record
 from symkin.settings import NoiseSettings
-from symkin.workspace.sample import best_homes
+from symkin.workspace import best_homes
 
 __all__ = [
     "Hypothesis",
@@ -210,12 +212,8 @@ def hypotheses_of(
 
     Each is tried on a few of the poses, what comes out best on more, and the best on all. What
     explains the data as well as another but has unknowns besides is left to the other. Two at once
-    are tried where one does not explain the data, or only a part: then with that one.
-
-    Returns
-    -------
-    tuple of Hypothesis
-        Among them that of no mistake.
+    are tried where one does not explain the data, or only a part: then with that one. That of no
+    mistake is among them.
     """
     stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
@@ -14,36 +14,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.drawing import as_drawn
+from symkin.drawing import as_drawn, with_correlations
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.evaluation import Evaluation, closures_of, evaluate
-from symkin.frames import unframed
-from symkin.identification.calibrated import (
+from symkin.identification.fit import (
+    FALSE_ALARMS,
     as_mechanism,
     canonical,
     changed_settings,
     with_usable_home,
 )
-from symkin.identification.heights import Heights, heights_of
 from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
-from symkin.identification.influence import Influence
 from symkin.identification.knowledge import (
     Correlation,
     Direction,
     Expected,
+    Heights,
+    Influence,
     correlations_of,
     directions_of,
+    heights_of,
 )
 from symkin.identification.mistakes import Taken, lost_turns, other_modes
-from symkin.identification.models import Model, model_of, models_of
-from symkin.identification.plausibility import FALSE_ALARMS
 from symkin.identification.problem import UNSEEN, JointOptions, Problem, Rows, observed_count
 from symkin.identification.suspicions import (
     Alternative,
+    Model,
     alternatives_of,
     contradiction_of,
     doubts_of,
     estimated_noise,
+    model_of,
+    models_of,
     notes_of,
     symptoms_of,
     without_blunders,
@@ -59,7 +61,7 @@ from symkin.identification.unknowns import (
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import name_combination
-from symkin.points import with_correlations
+from symkin.poses import unframed
 from symkin.result import FolderResult, Value, field, plain, record
 from symkin.settings import Frames, NoiseSettings
 
@@ -398,12 +400,12 @@ class JointIdentification(FolderResult):
 
         In the frames that were found, since no robot could do well in others.
         """
-        return _evaluated(self._drawn, self.measurements)
+        return evaluated(self._drawn, self.measurements)
 
     @cached_property
     def after(self) -> Evaluation | None:
         """End-effector errors of the calibrated mechanism at poses measured in full, or None."""
-        return _evaluated(self.mechanism, self.measurements)
+        return evaluated(self.mechanism, self.measurements)
 
     @cached_property
     def residual_rms(self) -> float:
@@ -422,12 +424,7 @@ class JointIdentification(FolderResult):
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
     ) -> JointIdentification:
-        """Return the same with its cross-validation, see `cross_validate`.
-
-        Returns
-        -------
-        JointIdentification
-        """
+        """Return the same with its cross-validation, see `cross_validate`."""
         from symkin.identification.estimate import joint_cross_validation
 
         seed = self.nominal.protocol.seed if seed is None else seed
@@ -451,10 +448,6 @@ class JointIdentification(FolderResult):
 
         `Rows.blunder` of it is what each observation differs by from what the others of its pose
         predict.
-
-        Returns
-        -------
-        _core.JointFit
         """
         return self._settled(unseen).fit()
 
@@ -489,7 +482,6 @@ class JointIdentification(FolderResult):
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         measurements, numbers = self.measurements, self.measurements.row_numbers
-        settings = {each.name: getattr(self.options, each.name) for each in _fields(self.options)}
         found = super().to_dict()
         return {
             "command": "identify",
@@ -498,7 +490,7 @@ class JointIdentification(FolderResult):
                 "file": measurements.source_name or None,
                 "poses": len(measurements.poses),
             },
-            "settings": plain({"estimator": "joint", **settings, "noise": self.noise}),
+            "settings": plain({"estimator": "joint", **vars(self.options), "noise": self.noise}),
             "identification": {
                 "estimator": "joint",
                 "converged": found.pop("converged"),
@@ -530,21 +522,14 @@ class JointIdentification(FolderResult):
 
     def columns(self) -> Mapping[str, Any]:
         """Return the unknowns, a row each."""
+        numbers = ("nominal", "value", "deviation", "tolerance", "prior", "change_in_tolerances")
+        names = ("name", "unit", *numbers, "status")
+        found = {name: [getattr(each, name) for each in self.unknowns] for name in names}
         return {
-            "name": [each.name for each in self.unknowns],
-            "unit": [each.unit for each in self.unknowns],
-            **{
-                column: np.array([getattr(each, attribute) for each in self.unknowns])
-                for column, attribute in (
-                    ("nominal", "nominal"),
-                    ("value", "value"),
-                    ("standard_deviation", "deviation"),
-                    ("tolerance", "tolerance"),
-                    ("prior", "prior"),
-                )
-            },
-            "change_in_tolerances": np.array([each.change_in_tolerances for each in self.unknowns]),
-            "status": [each.status for each in self.unknowns],
+            {"deviation": "standard_deviation"}.get(name, name): (
+                np.array(column) if name in numbers else column
+            )
+            for name, column in found.items()
         }
 
     def latent_columns(self) -> Mapping[str, Any]:
@@ -552,25 +537,18 @@ class JointIdentification(FolderResult):
         from symkin.io.columns import pose_column_names
 
         names = pose_column_names(self.nominal.pose_space)
-        legs = range(1, len(self.nominal.legs) + 1)
-        unit = self.nominal.reading_unit
-        return {
+        unit, influence = self.nominal.reading_unit, self.influence
+        table = {
             "row": self.measurements.row_numbers,
             **dict(zip(names, as_drawn(self.mechanism, self.latent_poses).T, strict=True)),
             **{
-                f"error_{leg}_{unit}": errors
-                for leg, errors in zip(legs, self.reading_errors.T, strict=True)
+                f"error_{leg}_{unit}": errors for leg, errors in enumerate(self.reading_errors.T, 1)
             },
             "conditions": self.conditions,
-            **(
-                {}
-                if self.influence is None
-                else {
-                    "left_out_residual": self.influence.residual,
-                    "left_out_moves": self.influence.moves,
-                }
-            ),
         }
+        if influence is not None:
+            table |= {"left_out_residual": influence.residual, "left_out_moves": influence.moves}
+        return table
 
     def residual_columns(self) -> Mapping[str, Any]:
         """Return the residuals of the single observations, a row each."""
@@ -615,10 +593,6 @@ def _is_in(scalar: str, column: str) -> bool:
     block, _, own = scalar.partition(".")
     blocks, _, name = column.rpartition(".")
     return own == name and (not blocks or block in blocks.split("+"))
-
-
-def _fields(value: Any) -> Sequence[dataclasses.Field[Any]]:
-    return dataclasses.fields(value)
 
 
 def _calibrated(
@@ -729,7 +703,8 @@ def _status(layout: Layout, scalar: int, deviation: float, unseen: Array) -> Sta
     return "shared" if len(layout.members(column)) > 1 else "free"
 
 
-def _evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
+def evaluated(mechanism: Mechanism, measurements: Measurements) -> Evaluation | None:
+    """End-effector errors at the measured poses; None if none can be evaluated."""
     try:
         return evaluate(mechanism, measurements=measurements)
     except SymkinError:

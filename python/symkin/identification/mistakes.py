@@ -20,19 +20,21 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import shortest, turn_of
 from symkin.errors import FailedFitError, SymkinError, named_legs
-from symkin.identification.evidence import MUCH_BETTER, cause, explains, left_in_words
-from symkin.identification.fit import Fit, FitOptions
-from symkin.identification.plausibility import FALSE_ALARMS
+from symkin.identification.fit import FALSE_ALARMS, Fit, FitOptions
 from symkin.measurements import Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 
 __all__ = [
     "FACTORS",
+    "MUCH_BETTER",
     "Taken",
+    "cause",
     "coarse_readings",
     "conventions",
     "explained",
+    "explains",
+    "left_in_words",
     "likely_cause",
     "lost_turns",
     "nearer_other_root",
@@ -44,6 +46,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
+MUCH_BETTER = 9.0
+_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
 # How near a slope must be to a unit's factor, and to 1.
@@ -58,6 +63,29 @@ FACTORS = {
     1e-3: "metres that were stated as millimetres",
     1e3: "millimetres that were stated as metres",
 }
+
+
+def explains(after: float, before: float) -> bool:
+    """Whether a correction explains what is not explained as it is stated.
+
+    Both are chi-square with the tolerances, per degree of freedom: of the corrected fit, and of
+    what is stated at the best that its solver reaches from any start, converged or not; infinite
+    where there is no fit at all.
+    """
+    tolerated = max(MUCH_BETTER, before / _HUGE) if math.isfinite(before) else MUCH_BETTER
+    return after * MUCH_BETTER < before and after < tolerated
+
+
+def cause(what: str, *, whole: bool) -> str:
+    """A proposal in words; a doubt unless the `whole` of what was measured is explained by it."""
+    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {what}"
+
+
+def left_in_words(after: float, before: float, *, whole: bool) -> str:
+    """What speaks for a proposal, with the arguments of `explains`."""
+    words = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
+    words += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
+    return words if whole else f"{words}; that is more than the noise explains"
 
 
 class Taken(NamedTuple):
@@ -351,15 +379,10 @@ def _best_as_stated(
 
 
 def _disagreement(fit: Fit, nominal: Mechanism) -> tuple[float, float]:
-    """Chi-square with the drawing's tolerances as priors.
+    """Chi-square per degree of freedom with the tolerances as priors, and how likely more of it is.
 
     Its least value, to first order: that of the measurements, and of the estimate's distance from
     the drawing by the tolerances and its own covariance. Infinite if there is none.
-
-    Returns
-    -------
-    per_degree, tail : float
-        Per degree of freedom, and the probability of more in a sound robot.
     """
     own = nominal.is_estimated
     moved = (fit.mechanism.parameters - nominal.parameters)[own]

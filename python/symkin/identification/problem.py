@@ -21,7 +21,7 @@ from symkin.identification.unknowns import (
     Sensor,
     core_setup,
 )
-from symkin.measurements import ALL_LEGS, Measurements
+from symkin.measurements import ALL_LEGS, DEVIATIONS, Measurements
 from symkin.mechanism import Mechanism
 from symkin.observability import with_combinations
 from symkin.poses import POSE_SPACES
@@ -44,7 +44,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
-OBSERVED = ("readings", "poses", "reported", "points", "distances", "heights")  # as `KINDS`
+OBSERVED = tuple(DEVIATIONS)  # as `KINDS`
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one
@@ -126,12 +126,7 @@ class Rows(Value):
         )
 
     def what(self, row: int, pose_space: str) -> str:
-        """Name an observation: ``reading of leg 2``, ``x of the pose``.
-
-        Returns
-        -------
-        str
-        """
+        """Name an observation: ``reading of leg 2``, ``x of the pose``."""
         index, kind = int(self.index[row]), KINDS[self.kind[row]]
         space = POSE_SPACES[pose_space]
         axes, components = space.position, (*space.position, *space.rotation)
@@ -145,12 +140,7 @@ class Rows(Value):
         return f"distance {index + 1}" if kind == "distances" else "height"
 
     def unit(self, row: int, pose_space: str, reading_unit: str) -> str:
-        """Unit of an observation.
-
-        Returns
-        -------
-        str
-        """
+        """Unit of an observation."""
         kind, index = KINDS[self.kind[row]], self.index[row]
         if kind == "readings":
             return reading_unit
@@ -311,10 +301,11 @@ class Problem:
         gauge = self.options.gauge
         if gauge == "nominal":
             fit = self.fit(nearest=True)
+            count = fit.gauge_directions
             words = (
-                f"of all solutions the nearest to the drawing, in tolerances, since "
-                f"{_directions(fit.gauge_directions)} no observation shows"
-                if fit.gauge_directions
+                "of all solutions the nearest to the drawing, in tolerances, since "
+                f"{count} direction{'s' * (count > 1)} of the unknowns no observation shows"
+                if count
                 else ""
             )
             return self, fit, words
@@ -453,10 +444,6 @@ def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> N
                 f"{count} {name} were observed, and {len(given)} {key} are given; say the nominal "
                 f"places {where} in the [frames] of the mechanism's file: {key} = [[x, y], ...]"
             )
-
-
-def _directions(count: int) -> str:
-    return f"{count} direction{'s' * (count > 1)} of the unknowns"
 
 
 def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:

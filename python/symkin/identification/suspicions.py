@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.identification.evidence import left_in_words
+from symkin.identification.fit import FALSE_ALARMS, UNKNOWN
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
-from symkin.identification.models import help_in_words
-from symkin.identification.plausibility import FALSE_ALARMS, UNKNOWN
+from symkin.identification.mistakes import left_in_words
 from symkin.identification.problem import (
     KINDS,
     OBSERVED,
@@ -27,22 +26,29 @@ from symkin.identification.problem import (
     without_pose,
 )
 from symkin.identification.unknowns import scalar_values
+from symkin.measurements import DEVIATIONS
 from symkin.result import Value, field, record
 
 if TYPE_CHECKING:
+    from symkin.identification.fit import Fit
     from symkin.identification.joint import JointIdentification
     from symkin.measurements import Measurements
 
 __all__ = [
     "Alternative",
+    "Model",
     "alternatives_of",
     "blunder_limit",
     "blunders_of",
     "contradiction_of",
     "doubts_of",
     "estimated_noise",
+    "help_in_words",
+    "model_of",
+    "models_of",
     "notes_of",
     "symptoms_of",
+    "unseen_rms",
     "without_blunders",
 ]
 
@@ -54,6 +60,7 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
+_FOLDS = 5
 
 
 @record
@@ -218,10 +225,7 @@ def blunders_of(found: JointIdentification) -> list[Blunder]:
 def alternatives_of(found: JointIdentification) -> list[Alternative]:
     """Fit wider models to the same observations: curved sensors, frames of their own.
 
-    Returns
-    -------
-    list of Alternative
-        Empty without degrees of freedom to tell them apart.
+    None without degrees of freedom to tell them apart.
     """
     options = found.options
     if not found.converged or found.degrees_of_freedom <= 0 or options.loss != "none":
@@ -519,12 +523,102 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
     """Which rows have no standard deviation of their own."""
-    names = ("reading", "pose", "reported", "point", "distance", "height")
     free = np.ones(len(rows.pose), dtype=bool)
-    for kind, name in enumerate(names):
-        own = getattr(taken, f"{name}_deviations")
+    for kind, name in enumerate(DEVIATIONS.values()):
+        own = getattr(taken, name)
         if own is not None:
             of_kind = rows.kind == kind
             flat = own.reshape(len(own), -1)
             free[of_kind] = np.isnan(flat[rows.pose[of_kind], rows.index[of_kind]])
     return free
+
+
+@record
+class Model(Value):
+    """A model of the robot, its sensors and its surroundings, and what it leaves.
+
+    Attributes
+    ----------
+    what : str
+        "identified", "noise" (as large as the residuals ask for), "quadratic" or "eccentric"
+        sensors, "held" for what is held or shared, "frames" besides the geometry within its
+        tolerances, or "frames alone" with the geometry as drawn.
+    unknowns : int
+        How many are estimated.
+    chi_square : float
+        Of observations and priors, by the declared noise but for "noise".
+    degrees_of_freedom : int
+        Its degrees of freedom.
+    unseen_rms : float
+        Closures of the legs at full poses that the fit did not see, in 5 parts, root mean square,
+        m; NaN without full poses.
+    """
+
+    what: str
+    unknowns: int
+    chi_square: float
+    degrees_of_freedom: int
+    unseen_rms: float = field(unit="m")
+
+
+def models_of(found: JointIdentification) -> Iterator[Model]:
+    """Fit models besides the one that was asked for to the same observations."""
+    identified = found.model("identified")
+    assert identified is not None
+    yield identified
+    if found.spread > 1:
+        yield dataclasses.replace(
+            identified,
+            what="noise",
+            unknowns=identified.unknowns + 1,
+            chi_square=float(found.degrees_of_freedom),
+        )
+    wider = [found.model(each.what) for each in found.alternatives]
+    yield from (each for each in (*wider, found.model("frames alone")) if each is not None)
+
+
+def model_of(found: JointIdentification, what: str) -> Model | None:
+    """Fit what was identified, one of its alternatives, or "frames alone"; None without a fit."""
+    if what == "identified":
+        goodness = found.chi_square, found.degrees_of_freedom
+        return Model(what, len(found.names), *goodness, unseen_rms(found, found.options))
+    options = {each.what: each.options for each in found.alternatives}.get(what)
+    if what == "frames alone":
+        framed = with_frames(found.nominal, found.measurements, found.options)
+        options = framed and dataclasses.replace(
+            framed, free=framed.frames, shared=(), prior=None, noise=found.noise
+        )
+    if options is None:
+        return None
+    try:
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+    except SymkinError:
+        return None
+    if not fit.converged:
+        return None
+    goodness = fit.goodness.chi_square, fit.goodness.degrees_of_freedom
+    return Model(what, len(problem.layout.names), *goodness, unseen_rms(found, options))
+
+
+def unseen_rms(found: Fit | JointIdentification, options: JointOptions) -> float:
+    """How a model does at full poses that it did not see: closures of the legs, m; NaN without."""
+    from symkin.identification.estimate import joint_cross_validation
+
+    seed = found.nominal.protocol.seed
+    try:
+        validation = joint_cross_validation(
+            found.nominal, found.measurements, _FOLDS, seed, options
+        )
+    except SymkinError:
+        return math.nan
+    return validation.residual_rms
+
+
+def help_in_words(before: float, after: float, closure_unit: str) -> str:
+    """By how much a model helps at poses that the fit did not see; empty where nobody knows."""
+    if not math.isfinite(before + after):
+        return ""
+    return (
+        f", which brings the closures at unseen poses from {1e3 * before:.3g} to "
+        f"{1e3 * after:.3g} m{closure_unit}"
+    )

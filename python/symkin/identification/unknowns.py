@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Literal
 
@@ -15,7 +16,7 @@ from symkin.chains import ABSENT
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.io.quantities import evaluate_quantity
 from symkin.observability import parameter_tolerances
-from symkin.poses import POSE_SPACES, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import Transform, frame
 from symkin.result import Value, record
 from symkin.settings import Frames
 
@@ -156,27 +157,17 @@ class Layout(Value):
         return tuple(self.units[self.members(i)[0]] for i in range(len(self.names)))
 
     def members(self, column: int) -> NDArray[np.intp]:
-        """Scalars that move with a column.
-
-        Returns
-        -------
-        ndarray of int
-        """
+        """Scalars that move with a column."""
         return np.flatnonzero(self.column == column)
 
     def with_prior(self, prior: Priors) -> Layout:
-        """Return it with priors; columns that have one keep it where they are given none.
-
-        Returns
-        -------
-        Layout
-        """
+        """Return it with priors; columns that have one keep it where they are given none."""
         values = np.array(self.prior)
         if isinstance(prior, str):
             one_of("prior", prior, ("tolerances",))
             tolerances = self.column_tolerances
             values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
-            return self._replaced(prior=values)
+            return replace(self, prior=values)
         names = _Names(self.scalars, _TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
@@ -186,28 +177,19 @@ class Layout(Value):
                         f'prior "{pattern}" is of {self.scalars[scalar]}, which is not free'
                     )
                 values[number] = _deviation(pattern, given, self.units[scalar])
-        return self._replaced(prior=values)
+        return replace(self, prior=values)
 
     def without(self, columns: Iterable[int]) -> Layout:
-        """Return it with the scalars of some columns held.
-
-        Returns
-        -------
-        Layout
-        """
+        """Return it with the scalars of some columns held."""
         kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
         renumbered = np.full(len(self.names) + 1, -1, dtype=np.intp)
         renumbered[kept] = np.arange(len(kept))
-        return self._replaced(
+        return replace(
+            self,
             column=renumbered[self.column],
             names=tuple(self.names[i] for i in kept),
             prior=self.prior[kept],
         )
-
-    def _replaced(self, **changes: object) -> Layout:
-        from dataclasses import replace
-
-        return replace(self, **changes)  # type: ignore[arg-type]
 
 
 class _Names:
@@ -278,16 +260,16 @@ def _matches(name: str, pattern: str) -> bool:
 
 def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
     chosen: set[int] = set()
-    for frame in [frames] if isinstance(frames, str) else frames:
-        one_of("frames", frame, FRAMES)
-        block = frame.rstrip("s") + "*" if frame in ("points", "anchors") else frame
+    for each in [frames] if isinstance(frames, str) else frames:
+        one_of("frames", each, FRAMES)
+        block = each.rstrip("s") + "*" if each in ("points", "anchors") else each
         matched = {i for name, i in names.index.items() if fnmatchcase(name, f"{block}.*")}
         if not matched:
             raise SymkinError(
-                f'frames "{frame}": this mechanism has none; give where they are nominally in the '
+                f'frames "{each}": this mechanism has none; give where they are nominally in the '
                 "[frames] of its file"
-                if frame in ("points", "anchors")
-                else f'frames "{frame}": a planar mechanism has none'
+                if each in ("points", "anchors")
+                else f'frames "{each}": a planar mechanism has none'
             )
         chosen |= matched
     return chosen
@@ -429,14 +411,14 @@ def _quantity(pattern: str, text: str, unit: str) -> float:
 def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Setup:
     """The mechanism and its frames as the core takes them."""
     frames = mechanism.frames or Frames()
-    space = mechanism.pose_space
+    base, target = (frame(mechanism.pose_space, each) for each in (frames.base, frames.target))
     plane = np.zeros(3)
     plane[: len(frames.plane)] = frames.plane
     return _core.Setup(
         mechanism.core,
         np.zeros((len(mechanism.legs), 3)) if curvature is None else np.asarray(curvature),
-        _frame(space, frames.base),
-        _frame(space, frames.target),
+        _core.Frame(base.translation, base.rotation),
+        _core.Frame(target.translation, target.rotation),
         _in_space(frames.points),
         _in_space(frames.anchors),
         plane,
@@ -445,10 +427,11 @@ def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Se
 
 def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
     """What stands around the robot, as settings."""
-    size = mechanism.space.size
+    size, shown = mechanism.space.size, mechanism.space.frame_components
+    base, target = (_of_core(each).tangent[shown] for each in (setup.base, setup.target))
     return Frames(
-        base=_tangent(mechanism.pose_space, setup.base),
-        target=_tangent(mechanism.pose_space, setup.target),
+        base=tuple(base.tolist()),
+        target=tuple(target.tolist()),
         points=tuple(map(tuple, setup.points[:, :size].tolist())),
         anchors=tuple(map(tuple, setup.anchors[:, :size].tolist())),
         plane=tuple(setup.plane.tolist()) if size == 3 else (),
@@ -461,27 +444,13 @@ def scalar_values(setup: _core.Setup) -> Array:
     A frame's rotation is its rotation vector, while its column of the estimate moves it locally.
     """
     legs = np.hstack([setup.parameters, setup.curvature])
-    frames = []
-    for frame in (setup.base, setup.target):
-        frames += [frame.position, vectors_from_rotations(frame.rotation[None])[0]]
+    frames = [_of_core(each).tangent for each in (setup.base, setup.target)]
     parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
     return np.concatenate(parts)
 
 
-def _frame(space: str, values: Sequence[float]) -> _core.Frame:
-    tangent = np.zeros(6)
-    tangent[_components(space)[: len(values)]] = values
-    return _core.Frame(tangent[:3], rotations_from_vectors(tangent[None, 3:])[0])
-
-
-def _tangent(space: str, frame: _core.Frame) -> tuple[float, ...]:
-    vector = vectors_from_rotations(frame.rotation[None])[0]
-    values = np.concatenate([frame.position, vector])
-    return tuple(values[_components(space)].tolist())
-
-
-def _components(space: str) -> list[int]:
-    return POSE_SPACES[space].frame_components
+def _of_core(found: _core.Frame) -> Transform:
+    return Transform(found.rotation, found.position)
 
 
 def _in_space(points: Sequence[Sequence[float]]) -> Array:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.drawing import as_drawn, from_drawing
-from symkin.frames import unframed
 from symkin.io.columns import (
     PoseValues,
     StatedUnit,
@@ -36,6 +35,7 @@ from symkin.io.quantities import unit_factor
 from symkin.io.sensor_tables import as_shown, read_straight_readings
 from symkin.io.tables import Table, TableSource, read_table, write_table
 from symkin.measurements import ALL_LEGS, Measurements
+from symkin.poses import unframed
 from symkin.settings import MeasurementColumns
 
 if TYPE_CHECKING:

@@ -22,7 +22,15 @@ from symkin.chains import (
     require_mixable,
     union_of_names,
 )
-from symkin.drawing import drawn_workspace, own_frames, own_workspace
+from symkin.drawing import (
+    centres,
+    drawn_workspace,
+    jacobian,
+    own_frames,
+    own_workspace,
+    polar,
+    split_covariance,
+)
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
 from symkin.io.columns import check_columns
 from symkin.io.mechanism_schema import (
@@ -37,7 +45,6 @@ from symkin.io.mechanism_schema import (
 from symkin.io.sensor_tables import read_sensor_table
 from symkin.io.toml_file import TomlSource, read_table, read_toml, table, text
 from symkin.mechanism import Leg, Mechanism
-from symkin.points import centres, jacobian, polar, split_covariance
 from symkin.sensor_table import SensorTable
 from symkin.settings import (
     DeclaredSymmetry,

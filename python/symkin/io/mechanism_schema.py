@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.chains import PLATFORMS, ChainInfo, chain_info, chains
+from symkin.drawing import point_parameters
 from symkin.errors import QuantityError, did_you_mean, printable
 from symkin.io.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.io.sensor_tables import MOST_ROWS
@@ -41,7 +42,6 @@ from symkin.io.toml_file import (
     text,
     whole,
 )
-from symkin.points import point_parameters
 from symkin.poses import POSE_SPACES
 from symkin.settings import (
     JointLimits,

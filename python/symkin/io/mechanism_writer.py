@@ -12,15 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from symkin.drawing import drawn_frames, drawn_workspace
+from symkin.drawing import (
+    cartesian,
+    drawn_frames,
+    drawn_workspace,
+    jacobian,
+    point_parameters,
+    split_covariance,
+)
 from symkin.errors import SymkinError
-from symkin.identification.calibrated import canonical
+from symkin.identification.fit import canonical
 from symkin.io.mechanism_file import load_mechanism
 from symkin.io.mechanism_schema import ends_of
 from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import MOST, MOST_OF_DIRECTION
 from symkin.mechanism import Leg, Mechanism
-from symkin.points import cartesian, jacobian, point_parameters, split_covariance
 from symkin.sensor_table import SensorTable
 from symkin.settings import DeclaredSymmetry, Frames, MeasurementColumns
 from symkin.symmetry import generate_legs, generate_orbits, verify_declared

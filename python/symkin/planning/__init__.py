@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Planning: which poses to measure, and how many."""
 
-from symkin.planning.designs import Clearance, Design, Region
 from symkin.planning.making import make_plan
 from symkin.planning.observing import PlannedUnknown, Survey
-from symkin.planning.plan import ChosenPoses, Plan, PlanBasis
+from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, travel_length
 from symkin.planning.prediction import (
     NeededPoses,
     PoseCountCurve,
@@ -12,7 +11,7 @@ from symkin.planning.prediction import (
     pose_count_curve,
     predict_accuracy,
 )
-from symkin.planning.visiting import travel_length
+from symkin.planning.selection import Clearance, Design, Region
 
 __all__ = [
     "ChosenPoses",

@@ -15,16 +15,6 @@ from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
 from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.planning.designs import (
-    Clearance,
-    Design,
-    Region,
-    Task,
-    allowed_candidates,
-    check_regions,
-    clearance,
-    design_tasks,
-)
 from symkin.planning.observing import (
     ObservedTask,
     Observing,
@@ -34,9 +24,21 @@ from symkin.planning.observing import (
     on_the_bed,
     probing_unknowns,
 )
-from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned
-from symkin.planning.selection import Criterion, Selection, SelectionMethod, select_poses
-from symkin.planning.visiting import visiting_order
+from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned, visiting_order
+from symkin.planning.selection import (
+    Clearance,
+    Criterion,
+    Design,
+    Region,
+    Selection,
+    SelectionMethod,
+    Task,
+    allowed_candidates,
+    check_regions,
+    clearance,
+    design_tasks,
+    select_poses,
+)
 from symkin.symmetry import SymmetryElement, map_poses
 from symkin.workspace import WorkspaceSample
 
@@ -363,22 +365,26 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     if demands.minimum_distance:
         settings["coordinates"] = poses[:, : demands.mechanism.space.size]
         settings["minimum_distance"] = demands.minimum_distance
-    selection = _select(
-        demands,
-        task,
-        rows,
-        wanted,
-        demands.seed,
-        method=demands.method,
-        criterion=demands.criterion,
-        required=numbers.tolist(),
-        forbidden=~allowed,
-        prior=prior,
-        time_limit=demands.time_limit,
-        threads=demands.threads,
-        parameter_names=task.parameter_names(),
-        **settings,
-    )
+    try:
+        selection = select_poses(
+            rows,
+            wanted,
+            demands.seed,
+            method=demands.method,
+            criterion=demands.criterion,
+            required=numbers.tolist(),
+            forbidden=~allowed,
+            prior=prior,
+            time_limit=demands.time_limit,
+            threads=demands.threads,
+            parameter_names=task.parameter_names(),
+            **settings,
+        )
+    except NotIdentifiableError as error:  # maybe of a joint whose angle no pose can show
+        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
+        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
+        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
+        raise
     chosen = np.setdiff1d(selection.indices, numbers)
     spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
     spares = poses[:0]
@@ -388,17 +394,6 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
         spares = poses[found]
     return _Chosen(task, selection, poses[chosen], spares, excluded)
-
-
-def _select(demands: _Demands, task: Task, *args: Any, **settings: Any) -> Selection:
-    """Select; a refusal says so if a joint's angle is undefined, which no pose can show."""
-    try:
-        return select_poses(*args, **settings)
-    except NotIdentifiableError as error:
-        legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
-        causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
-        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
-        raise
 
 
 def _spares(

@@ -15,18 +15,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.frames import frame, transforms
 from symkin.identification.estimate import with_file_settings
 from symkin.identification.problem import JointOptions, Problem, layout_of
 from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, name_combination
-from symkin.observed import Observable, Observed
-from symkin.planning.designs import Task
+from symkin.planning.selection import Task
+from symkin.poses import frame, transforms
 from symkin.probing import with_probing_defaults
 from symkin.result import Value, field, record
 from symkin.settings import Frames
+from symkin.simulation import Observable, Observed
 
 if TYPE_CHECKING:
     from symkin.planning.plan import Plan

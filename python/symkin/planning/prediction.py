@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError, one_of
-from symkin.identification.estimate import Estimator, PoseUse, identify_legs
+from symkin.identification.estimate import identify_legs
+from symkin.identification.fit import Estimator, PoseUse
 from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
-from symkin.planning.designs import Design, design_tasks
 from symkin.planning.making import make_plan
 from symkin.planning.observing import Observing, Survey, Unknowns
 from symkin.planning.plan import Plan, survey_rows, thinned
-from symkin.planning.selection import Criterion
+from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.result import Result, Value, plain, record
 
 if TYPE_CHECKING:
@@ -65,10 +65,6 @@ def predict_accuracy(
         What will be observed and what is unknown, see `make_plan`; by default what the plan was
         made for. What is held has no error, and priors count. The error is that of the target in
         the device's frame, at given readings: without frames, of the platform in the robot's own.
-
-    Returns
-    -------
-    ExpectedAccuracy
 
     Raises
     ------
@@ -164,10 +160,6 @@ class PoseCountCurve(Result):
         ----------
         position, orientation : float, optional
             Root mean square end-effector error that is wanted, m and rad; at least one of them.
-
-        Returns
-        -------
-        NeededPoses
 
         Raises
         ------
@@ -358,10 +350,6 @@ def pose_count_curve(
         Share of the position error that another pose must save to be worth while.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`.
-
-    Returns
-    -------
-    PoseCountCurve
 
     Raises
     ------

@@ -1,30 +1,72 @@
 # SPDX-License-Identifier: MIT
-"""Selection of the poses to measure."""
+"""Selection of the poses to measure: for whose parameters, among which candidates, how good."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin._core import SymmetryElement
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
-from symkin.measurements import pose_rows
+from symkin.measurements import ALL_LEGS, Measurements, pose_rows
 from symkin.mechanism import Mechanism
-from symkin.observability import RowKind, noise_of, with_combinations
+from symkin.observability import (
+    RowKind,
+    error_weight,
+    mechanism_rows,
+    noise_of,
+    observability_rows,
+    parameter_tolerances,
+    with_combinations,
+)
 from symkin.result import Value, field, record
-from symkin.symmetry import symmetry_group
+from symkin.symmetry import (
+    SymmetryElement,
+    leg_carriers,
+    map_poses,
+    observability_group,
+    symmetry_group,
+)
+from symkin.workspace import (
+    closure_deviation,
+    coordinate_names,
+    inside_box,
+    least_reach_margin,
+    workspace_coordinates,
+)
 
 if TYPE_CHECKING:
     from symkin.workspace import WorkspaceSample
 
-__all__ = ["Certificate", "Criterion", "LegRows", "Selection", "SelectionMethod", "select_poses"]
+__all__ = [
+    "Certificate",
+    "Clearance",
+    "Criterion",
+    "Design",
+    "LegRows",
+    "Region",
+    "Selection",
+    "SelectionMethod",
+    "Task",
+    "allowed_candidates",
+    "check_regions",
+    "clearance",
+    "design_tasks",
+    "select_poses",
+]
 
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
+Design = Literal["legs", "orbits", "mechanism"]
+Region = Mapping[str, tuple[float, float]]
+
+_BLOCK = 2**17  # candidates
+_SAMPLE = 200  # poses at which the effect of the tolerances is evaluated
 
 
 @record
@@ -261,3 +303,268 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
         spares=np.array(result.spares, dtype=np.intp),
         nodes=result.nodes,
     )
+
+
+@dataclass(frozen=True)
+class Task:
+    """One selection of a design.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    leg : int or None
+        The leg, from 0, whose parameters it shows; None for those of all legs.
+    sets : tuple of (int, tuple of SymmetryElement)
+        The sets that it gives: the leg (from 0; -1 for all legs) and the elements that carry each
+        chosen pose into the set.
+    """
+
+    mechanism: Mechanism
+    leg: int | None
+    sets: tuple[tuple[int, tuple[SymmetryElement, ...]], ...]
+
+    @property
+    def elements(self) -> tuple[SymmetryElement, ...]:
+        """All elements that carry its poses, in the order of the sets."""
+        return tuple(element for _, elements in self.sets for element in elements)
+
+    @property
+    def is_orbit(self) -> bool:
+        """Whether every chosen pose is measured at its images too."""
+        return any(len(elements) > 1 for _, elements in self.sets)
+
+    def candidate_rows(
+        self, poses: NDArray[np.float64], kind: RowKind
+    ) -> NDArray[np.float64] | LegRows:
+        """Rows that candidates bring to a selection; those of one leg need not be held."""
+        if self.leg is None:
+            return mechanism_rows(self.mechanism, poses, kind)
+        orbit = self.elements if self.is_orbit else ("r0",)
+        return LegRows(self.mechanism, self.leg, poses, kind, orbit=orbit)
+
+    def rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
+        """The same as an array, shape (n, rows, p)."""
+        if self.leg is None or not self.is_orbit:
+            return self.measured_rows(poses, kind)
+        images = [map_poses(self.mechanism, element, poses) for element in self.elements]
+        return np.concatenate([self.measured_rows(image, kind) for image in images], axis=1)
+
+    def measured_rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
+        """Rows of poses that are measured as they are, without images, shape (n, r, p)."""
+        if self.leg is None:
+            return mechanism_rows(self.mechanism, poses, kind)
+        rows = observability_rows(self.mechanism, self.leg, poses, kind)
+        return rows.reshape(len(poses), self.mechanism.closures, rows.shape[1])
+
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the columns of its rows."""
+        if self.leg is not None:
+            return self.mechanism.estimated_names(self.leg)
+        return tuple(
+            f"leg {leg + 1} {name}"
+            for leg in range(len(self.mechanism.legs))
+            for name in self.mechanism.estimated_names(leg)
+        )
+
+    def scale(self) -> NDArray[np.float64]:
+        """A typical size of an error in each column: its tolerance."""
+        return parameter_tolerances(self.mechanism)[self._identified()]
+
+    def error_weight(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """B of the expected squared error, see `symkin.observability.error_weight`."""
+        own = np.flatnonzero(self._identified())
+        return error_weight(self.mechanism, poses)[np.ix_(own, own)]
+
+    def _identified(self) -> NDArray[np.bool_]:
+        """Which parameters its rows have columns for, shape (legs, p)."""
+        identified = np.array(self.mechanism.is_estimated)
+        if self.leg is not None:
+            identified[np.arange(len(identified)) != self.leg] = False
+        return identified
+
+    def prior(self, measured: Measurements | None, kind: RowKind) -> NDArray[np.float64] | None:
+        """Information of what is measured already; rows that miss a reading do not count."""
+        if measured is None:
+            return None
+        readings = measured.readings if self.leg is None else measured.readings[:, [self.leg]]
+        measured.require_complete()
+        complete = np.isfinite(readings).all(axis=1)
+        rows = self.measured_rows(measured.poses[complete], kind)
+        rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
+        return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
+
+    def advice(self) -> str:
+        """What to do where nothing shows a column; empty if there is nothing."""
+        return ""
+
+
+def design_tasks(mechanism: Mechanism, design: Design, *, use_symmetry: bool) -> list[Task]:
+    """Return the selections of a design, see `make_plan`.
+
+    With `use_symmetry` one selection serves all legs of an orbit (design "legs").
+
+    Raises
+    ------
+    SymkinError
+        For orbits of a mechanism whose legs are not all images of leg 1.
+    """
+    one_of("design", design, Design)
+    if design == "legs":
+        return _leg_tasks(mechanism, use_symmetry)
+    if design == "orbits":
+        return [_orbit_task(mechanism)]
+    return [Task(mechanism, None, ((ALL_LEGS, (_identity(mechanism),)),))]
+
+
+def _leg_tasks(mechanism: Mechanism, use_symmetry: bool) -> list[Task]:
+    if not use_symmetry:
+        identity = _identity(mechanism)
+        return [Task(mechanism, leg, ((leg, (identity,)),)) for leg in range(len(mechanism.legs))]
+    carriers = leg_carriers(mechanism)
+    return [
+        Task(
+            mechanism,
+            reference,
+            tuple(
+                (leg, (element,))
+                for leg, (origin, element) in enumerate(carriers)
+                if origin == reference
+            ),
+        )
+        for reference in sorted({origin for origin, _ in carriers})
+    ]
+
+
+def _orbit_task(mechanism: Mechanism) -> Task:
+    elements = observability_group(mechanism)
+    if elements is None:
+        raise SymkinError(
+            f'mechanism "{mechanism.name}" has legs that are not images of leg 1, so no orbit of '
+            'poses serves all legs; choose the design "legs" or "mechanism"'
+        )
+    return Task(mechanism, 0, ((ALL_LEGS, tuple(elements)),))
+
+
+def _identity(mechanism: Mechanism) -> SymmetryElement:
+    return symmetry_group(mechanism).parse("r0")
+
+
+def check_regions(mechanism: Mechanism, regions: Sequence[Region]) -> None:
+    """Raise SymkinError for a region whose coordinates or limits make no sense."""
+    known = coordinate_names(mechanism)
+    for region in regions:
+        if not region:
+            raise SymkinError("a region to avoid has no limits; that would be every pose")
+        for name, (lower, upper) in region.items():
+            if name not in known:
+                raise SymkinError(
+                    f'a region to avoid limits "{name}"; expected coordinates of the poses, '
+                    f"{', '.join(known)}"
+                )
+            if math.isnan(lower) or math.isnan(upper) or not lower <= upper:
+                raise SymkinError(
+                    f"a region to avoid reaches from {name} = {lower:g} to {upper:g}; expected "
+                    "the lower limit first"
+                )
+
+
+@record
+class Clearance(Value):
+    """How far candidates stay from where a robot with errors may not follow.
+
+    Attributes
+    ----------
+    reach_margin : float
+        Least distance of every leg from the end of its reach, m or rad.
+    conditioning_limit : float
+        Largest condition number of dg/dpose, see `Mechanism.singularity_measures`.
+    closure_unit : {"m", "rad"}
+        Of the distance.
+    """
+
+    reach_margin: float = field(unit="closure")
+    conditioning_limit: float
+    closure_unit: str = field(private=True, default="m")
+
+
+def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -> Clearance:
+    """Return the clearance that the manufacturing tolerances ask for, or the workspace's own.
+
+    A leg closes with an error of `sigmas` standard deviations of the closure h, whose parameters
+    have errors of the tolerances' size (the largest of some of the poses): so far every leg stays
+    from the end of its reach. The platform is moved by that error times the condition number c,
+    and a singularity lies about the characteristic length over c away, to first order: so c stays
+    below the square root of the length over the error. Poses up to twice as ill-conditioned as home
+    are never left out.
+    """
+    workspace = mechanism.workspace
+    own = Clearance(
+        least_reach_margin(mechanism) if workspace else 0.0,
+        workspace.conditioning_limit if workspace else math.inf,
+        mechanism.space.closure_unit,
+    )
+    error = sigmas * closure_deviation(mechanism, poses[:: -(-len(poses) // _SAMPLE)])
+    if error == 0:
+        return own
+    home = float(mechanism.singularity_measures(mechanism.home)[2][0])
+    limit = max(math.sqrt(mechanism.characteristic_length / error), 2 * home)
+    margin = max(own.reach_margin, error)
+    return Clearance(margin, min(own.conditioning_limit, limit), own.closure_unit)
+
+
+def allowed_candidates(
+    task: Task,
+    poses: NDArray[np.float64],
+    conditions: NDArray[np.float64] | None,
+    regions: Sequence[Region],
+    kept: Clearance,
+) -> NDArray[np.bool_]:
+    """Whether each candidate may be measured, at all its images, shape (n,).
+
+    Every image must lie in the workspace's box and in no region to avoid; where the clearance is
+    wider than the workspace's own, the candidate must keep it. `conditions` are the candidates'
+    condition numbers, if they are known.
+    """
+    if len(poses) > _BLOCK:  # images of all candidates at once would take more memory than they do
+        blocks = [slice(first, first + _BLOCK) for first in range(0, len(poses), _BLOCK)]
+        return np.concatenate(
+            [
+                allowed_candidates(
+                    task,
+                    poses[block],
+                    None if conditions is None else conditions[block],
+                    regions,
+                    kept,
+                )
+                for block in blocks
+            ]
+        )
+    mechanism = task.mechanism
+    allowed = np.ones(len(poses), dtype=np.bool_)
+    settings = mechanism.workspace
+    if settings is not None and kept.reach_margin > least_reach_margin(mechanism):
+        margins = _core.reach_margin(mechanism.core, poses).min(axis=1)
+        allowed &= margins >= kept.reach_margin
+    if settings is not None and kept.conditioning_limit < settings.conditioning_limit:
+        if conditions is None:
+            conditions = mechanism.singularity_measures(poses)[2]
+        allowed &= conditions <= kept.conditioning_limit
+    for element in task.elements:
+        images = map_poses(mechanism, element, poses)
+        allowed &= inside_box(mechanism, images)
+        for region in regions:
+            allowed &= ~_contains(mechanism, region, images)
+    return allowed
+
+
+def _contains(
+    mechanism: Mechanism, region: Region, poses: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    names = coordinate_names(mechanism)
+    coordinates = workspace_coordinates(mechanism, poses)
+    inside = np.ones(len(poses), dtype=np.bool_)
+    for name, (lower, upper) in region.items():
+        values = coordinates[:, names.index(name)]
+        inside &= (values >= lower) & (values <= upper)
+    return inside

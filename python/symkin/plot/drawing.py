@@ -44,8 +44,8 @@ from symkin.plot.style import (
 from symkin.poses import space_named
 from symkin.report.wording import setting
 from symkin.skeleton import Joint, Skeleton, arcs, skeleton_of
-from symkin.symmetry.group import SymmetryGroup
-from symkin.workspace.sample import WorkspaceSample, sample_workspace
+from symkin.symmetry.groups import SymmetryGroup
+from symkin.workspace import WorkspaceSample, sample_workspace
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}

@@ -48,7 +48,7 @@ from symkin.plot.style import (
 )
 from symkin.plot.workspaces import View, shown_of, views_of
 from symkin.poses import PoseSpace
-from symkin.workspace.sample import WorkspaceSample, coordinate_names, workspace_coordinates
+from symkin.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg

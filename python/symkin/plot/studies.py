@@ -36,7 +36,7 @@ from symkin.plot.style import (
     thinned,
 )
 from symkin.plot.workspaces import along_equal_readings, axial_axes, reading_axes, reading_limits
-from symkin.workspace.sample import WorkspaceSample
+from symkin.workspace import WorkspaceSample
 
 if TYPE_CHECKING:
     from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult

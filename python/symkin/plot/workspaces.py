@@ -37,10 +37,19 @@ from symkin.plot.style import (
     spatial_axes,
     thinned,
 )
-from symkin.poses import POSE_SPACES, PoseSpace, space_named, vectors_from_quaternions
-from symkin.workspace.sample import WorkspaceSample
-from symkin.workspace.slices import ConstantOrientation, ModeSlices, slice_coordinates
-from symkin.workspace.study import WorkspaceStudy
+from symkin.poses import (
+    POSE_SPACES,
+    PoseSpace,
+    space_named,
+    vectors_from_quaternions,
+)
+from symkin.workspace import WorkspaceSample
+from symkin.workspace.study import (
+    ConstantOrientation,
+    ModeSlices,
+    WorkspaceStudy,
+    slice_coordinates,
+)
 
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)

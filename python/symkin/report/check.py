@@ -10,8 +10,8 @@ from typing import Any
 from symkin.chains import legs_in_words
 from symkin.checks import CheckResult
 from symkin.conditions import Condition, Conditions
+from symkin.drawing import axis_of_drawing
 from symkin.mechanism import Mechanism
-from symkin.points import axis_of_drawing
 from symkin.report.content import Group, Headline, Page, Section, Table
 from symkin.report.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.report.observability import observability_section, singular_values_table
@@ -25,7 +25,7 @@ from symkin.symmetry import (
     leg_carriers,
     symmetry_group,
 )
-from symkin.symmetry.group import describe_element
+from symkin.symmetry.groups import describe_element
 
 _DESIGNS = {
     "orbits": "each pose, with its images under the symmetry, serves all legs",

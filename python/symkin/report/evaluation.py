@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symkin.evaluation import AlignedErrors, Evaluation
-from symkin.identification.heights import Heights, in_words
+from symkin.identification.knowledge import Heights, in_words
 from symkin.observability import ExpectedAccuracy
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.wording import NONE, became, count, milli, plural, ratio, significant

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.chains import legs_in_words
 from symkin.errors import named_legs
-from symkin.frames import transforms
 from symkin.mechanism import Mechanism
+from symkin.poses import transforms
 from symkin.report.content import Group, Image, Movable, Section, Table
 from symkin.report.wording import (
     NONE,
@@ -34,7 +34,7 @@ from symkin.report.wording import (
 )
 from symkin.skeleton import drawn_centres, joints_of, outline
 from symkin.symmetry import SymmetryGroup
-from symkin.workspace.sample import (
+from symkin.workspace import (
     inside_workspace,
     interpolated,
     least_reach_margin,

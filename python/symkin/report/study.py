@@ -13,8 +13,7 @@ from symkin.report.wording import NONE, count, fixed, milli, plural, setting, si
 from symkin.study.asymmetry import LOSSES, OFF, Curve
 from symkin.study.cost import TASKS, CostResult
 from symkin.study.definition import Cell
-from symkin.study.recommendation import Recommendation
-from symkin.study.result import CellSummary, ErrorFigure, StudyResult
+from symkin.study.result import CellSummary, ErrorFigure, Recommendation, StudyResult
 
 _PERCENT = "\N{NO-BREAK SPACE}%"
 _PLUS_MINUS = "\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}"

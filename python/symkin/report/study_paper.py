@@ -28,7 +28,7 @@ from symkin.study.paper import (
     study_paper,
 )
 from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
-from symkin.workspace.sample import least_reach_margin
+from symkin.workspace import least_reach_margin
 
 # Of one claim, and of several.
 _TOLD: dict[Verdict, tuple[str, str]] = {

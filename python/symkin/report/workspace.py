@@ -14,9 +14,14 @@ from symkin.planning import Plan
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Image, Page, Section, Table, plotted
 from symkin.report.wording import count, plural, share, significant, sources
-from symkin.workspace.sample import WorkspaceSample
-from symkin.workspace.slices import ConstantOrientation, ModeSlices
-from symkin.workspace.study import READING_ROUNDING, ElementCheck, WorkspaceStudy
+from symkin.workspace import WorkspaceSample
+from symkin.workspace.study import (
+    READING_ROUNDING,
+    ConstantOrientation,
+    ElementCheck,
+    ModeSlices,
+    WorkspaceStudy,
+)
 
 _CAUSES = {
     "reach": "out of a leg's reach, or too near its limits",

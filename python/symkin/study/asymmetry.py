@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from symkin.mechanism import Mechanism
 from symkin.observability import observability_rows
 from symkin.planning import Plan
-from symkin.planning.designs import allowed_candidates, design_tasks
-from symkin.planning.selection import LegRows, select_poses
+from symkin.planning.selection import LegRows, allowed_candidates, design_tasks, select_poses
 from symkin.result import Value, record
 from symkin.study.definition import Cell
 from symkin.symmetry import map_poses
@@ -135,17 +134,10 @@ def reading_curves(result: StudyResult) -> tuple[Curve, ...]:
 
 
 def linearity_curves(result: StudyResult, what: str) -> tuple[Curve, ...]:
-    """Simulated over predicted position error against noise or errors of the robots.
+    """Simulated over predicted position error as "noise_level" or "tolerance_level" grows.
 
     Robots and noise are the same at all levels but for their size, so what differs from the lowest
     level is what first order leaves out, nearly without chance.
-
-    Parameters
-    ----------
-    result : StudyResult
-        Of a study of symmetry.
-    what : {"noise_level", "tolerance_level"}
-        What grows.
     """
     return tuple(_linearity(result, cells, what) for cells in _series(result, what))
 
@@ -179,7 +171,7 @@ def _blind(plan: Plan, candidates: Array, noise: float) -> float:
         LegRows(noisy, 0, candidates, "noise_aware"), len(poses), plan.basis.seed, threads=1
     )
     gain = _log_information(noisy, 0, poses) - told.log_det
-    return math.exp(gain / len(mechanism.legs[0].parameters))
+    return math.exp(gain / mechanism.estimated_counts[0])
 
 
 def _series(result: StudyResult, what: str) -> list[list[Cell]]:
@@ -219,12 +211,7 @@ def _protocol(cell: Cell) -> str:
 def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:
     """What each leg's poses could have been: the candidates of its reference leg, carried to it.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of design "legs", as it was made.
-    candidates : ndarray, shape (n, coordinates)
-        From which it chose.
+    The plan is of design "legs", and chose from the candidates, shape (n, coordinates).
     """
     mechanism, basis = plan.mechanism, plan.basis
     assert basis is not None
@@ -237,22 +224,10 @@ def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:
 
 
 def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...]) -> float:
-    """Compare a plan's poses with those that would have been chosen for the robot itself.
+    """Compare a plan's poses with those that would have been chosen for the robot as it was made.
 
-    Parameters
-    ----------
-    robot : Mechanism
-        As it was made.
-    plan : Plan
-        Of design "legs", for the mechanism as drawn.
-    candidates : tuple of ndarray, shape (n, coordinates)
-        For each leg, see `mapped_candidates`.
-
-    Returns
-    -------
-    float
-        ``(det M_plan / det M_own)^(1/p)`` of the least lucky leg, with M the information of the
-        leg's own poses: with 0.9, so much is lost as with every tenth pose.
+    With the `mapped_candidates`: ``(det M_plan / det M_own)^(1/p)`` of the least lucky leg, with M
+    the information of the leg's own poses. With 0.9, so much is lost as with every tenth pose.
     """
     assert plan.basis is not None
     gains = []
@@ -263,7 +238,7 @@ def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...
             LegRows(robot, leg, reached, "noise_aware"), len(poses), plan.basis.seed, threads=1
         )
         gain = _log_information(robot, leg, poses) - own.log_det
-        gains.append(gain / len(robot.legs[leg].parameters))
+        gains.append(gain / robot.estimated_counts[leg])
     return float(np.exp(min(gains)))
 
 

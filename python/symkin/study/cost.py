@@ -27,7 +27,7 @@ from symkin.simulation import simulate_observed
 from symkin.study.definition import StudyDefinition
 from symkin.study.robots import NORMAL_95
 from symkin.symmetry import generate_legs
-from symkin.workspace.sample import sample_workspace
+from symkin.workspace import sample_workspace
 
 __all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "seconds_of", "with_legs"]
 

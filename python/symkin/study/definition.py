@@ -35,8 +35,7 @@ from symkin.io.toml_file import (
 )
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
-from symkin.planning.designs import Design
-from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.planning.selection import Criterion, Design, SelectionMethod
 
 __all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
 
@@ -284,7 +283,8 @@ class StudyDefinition:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the values, since cells are read-only."""
         values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
-        return _made, (values | {"cell": tuple(dict(each) for each in self.cell)},)
+        values["cell"] = tuple(dict(each) for each in self.cell)
+        return functools.partial(StudyDefinition, **values), ()
 
     @functools.cached_property
     def loaded(self) -> Mapping[str, Mechanism]:
@@ -348,10 +348,6 @@ class StudyDefinition:
         """Return it with other values.
 
         Mechanisms that are given replace those of single cells too.
-
-        Returns
-        -------
-        StudyDefinition
         """
         if "mechanisms" in changes:
             changes["cell"] = tuple(
@@ -407,10 +403,6 @@ class StudyDefinition:
         return cell if name else dataclasses.replace(cell, id=_identifier(cell))
 
 
-def _made(values: dict[str, Any]) -> StudyDefinition:
-    return StudyDefinition(**values)
-
-
 def _counted(count: int | str | None, mechanism: Mechanism) -> int:
     if count is None:
         return mechanism.protocol.pose_count
@@ -437,12 +429,7 @@ def _identifier(cell: Cell) -> str:
 
 
 def builtin_studies() -> list[str]:
-    """Return the names of the studies that come with symkin.
-
-    Returns
-    -------
-    list of str
-    """
+    """Return the names of the studies that come with symkin."""
     return sorted(path.stem for path in _BUILTIN.glob("*.toml"))
 
 
@@ -470,10 +457,6 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
     name_or_path : str or path
         A file, or ``"paper"``, ``"protocols"``, ``"cost"`` or ``"symmetry"``. Mechanisms that a
         file names by files are looked for beside it.
-
-    Returns
-    -------
-    StudyDefinition
 
     Raises
     ------

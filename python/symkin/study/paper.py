@@ -29,9 +29,13 @@ from symkin.study.definition import StudyDefinition, load_study
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import Job, robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
-from symkin.workspace.sample import inside_workspace, sample_workspace
-from symkin.workspace.slices import ConstantOrientation, constant_orientations
-from symkin.workspace.study import WorkspaceStudy, study_workspace
+from symkin.workspace import inside_workspace, sample_workspace
+from symkin.workspace.study import (
+    ConstantOrientation,
+    WorkspaceStudy,
+    constant_orientations,
+    study_workspace,
+)
 
 __all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "paper_calls", "study_paper"]
 
@@ -248,10 +252,6 @@ def study_paper(
         Whose local errors Fig. 10 shows.
     parts : sequence, optional
         What the `paper_calls` returned; by default they are made here.
-
-    Returns
-    -------
-    PaperFindings
 
     Raises
     ------

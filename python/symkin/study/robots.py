@@ -20,7 +20,7 @@ from symkin.settings import Tolerances
 from symkin.simulation import Simulation, disturb, simulate_observed
 from symkin.study.asymmetry import mapped_candidates, mapped_efficiency
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.workspace.sample import sample_workspace
+from symkin.workspace import sample_workspace
 
 __all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
 
@@ -120,7 +120,11 @@ class Job:
         mapped = {
             key: mapped_candidates(plan, candidates[key[0]])
             for key, plan in plans.items()
-            if definition.kind == "symmetry" and isinstance(plan, Plan) and _is_mapped(plan)
+            if definition.kind == "symmetry"
+            and isinstance(plan, Plan)
+            and plan.basis is not None
+            and plan.basis.design == "legs"
+            and plan.basis.symmetrical
         }
         return cls(definition.cells, definition.loaded, plans, poses, mapped, definition.seed)
 
@@ -179,16 +183,11 @@ def planned(mechanism: Mechanism, cell: Cell, candidates: Array, seed: int) -> P
         return f"no plan: {error}"
 
 
-def _is_mapped(plan: Plan) -> bool:
-    return plan.basis is not None and plan.basis.design == "legs" and plan.basis.symmetrical
-
-
 class _Robot:
     """A robot, of which everything is computed once, however many cells use it."""
 
     def __init__(self, job: Job, seed: int) -> None:
         self._job, self._seed = job, seed
-        self._made: dict[tuple[str, float], Mechanism] = {}
         self._known: dict[tuple[Any, ...], Any] = {}
 
     def rows(self, robot: int) -> list[dict[str, Any]]:
@@ -237,9 +236,10 @@ class _Robot:
         }
 
     def _actual(self, cell: Cell) -> Mechanism:
-        if cell.robot_key not in self._made:
-            self._made[cell.robot_key] = disturb(self._job.mechanism(cell), self._seed)
-        return self._made[cell.robot_key]
+        result: Mechanism = self._once(
+            ("made", *cell.robot_key), lambda: disturb(self._job.mechanism(cell), self._seed)
+        )
+        return result
 
     def _before(self, cell: Cell) -> tuple[float, float]:
         def evaluated() -> tuple[float, float]:

@@ -6,8 +6,12 @@ from symkin.symmetry.comparison import (
     SymmetryComparison,
     compare_symmetry,
 )
-from symkin.symmetry.detection import (
+from symkin.symmetry.groups import (
     DetectedSymmetry,
+    NamedGroup,
+    SymmetryElement,
+    SymmetryFrame,
+    SymmetryGroup,
     declared_group,
     detect_symmetry,
     generate_legs,
@@ -19,7 +23,6 @@ from symkin.symmetry.detection import (
     symmetry_group,
     verify_declared,
 )
-from symkin.symmetry.group import NamedGroup, SymmetryElement, SymmetryFrame, SymmetryGroup
 
 __all__ = [
     "DetectedSymmetry",

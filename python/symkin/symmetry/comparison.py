@@ -16,13 +16,15 @@ from symkin import _core
 from symkin.mechanism import Mechanism
 from symkin.observability import parameter_tolerances
 from symkin.result import Result, Value, field, plain, record
-from symkin.symmetry.detection import (
+from symkin.symmetry.groups import (
     DetectedSymmetry,
+    SymmetryGroup,
     declared_group,
     detect_symmetry,
     detect_within,
+    group_title,
+    subgroup_names,
 )
-from symkin.symmetry.group import SymmetryGroup, group_title, subgroup_names
 
 __all__ = [
     "ParameterDeviation",
@@ -208,10 +210,6 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     ----------
     mechanism : Mechanism
         Its tolerances are used.
-
-    Returns
-    -------
-    SymmetryComparison
     """
     found = detect_symmetry(mechanism)
     declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)

@@ -7,7 +7,7 @@ import pytest
 
 import symkin
 from symkin.cli import main
-from symkin.observed import Observed
+from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")

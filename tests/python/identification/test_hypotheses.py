@@ -12,8 +12,8 @@ from symkin.errors import FailedFitError
 from symkin.identification import hypotheses, problem
 from symkin.identification.hypotheses import hypotheses_of, in_modes
 from symkin.identification.problem import JointOptions
-from symkin.observed import Observed
 from symkin.settings import Frames, NoiseSettings
+from symkin.simulation import Observed
 
 POSITIONS = Observed("position")
 TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))

@@ -8,11 +8,11 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.identification import Identification, JointIdentification, diagnosis, models
+from symkin.identification import Identification, JointIdentification, diagnosis, suspicions
 from symkin.identification.problem import observed_count
 from symkin.identification.suspicions import blunders_of
-from symkin.observed import Observed
 from symkin.settings import Frames, IdentificationSettings, NoiseSettings
+from symkin.simulation import Observed
 
 SEED = 11
 
@@ -439,7 +439,7 @@ def test_straight_sensors_are_cross_validated_once_for_all_doubts_about_them(
 
     def unseen_rms(found, options):
         validated.append(options.sensor)
-        return models.unseen_rms(found, options)
+        return suspicions.unseen_rms(found, options)
 
     monkeypatch.setattr(diagnosis, "unseen_rms", unseen_rms)
     readings = taken.measurements.readings

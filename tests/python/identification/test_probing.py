@@ -9,7 +9,7 @@ import pytest
 
 import symkin
 from symkin.errors import MeasurementError, SymkinError
-from symkin.identification.heights import in_words
+from symkin.identification.knowledge import in_words
 from symkin.io.measurements import write_measurements
 from symkin.probing import PrintedLength, with_printed_length
 from symkin.settings import NoiseSettings

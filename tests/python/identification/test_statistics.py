@@ -73,6 +73,17 @@ def test_one_spare_pose_is_not_said_to_scale_anything(paper, planned):
         assert any("to spare" in doubt for doubt in found.doubts)
 
 
+@pytest.mark.parametrize(("poses", "doubted"), [(5, True), (8, False)])
+def test_a_pose_of_a_leg_with_two_closures_counts_twice(poses, doubted):
+    """Of a 3-RPS five poses show the nine parameters of a leg, and eight leave three to spare."""
+    bound = symkin.load_mechanism("3RPS")
+    plan = symkin.make_plan(bound, symkin.sample_workspace(bound, 3000, seed=1), 24, seed=1)
+    measurements = symkin.simulate(bound, plan, 1).measurements
+    found = symkin.identify(bound, measurements.subset(np.linspace(0, 71, poses).astype(int)))
+    assert {fit.degrees_of_freedom for fit in found.goodness} == {2 * poses - 9}
+    assert any("to spare" in doubt for doubt in found.doubts) == doubted
+
+
 def test_the_real_hexapod_is_doubted_for_what_is_known_of_it(hexapod, hexapod_table):
     found = symkin.identify(hexapod, symkin.read_measurements(hexapod_table, hexapod), "joint")
     assert found.goodness[0].degrees_of_freedom == 600

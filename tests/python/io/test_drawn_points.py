@@ -15,14 +15,12 @@ from hypothesis import strategies as st
 import symkin
 from symkin.alignment import poses_of_mechanism
 from symkin.cli.options import Observing
-from symkin.drawing import as_drawn, from_drawing
+from symkin.drawing import as_drawn, axis_of_drawing, cartesian, from_drawing, jacobian, polar
 from symkin.errors import MechanismFileError
-from symkin.frames import poses_of, transforms, unframed
 from symkin.io.mechanism_schema import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
 from symkin.io.plans import read_pose_list
-from symkin.points import axis_of_drawing, cartesian, jacobian, polar
-from symkin.poses import Transform, rotations_from_vectors
+from symkin.poses import Transform, poses_of, rotations_from_vectors, transforms, unframed
 from symkin.settings import Frames
 
 STAYS = Transform(np.eye(3), np.zeros(3))

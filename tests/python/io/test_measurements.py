@@ -17,7 +17,7 @@ from symkin.mechanism import Mechanism
 from symkin.planning import make_plan
 from symkin.settings import MeasurementColumns
 from symkin.simulation import simulate
-from symkin.workspace.sample import sample_workspace
+from symkin.workspace import sample_workspace
 
 Write = Callable[..., Path]
 

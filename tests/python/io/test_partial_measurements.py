@@ -201,6 +201,9 @@ def test_a_quaternion_is_measured_as_a_whole() -> None:
     poses[2, 5] = np.nan
     with pytest.raises(MeasurementError, match="row 3 has a part of a quaternion"):
         Measurements.of(poses, np.zeros((ROWS, 6)))
+    turned = np.tile([np.nan, 0.0, 0.0, 1.0], (2, 1))
+    with pytest.raises(MeasurementError, match="row 1 has a part of a quaternion"):
+        Measurements.of(turned, np.zeros((2, 3)), pose_space="spherical")
 
 
 def test_readings_alone_serve_a_mechanism_with_more_legs_than_degrees_of_freedom() -> None:

@@ -14,7 +14,7 @@ from symkin.observability import error_weight, observability_rows
 from symkin.planning import Clearance
 from symkin.settings import Tolerances
 from symkin.symmetry import map_poses
-from symkin.workspace.sample import inside_box, workspace_coordinates
+from symkin.workspace import inside_box, workspace_coordinates
 
 
 @pytest.fixture(scope="module")

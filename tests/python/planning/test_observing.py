@@ -9,12 +9,17 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.frames import frame, transforms
 from symkin.observability import expected_accuracy, mechanism_rows
-from symkin.observed import Observed
 from symkin.planning import Survey, predict_accuracy
-from symkin.poses import Transform, rotations_from_vectors, vectors_from_rotations
+from symkin.poses import (
+    Transform,
+    frame,
+    rotations_from_vectors,
+    transforms,
+    vectors_from_rotations,
+)
 from symkin.settings import Frames
+from symkin.simulation import Observed
 
 PRIORS = {"observe": "position", "prior": "tolerances"}
 

@@ -11,7 +11,7 @@ import symkin
 from symkin.poses import poses_from_bounds, rotations_from_quaternions
 from symkin.report.mechanism import movable
 from symkin.settings import WorkspaceSettings
-from symkin.workspace.sample import inside_workspace
+from symkin.workspace import inside_workspace
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 MECHANISMS = sorted(path.stem for path in (Path(__file__).parents[3] / "mechanisms").glob("*.toml"))

@@ -1,5 +1,7 @@
 """Studies of what symmetry saves, and of how much of it is needed."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,20 @@ def test_mapped_poses_lose_nothing_on_a_symmetric_robot_and_something_on_a_crook
         paper.replace(tolerances=symkin.settings.Tolerances(0.05, 0.05, 0.05)), 1
     )
     assert mapped_efficiency(crooked, plan, candidates) < 0.999
+
+
+def test_half_of_the_information_is_half_of_the_efficiency_whatever_is_held() -> None:
+    """Seven of a leg's nine parameters are identified, and half of the poses show nothing."""
+    delta = symkin.load_mechanism("linear_delta")
+    assert delta.estimated_counts == (7, 7, 7)
+    plan = symkin.make_plan(delta, symkin.sample_workspace(delta, 500, seed=1), 20, spares=0)
+    poses, candidates = plan.poses.copy(), []
+    for leg in range(3):
+        shown, lost = np.split(plan.rows_of(leg), 2)
+        candidates.append(np.repeat(poses[shown], 2, axis=0))
+        poses[lost] = 100.0
+    halved = dataclasses.replace(plan, poses=poses)
+    assert mapped_efficiency(delta, halved, tuple(candidates)) == pytest.approx(0.5)
 
 
 def test_levels_are_read_between_those_that_were_tried() -> None:

@@ -25,7 +25,7 @@ from symkin.study.paper import (
     paper_calls,
     study_paper,
 )
-from symkin.workspace.slices import constant_orientations
+from symkin.workspace.study import constant_orientations
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,7 @@
 import symkin
 from symkin.conditions import check_conditions
 from symkin.symmetry import SymmetryGroup
-from symkin.symmetry.detection import mechanism_groups
-from symkin.symmetry.group import describe_element, subgroup_names
+from symkin.symmetry.groups import describe_element, mechanism_groups, subgroup_names
 
 
 def named(groups):

@@ -17,14 +17,15 @@ from symkin.errors import SymmetryError
 from symkin.plot import active_joints, workspace
 from symkin.settings import JointLimits
 from symkin.symmetry import SymmetryGroup
-from symkin.workspace.slices import (
+from symkin.workspace.study import (
     _connected_regions,
+    check_elements,
     constant_orientations,
     mode_slices,
     other_working_modes,
     singular_orientations,
+    study_workspace,
 )
-from symkin.workspace.study import check_elements, study_workspace
 
 
 @pytest.fixture(scope="module")
@@ -234,3 +235,15 @@ def test_the_command_prints_and_writes_the_study(tmp_path, capsys):
 def test_the_command_refuses_what_is_no_angle(tmp_path, capsys):
     assert main(["workspace", "3RRR", "--out", str(tmp_path), "--orientations", "0,north"]) == 2
     assert '"north"' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "unit"),
+    [("3RRR", "orientation_rad", "m"), ("3RPS", "height_m", "rad"),
+     ("agile_eye", "orientation_rad", "rad")],
+)  # fmt: skip
+def test_a_slice_says_in_which_units_it_is(name: str, place: str, unit: str) -> None:
+    study = symkin.study_workspace(symkin.load_mechanism(name), count=100, resolution=11)
+    areas = [f"{kind}_{unit}2" for kind in ("reachable_area", "usable_area", "aspect_areas")]
+    assert list(study.slices[0].to_dict()) == [place, *areas]
+    assert {place, *areas} <= set(study.columns())

@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 import symkin
 from symkin import _core
 from symkin.checks import check_mechanism
+from symkin.drawing import with_moved_workspace
 from symkin.errors import FailedFitError, SymkinError
-from symkin.frames import with_moved_workspace
-from symkin.identification.calibrated import canonical, changed_settings
+from symkin.identification.fit import canonical, changed_settings
 from symkin.poses import POSE_SPACES
 from symkin.settings import JointLimits, ProtocolSettings
 from symkin.simulation import disturb
-from symkin.workspace.sample import inside_box
+from symkin.workspace import inside_box
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,9 @@ def _poses(pose_space: str, count: int, random: np.random.Generator) -> Array:
     if pose_space == "spatial":
         poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     return poses
+
+
+ANGLES = ("_angle", "_azimuth", "_elevation", "_swing")
 
 
 @pytest.mark.parametrize(("chain", "platform"), CHAINS)
@@ -50,7 +53,7 @@ def test_points_are_written_otherwise_without_changing_any_closure(
             values[:, index] = 0.02  # no pose is inside of the pulley
         if name in ("base_radius", "platform_radius"):
             values[:, index] *= random.choice([-1, 1], count)
-        if name.endswith(("_angle", "_azimuth")):
+        if name.endswith(ANGLES):
             values[:, index] += random.uniform(-20, 20, count)
 
     def made(parameters: Array) -> symkin.Mechanism:
@@ -77,7 +80,7 @@ def test_points_are_written_otherwise_without_changing_any_closure(
         joints = chain.replace("[", "").replace("]", "")
         if name.endswith("_radius") and joints[0 if name[0] == "b" else -1] != "P":
             assert (written[:, index] >= 0).all()
-        if name.endswith(("_angle", "_azimuth")):
+        if name.endswith(ANGLES):
             assert np.abs(written[:, index] - near[:, index]).max() <= np.pi + 1e-12
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.observed import Observed
+from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 import symkin
 from symkin.observability import expected_accuracy
 from symkin.planning import pose_count_curve, predict_accuracy, travel_length
-from symkin.planning.visiting import visiting_order
+from symkin.planning.plan import visiting_order
 from symkin.poses import poses_from_bounds
 from symkin.settings import WorkspaceSettings
 
