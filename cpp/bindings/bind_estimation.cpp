@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <pybind11/numpy.h>
+
 #include "bindings.hpp"
 #include "symkin/estimation/accuracy.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
@@ -98,18 +100,25 @@ void bind_simulation(py::module_& module) {
   using symkin::MeasurementSet;
   using symkin::PoseSet;
   using symkin::Simulation;
+  using Sets = py::array_t<symkin::Index, py::array::c_style>;
 
   py::class_<MeasurementSet>(module, "MeasurementSet")
-      .def(py::init([](symkin::RowMatrix poses, symkin::RowMatrix readings,
-                       std::vector<symkin::Index> leg_sets) {
-             MeasurementSet set{std::move(poses), std::move(readings), std::move(leg_sets)};
+      .def(py::init([](symkin::ConstRows poses, symkin::ConstRows readings, const Sets& leg_sets) {
+             if (leg_sets.ndim() != 1) {
+               throw symkin::InvalidInput("leg_sets have " + std::to_string(leg_sets.ndim()) +
+                                          " dimensions; expected one");
+             }
+             MeasurementSet set{
+                 poses, readings, {leg_sets.data(), leg_sets.data() + leg_sets.size()}};
              check_shape(set);
              return set;
            }),
            py::arg("poses"), py::arg("readings"), py::arg("leg_sets"))
       .def_readonly("poses", &MeasurementSet::poses)
       .def_readonly("readings", &MeasurementSet::readings)
-      .def_readonly("leg_sets", &MeasurementSet::leg_sets);
+      .def_property_readonly("leg_sets", [](const MeasurementSet& self) {
+        return Sets(static_cast<symkin::Index>(self.leg_sets.size()), self.leg_sets.data());
+      });
   py::class_<PoseSet>(module, "PoseSet")
       .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted) {
              return PoseSet{leg, std::move(poses), wanted};

@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -23,7 +24,6 @@ from symkin.identification.fit import (
     FitOptions,
     Loss,
     PoseUse,
-    core_measurements,
 )
 from symkin.identification.plausibility import FALSE_ALARMS, UNKNOWN
 from symkin.io.measurements import read_fleet, read_measurements
@@ -309,17 +309,15 @@ class _Job:
     def identify(self, robots: Sequence[Measurements]) -> tuple[list[str], dict[str, Array]]:
         """Failures, and the columns of the core's fleet."""
         options = self.options
-        together = Measurements(
+        together = _core.MeasurementSet(
             unframed(self.nominal, np.concatenate([each.poses for each in robots])),
             np.concatenate([each.readings for each in robots]),
-            np.concatenate([each.leg_sets for each in robots]),
-            np.concatenate([each.row_numbers for each in robots]),
-            pose_space=self.nominal.pose_space,
+            np.concatenate([each.leg_sets for each in robots], dtype=np.int64, casting="unsafe"),
         )
         found = _core.identify_many(
             self.nominal.core,
-            core_measurements(together),
-            np.cumsum([0, *(len(each.poses) for each in robots)]).tolist(),
+            together,
+            list(accumulate((len(each.poses) for each in robots), initial=0)),
             _core.Estimator.__members__[options.estimator],
             _core.PoseUse.__members__[options.poses],
             noise_of(options.noise or self.nominal.noise),
