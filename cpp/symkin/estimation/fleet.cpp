@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "symkin/estimation/detail/identifier.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/parallel.hpp"
 
@@ -13,9 +14,10 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kRobots = 64;  // of a task
 
-MeasurementSet part(const MeasurementSet& all, Index first, Index end) {
-  return {all.poses.middleRows(first, end - first), all.readings.middleRows(first, end - first),
-          std::vector<Index>(all.leg_sets.begin() + first, all.leg_sets.begin() + end)};
+void take_part(const MeasurementSet& all, Index first, Index end, MeasurementSet& part) {
+  part.poses = all.poses.middleRows(first, end - first);
+  part.readings = all.readings.middleRows(first, end - first);
+  part.leg_sets.assign(all.leg_sets.begin() + first, all.leg_sets.begin() + end);
 }
 
 std::string failure_of(const Identification& found) {
@@ -29,11 +31,11 @@ std::string failure_of(const Identification& found) {
   return failure;
 }
 
-void set_row(Fleet& fleet, Index robot, const Identification& found) {
+void set_row(Fleet& fleet, Index robot, const Identification& found, const Vector& variances) {
   const RowMatrix& parameters = found.parameters;
   fleet.parameters.row(robot) =
       Eigen::Map<const Vector>(parameters.data(), parameters.size()).transpose();
-  fleet.deviations.row(robot) = found.covariance.diagonal().cwiseSqrt().transpose();
+  fleet.deviations.row(robot) = variances.cwiseSqrt().transpose();
   for (std::size_t k = 0; k < found.goodness.size(); ++k) {
     const GoodnessOfFit& fit = found.goodness[k];
     const auto column = static_cast<Index>(k);
@@ -79,11 +81,14 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
   IdentificationOptions lean = options;
   lean.conditions = false;
   parallel_for((robots + kRobots - 1) / kRobots, threads, [&](Index task) {
+    Identifier identifier(mechanism, lean);
+    MeasurementSet own;
     for (Index i = task * kRobots; i < std::min(robots, (task + 1) * kRobots); ++i) {
       const auto robot = static_cast<std::size_t>(i);
       try {
-        set_row(fleet, i,
-                identify(mechanism, part(measurements, first[robot], first[robot + 1]), lean));
+        take_part(measurements, first[robot], first[robot + 1], own);
+        const Identification& found = identifier.identify(own);
+        set_row(fleet, i, found, identifier.variances());
       } catch (const Error& error) {
         fleet.failures[robot] = error.what();
       }

@@ -39,6 +39,21 @@ void weighted_square_of(const RowMatrix& matrix, const Vector& weights, RowMatri
   square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
 }
 
+template <int Columns>
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector& right,
+                        RowMatrix& square, Vector& product) {
+  using Row = Eigen::Matrix<double, Columns, 1>;
+  std::array<double, Columns * Columns> sum{};
+  Row along = Row::Zero();
+  for (Index k = 0; k < matrix.rows(); ++k) {
+    const double* const row = matrix.row(k).data();
+    add_square<Columns>(row, weights[k], sum.data(), std::make_integer_sequence<int, Columns>());
+    along += (weights[k] * right[k]) * Eigen::Map<const Row>(row);
+  }
+  square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
+  product = along;
+}
+
 }  // namespace
 
 SymmetricEigen symmetric_eigen(const RowMatrix& matrix) {
@@ -130,9 +145,9 @@ double ScaledCholesky::inverse_form(const Vector& vector) const {
   return half.squaredNorm();
 }
 
-RowMatrix ScaledCholesky::inverse() const {
+// Row by row.
+RowMatrix ScaledCholesky::inverse_of_factor() const {
   const Index n = scale_.size();
-  // The factor's inverse, row by row; its transpose times itself.
   RowMatrix half = RowMatrix::Zero(n, n);
   for (Index i = 0; i < n; ++i) {
     for (Index k = 0; k < i; ++k) {
@@ -141,6 +156,16 @@ RowMatrix ScaledCholesky::inverse() const {
     half.row(i) *= factor_(i, i);
     half(i, i) = factor_(i, i);
   }
+  return half;
+}
+
+Vector ScaledCholesky::inverse_diagonal() const {
+  return inverse_of_factor().colwise().squaredNorm().transpose().cwiseProduct(scale_.cwiseAbs2());
+}
+
+RowMatrix ScaledCholesky::inverse() const {
+  const Index n = scale_.size();
+  const RowMatrix half = inverse_of_factor();  // its transpose times itself
   RowMatrix inverse = RowMatrix::Zero(n, n);
   for (Index k = 0; k < n; ++k) {
     for (Index i = 0; i <= k; ++i) {
@@ -167,6 +192,23 @@ void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& 
       return weighted_square_of<8>(matrix, weights, square);
     default:
       square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
+  }
+}
+
+void weighted_square(const RowMatrix& matrix, const Vector& weights, const Vector& right,
+                     RowMatrix& square, Vector& product) {
+  switch (matrix.cols()) {
+    case 5:
+      return weighted_square_of<5>(matrix, weights, right, square, product);
+    case 6:
+      return weighted_square_of<6>(matrix, weights, right, square, product);
+    case 7:
+      return weighted_square_of<7>(matrix, weights, right, square, product);
+    case 8:
+      return weighted_square_of<8>(matrix, weights, right, square, product);
+    default:
+      weighted_square(matrix, weights, square);
+      product.noalias() = matrix.transpose() * weights.cwiseProduct(right);
   }
 }
 

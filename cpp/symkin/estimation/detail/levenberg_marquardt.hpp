@@ -52,9 +52,20 @@ class NormalSteps {
   // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
   // shortest d by eigenvalues: what the data does not show does not move.
   Step solve(const NormalEquations& equations, double damping, Vector& step);
+  // Of the equations that were solved last, with their damping.
+  const ScaledCholesky& cholesky() const { return cholesky_; }
 
  private:
   ScaledCholesky cholesky_;
+};
+
+// What the solver needs beside the problem. Problem after problem in the same room asks for no
+// memory.
+struct SolverRoom {
+  NormalEquations now, next;
+  NormalSteps steps;
+  Vector step;
+  double start_pivot = 0;  // the least of the undamped equations at the start
 };
 
 namespace detail {
@@ -80,8 +91,10 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
 //                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
+// `room` ends with the equations of that state in `now`; where it converged, `steps` has solved
+// them without damping.
 template <typename Problem>
-SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
+SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoom& room) {
   constexpr double kStill = 1e-11;      // extent of a step
   constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
   constexpr double kRounding = 1e-7;
@@ -95,10 +108,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   constexpr double kLeastDamping = 1e-8;
   constexpr double kGrowth = 8;
   SolverOutcome outcome;
-  NormalEquations now;
-  NormalEquations next;
-  NormalSteps steps;
-  Vector step(problem.size());
+  NormalEquations& now = room.now;
+  NormalEquations& next = room.next;
+  NormalSteps& steps = room.steps;
+  Vector& step = room.step;
+  step.resize(problem.size());
+  room.start_pivot = 0;
   if (!problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
     return outcome;
@@ -115,6 +130,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
     if (!failed) {
       const NormalSteps::Step newton = steps.solve(now, 0, step);
       decrease = newton.decrease;
+      if (tried == 0) {
+        room.start_pivot = steps.cholesky().least_pivot();
+      }
       if constexpr (detail::HasOrthogonalStep<Problem>::value) {
         if (!newton.accurate && problem.orthogonal_step(step)) {
           decrease = -now.gradient.dot(step);
@@ -169,6 +187,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       }
     }
   }
+}
+
+template <typename Problem>
+SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
+  SolverRoom room;
+  return minimise(problem, options, room);
 }
 
 }  // namespace symkin
