@@ -317,8 +317,10 @@ void Identifier::describe(std::size_t leg) {
   const auto number = static_cast<Index>(leg);
   describe_leg(data_[leg], estimate, result_.parameters.row(number).transpose(), seen_[leg],
                options_.conditions, result_.legs[leg]);
-  result_.goodness.push_back(
-      goodness_of(result_.legs[leg], estimate, seen_[leg], number, mechanism_.leg_count()));
+  if (options_.estimator != Estimator::joint) {
+    result_.goodness.push_back(
+        goodness_of(result_.legs[leg], estimate, seen_[leg], number, mechanism_.leg_count()));
+  }
 }
 
 void Identifier::estimate_jointly(const MeasurementSet& measurements) {

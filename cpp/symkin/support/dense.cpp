@@ -24,34 +24,48 @@ void add_row(const double* row, double weight, double* square) {
   Eigen::Map<Part>(square + I * Columns) += (weight * row[I]) * Eigen::Map<const Part>(row);
 }
 template <int Columns, int... I>
-void add_square(const double* row, double weight, double* square,
-                std::integer_sequence<int, I...>) {
+[[gnu::always_inline]] inline void add_square(const double* row, double weight, double* square,
+                                              std::integer_sequence<int, I...>) {
   (add_row<Columns, I>(row, weight, square), ...);
 }
 
+// And A' diag(weights) right, if there is a right side.
 template <int Columns>
-void weighted_square_of(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
-  std::array<double, Columns * Columns> sum{};
-  for (Index k = 0; k < matrix.rows(); ++k) {
-    add_square<Columns>(matrix.row(k).data(), weights[k], sum.data(),
-                        std::make_integer_sequence<int, Columns>());
-  }
-  square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
-}
-
-template <int Columns>
-void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector& right,
-                        RowMatrix& square, Vector& product) {
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector* right,
+                        RowMatrix& square, Vector* product) {
   using Row = Eigen::Matrix<double, Columns, 1>;
   std::array<double, Columns * Columns> sum{};
   Row along = Row::Zero();
   for (Index k = 0; k < matrix.rows(); ++k) {
     const double* const row = matrix.row(k).data();
     add_square<Columns>(row, weights[k], sum.data(), std::make_integer_sequence<int, Columns>());
-    along += (weights[k] * right[k]) * Eigen::Map<const Row>(row);
+    if (right != nullptr) {
+      along += (weights[k] * (*right)[k]) * Eigen::Map<const Row>(row);
+    }
   }
   square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
-  product = along;
+  if (product != nullptr) {
+    *product = along;
+  }
+}
+
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector* right,
+                        RowMatrix& square, Vector* product) {
+  switch (matrix.cols()) {
+    case 5:
+      return weighted_square_of<5>(matrix, weights, right, square, product);
+    case 6:
+      return weighted_square_of<6>(matrix, weights, right, square, product);
+    case 7:
+      return weighted_square_of<7>(matrix, weights, right, square, product);
+    case 8:
+      return weighted_square_of<8>(matrix, weights, right, square, product);
+    default:
+      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
+      if (right != nullptr) {
+        product->noalias() = matrix.transpose() * weights.cwiseProduct(*right);
+      }
+  }
 }
 
 }  // namespace
@@ -181,35 +195,12 @@ RowMatrix ScaledCholesky::inverse() const {
 }
 
 void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
-  switch (matrix.cols()) {
-    case 5:
-      return weighted_square_of<5>(matrix, weights, square);
-    case 6:
-      return weighted_square_of<6>(matrix, weights, square);
-    case 7:
-      return weighted_square_of<7>(matrix, weights, square);
-    case 8:
-      return weighted_square_of<8>(matrix, weights, square);
-    default:
-      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
-  }
+  weighted_square_of(matrix, weights, nullptr, square, nullptr);
 }
 
 void weighted_square(const RowMatrix& matrix, const Vector& weights, const Vector& right,
                      RowMatrix& square, Vector& product) {
-  switch (matrix.cols()) {
-    case 5:
-      return weighted_square_of<5>(matrix, weights, right, square, product);
-    case 6:
-      return weighted_square_of<6>(matrix, weights, right, square, product);
-    case 7:
-      return weighted_square_of<7>(matrix, weights, right, square, product);
-    case 8:
-      return weighted_square_of<8>(matrix, weights, right, square, product);
-    default:
-      weighted_square(matrix, weights, square);
-      product.noalias() = matrix.transpose() * weights.cwiseProduct(right);
-  }
+  weighted_square_of(matrix, weights, &right, square, &product);
 }
 
 double log_determinant(const RowMatrix& factor) {

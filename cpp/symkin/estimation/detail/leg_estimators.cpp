@@ -12,6 +12,9 @@ namespace {
 
 // Starts as Gauss-Newton, which needs a handful of steps; damped when a step fails.
 constexpr double kFirstDamping = 0;
+// Of a standard deviation: the joint fit goes much further from where the legs' own begin it. With
+// a loss it may end elsewhere.
+constexpr double kJointStart = 1e-2;
 // With a loss the weights and the spread settle one after the other.
 constexpr int kRobustSteps = 5;  // times those without
 
@@ -175,7 +178,11 @@ SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options, L
   const int steps = options.loss.kind == RobustLoss::Kind::none
                         ? options.max_iterations
                         : kRobustSteps * options.max_iterations;
-  return minimise(problem, {steps, kFirstDamping}, room.solver);
+  SolverOptions how{steps, kFirstDamping};
+  if (options.estimator == Estimator::joint && options.loss.kind == RobustLoss::Kind::none) {
+    how.enough = kJointStart;
+  }
+  return minimise(problem, how, room.solver);
 }
 
 // L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and

@@ -23,6 +23,9 @@ struct SolverOutcome {
 struct SolverOptions {
   int max_iterations = 100;  // steps tried
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
+  // A step that would move no estimate by more than this, of its standard deviation or of the root
+  // of the cost, is not taken any more.
+  double enough = 1e-12;
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -95,9 +98,8 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 // them without damping.
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoom& room) {
-  constexpr double kStill = 1e-11;      // extent of a step
-  constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
-  constexpr double kRounding = 1e-7;
+  constexpr double kStill = 1e-11;    // extent of a step
+  constexpr double kRounding = 1e-7;  // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
   // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
   // more than the parameters, whose cost is that of an optimum in the rest only to first order.
@@ -140,7 +142,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
       if (decrease >= 0 && problem.still() &&
-          (distance < kConverged || problem.extent(step) < kStill ||
+          (distance < options.enough || problem.extent(step) < kStill ||
            (distance < kRounding && distance >= last_distance))) {
         outcome.converged = true;
         return outcome;
