@@ -14,10 +14,11 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kRobots = 64;  // of a task
 
-void take_part(const MeasurementSet& all, Index first, Index end, MeasurementSet& part) {
-  part.poses = all.poses.middleRows(first, end - first);
-  part.readings = all.readings.middleRows(first, end - first);
-  part.leg_sets.assign(all.leg_sets.begin() + first, all.leg_sets.begin() + end);
+void take(const MeasuredRobot& robot, const Mechanism& mechanism, MeasurementSet& measurements) {
+  using View = Eigen::Map<const RowMatrix>;
+  measurements.poses = View(robot.poses, robot.count, coordinate_count(mechanism.pose_space()));
+  measurements.readings = View(robot.readings, robot.count, mechanism.leg_count());
+  measurements.leg_sets.assign(robot.leg_sets, robot.leg_sets + robot.count);
 }
 
 std::string failure_of(const Identification& found) {
@@ -57,7 +58,6 @@ void set_row(Fleet& fleet, Index robot, const Identification& found, const Vecto
 Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measurements,
                     const std::vector<Index>& first, const IdentificationOptions& options,
                     int threads) {
-  options.check();
   const Index rows = measurements.poses.rows();
   check_poses(mechanism, measurements.poses);
   check_readings(mechanism, rows, measurements.readings);
@@ -68,7 +68,21 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
                          "; expected ascending rows");
     }
   }
-  const auto robots = static_cast<Index>(first.empty() ? 0 : first.size() - 1);
+  std::vector<MeasuredRobot> robots;
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) {
+    const Index row = first[i];
+    robots.push_back({first[i + 1] - row,
+                      measurements.poses.data() + row * measurements.poses.cols(),
+                      measurements.readings.data() + row * measurements.readings.cols(),
+                      measurements.leg_sets.data() + row});
+  }
+  return identify_many(mechanism, robots, options, threads);
+}
+
+Fleet identify_many(const Mechanism& mechanism, const std::vector<MeasuredRobot>& measured,
+                    const IdentificationOptions& options, int threads) {
+  options.check();
+  const auto robots = static_cast<Index>(measured.size());
   const Index legs = mechanism.leg_count();
   const Index size = legs * mechanism.parameter_count();
   const Index fits = options.estimator == Estimator::joint ? 1 : legs;
@@ -86,7 +100,7 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
     for (Index i = task * kRobots; i < std::min(robots, (task + 1) * kRobots); ++i) {
       const auto robot = static_cast<std::size_t>(i);
       try {
-        take_part(measurements, first[robot], first[robot + 1], own);
+        take(measured[robot], mechanism, own);
         const Identification& found = identifier.identify(own);
         set_row(fleet, i, found, identifier.variances());
       } catch (const Error& error) {

@@ -7,7 +7,6 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import accumulate
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -309,15 +308,15 @@ class _Job:
     def identify(self, robots: Sequence[Measurements]) -> tuple[list[str], dict[str, Array]]:
         """Failures, and the columns of the core's fleet."""
         options = self.options
-        together = _core.MeasurementSet(
-            unframed(self.nominal, np.concatenate([each.poses for each in robots])),
-            np.concatenate([each.readings for each in robots]),
-            np.concatenate([each.leg_sets for each in robots], dtype=np.int64, casting="unsafe"),
-        )
+        poses = [each.poses for each in robots]
+        if self.nominal.frames is not None:
+            ends = np.cumsum([len(each) for each in poses])
+            poses = np.split(unframed(self.nominal, np.concatenate(poses)), ends[:-1])
         found = _core.identify_many(
             self.nominal.core,
-            together,
-            list(accumulate((len(each.poses) for each in robots), initial=0)),
+            poses,
+            [each.readings for each in robots],
+            [each.leg_sets.astype(np.int64, copy=False) for each in robots],
             _core.Estimator.__members__[options.estimator],
             _core.PoseUse.__members__[options.poses],
             noise_of(options.noise or self.nominal.noise),
@@ -326,7 +325,7 @@ class _Job:
             options.max_iterations,
             self.threads,
         )
-        return list(found.failures), {name: np.array(getattr(found, name)) for name in _COLUMNS}
+        return list(found.failures), {name: getattr(found, name) for name in _COLUMNS}
 
 
 _COLUMNS = (
@@ -390,8 +389,9 @@ def _identified(
     for rows, (why, columns) in _computed(job, usable, workers, scheduler):
         for row, failure in zip(rows, why, strict=True):
             failures[row] = failure
+        places = np.array(rows)
         for name, values in columns.items():
-            found[name][rows] = values
+            found[name][places] = values
     return failures, found
 
 
