@@ -380,12 +380,14 @@ RowMatrix Identifier::covariance() const {
   if (options_.estimator == Estimator::joint) {
     return result_.covariance;
   }
-  if (!by_declared_noise() || share_poses(data_)) {
+  if (!by_declared_noise()) {
     return covariance_by_influence();
   }
-  // The legs' errors are independent.
+  // The legs' errors are independent but for those of poses that they share.
   const Index p = mechanism_.parameter_count();
-  RowMatrix covariance = RowMatrix::Zero(result_.parameters.size(), result_.parameters.size());
+  const Index size = result_.parameters.size();
+  RowMatrix covariance =
+      share_poses(data_) ? covariance_by_influence() : RowMatrix(RowMatrix::Zero(size, size));
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {
     const Index first = static_cast<Index>(leg) * p;
     covariance.block(first, first, p, p)(data_[leg].estimated, data_[leg].estimated) =
@@ -401,7 +403,6 @@ Vector Identifier::variances() const {
   if (!by_declared_noise()) {
     return covariance_by_influence().diagonal();
   }
-  // Poses that legs share make errors of different legs depend on each other, no more.
   const Index p = mechanism_.parameter_count();
   Vector variances = Vector::Zero(result_.parameters.size());
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {

@@ -174,7 +174,13 @@ RowMatrix ScaledCholesky::inverse_of_factor() const {
 }
 
 Vector ScaledCholesky::inverse_diagonal() const {
-  return inverse_of_factor().colwise().squaredNorm().transpose().cwiseProduct(scale_.cwiseAbs2());
+  const RowMatrix half = inverse_of_factor();
+  Vector diagonal = Vector::Zero(scale_.size());
+  for (Index k = 0; k < half.rows(); ++k) {
+    diagonal += half.row(k).transpose().cwiseAbs2();
+  }
+  // In the order of inverse(), to the last bit.
+  return diagonal.cwiseProduct(scale_).cwiseProduct(scale_);
 }
 
 RowMatrix ScaledCholesky::inverse() const {
