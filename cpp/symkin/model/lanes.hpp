@@ -5,13 +5,6 @@
 
 #include "symkin/support/types.hpp"
 
-// Whether a number is a constant zero when it is compiled; where that is not known, false.
-#ifdef __GNUC__
-#define SYMKIN_KNOWN_ZERO(x) (__builtin_constant_p((x) == 0.0) && (x) == 0.0)
-#else
-#define SYMKIN_KNOWN_ZERO(x) false
-#endif
-
 namespace symkin {
 
 // What a scalar type of the kernels is besides its arithmetic: several poses side by side, one a
@@ -26,7 +19,6 @@ struct Lanes<double> {
 
   static double select(bool mask, double yes, double no) { return mask ? yes : no; }
   static bool any(bool mask) { return mask; }
-  static bool known_zero(double value) { return SYMKIN_KNOWN_ZERO(value); }
   static void cosine_sine(double angle, double& cosine, double& sine) {
     cosine = std::cos(angle);
     sine = std::sin(angle);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-#include <utility>
 #include <xsimd/xsimd.hpp>
 
 #include "symkin/model/lanes.hpp"
@@ -19,9 +17,6 @@ struct Lanes<xsimd::batch<double, Arch>> {
     return xsimd::select(mask, yes, no);
   }
   static bool any(const Mask& mask) { return xsimd::any(mask); }
-  static bool known_zero(const Batch& value) {
-    return known_zero(value, std::make_index_sequence<Batch::size>());
-  }
   static bool lane(const Mask& mask, int lane) { return mask.get(static_cast<std::size_t>(lane)); }
 
   static Batch gather(const double* from, const Index* offsets) {
@@ -81,12 +76,6 @@ struct Lanes<xsimd::batch<double, Arch>> {
       cosine = xsimd::select(far, Batch::load_aligned(cosines), cosine);
       sine = xsimd::select(far, Batch::load_aligned(sines), sine);
     }
-  }
-
- private:
-  template <std::size_t... kLanes>
-  static bool known_zero(const Batch& value, std::index_sequence<kLanes...> /*lanes*/) {
-    return (SYMKIN_KNOWN_ZERO(value.data[kLanes]) && ...);
   }
 };
 
