@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <pybind11/numpy.h>
+
 #include "bindings.hpp"
 #include "symkin/estimation/accuracy.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
@@ -77,6 +79,9 @@ void bind_observability(py::module_& module) {
       py::arg("weights"), py::arg("covariance"));
 }
 
+using Rows = py::array_t<double, py::array::c_style>;
+using Sets = py::array_t<symkin::Index, py::array::c_style>;
+
 void check_shape(const symkin::MeasurementSet& set) {
   const auto rows = set.poses.rows();
   const auto sets = static_cast<symkin::Index>(set.leg_sets.size());
@@ -100,16 +105,22 @@ void bind_simulation(py::module_& module) {
   using symkin::Simulation;
 
   py::class_<MeasurementSet>(module, "MeasurementSet")
-      .def(py::init([](symkin::RowMatrix poses, symkin::RowMatrix readings,
-                       std::vector<symkin::Index> leg_sets) {
-             MeasurementSet set{std::move(poses), std::move(readings), std::move(leg_sets)};
+      .def(py::init([](symkin::ConstRows poses, symkin::ConstRows readings, const Sets& leg_sets) {
+             if (leg_sets.ndim() != 1) {
+               throw symkin::InvalidInput("leg_sets have " + std::to_string(leg_sets.ndim()) +
+                                          " dimensions; expected one");
+             }
+             MeasurementSet set{
+                 poses, readings, {leg_sets.data(), leg_sets.data() + leg_sets.size()}};
              check_shape(set);
              return set;
            }),
            py::arg("poses"), py::arg("readings"), py::arg("leg_sets"))
       .def_readonly("poses", &MeasurementSet::poses)
       .def_readonly("readings", &MeasurementSet::readings)
-      .def_readonly("leg_sets", &MeasurementSet::leg_sets);
+      .def_property_readonly("leg_sets", [](const MeasurementSet& self) {
+        return Sets(static_cast<symkin::Index>(self.leg_sets.size()), self.leg_sets.data());
+      });
   py::class_<PoseSet>(module, "PoseSet")
       .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted) {
              return PoseSet{leg, std::move(poses), wanted};
@@ -322,6 +333,36 @@ void bind_joint(py::module_& module) {
              py::arg("observations"), py::arg("poses"), py::arg("pose"), ReleaseGil());
 }
 
+// Of all robots, whose arrays outlive it.
+std::vector<symkin::MeasuredRobot> measured_robots(const symkin::Mechanism& mechanism,
+                                                   const std::vector<Rows>& poses,
+                                                   const std::vector<Rows>& readings,
+                                                   const std::vector<Sets>& leg_sets) {
+  if (readings.size() != poses.size() || leg_sets.size() != poses.size()) {
+    throw symkin::InvalidInput("there are poses of " + std::to_string(poses.size()) +
+                               " robots, readings of " + std::to_string(readings.size()) +
+                               " and leg_sets of " + std::to_string(leg_sets.size()));
+  }
+  const symkin::Index coordinates = symkin::coordinate_count(mechanism.pose_space());
+  const symkin::Index legs = mechanism.leg_count();
+  std::vector<symkin::MeasuredRobot> robots;
+  robots.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const symkin::Index count = leg_sets[i].size();
+    const auto fits = [&](const Rows& rows, symkin::Index columns) {
+      return rows.ndim() == 2 && rows.shape(0) == count && rows.shape(1) == columns;
+    };
+    if (leg_sets[i].ndim() != 1 || !fits(poses[i], coordinates) || !fits(readings[i], legs)) {
+      throw symkin::InvalidInput("robot " + std::to_string(i + 1) +
+                                 " has arrays of other shapes; expected poses N x " +
+                                 std::to_string(coordinates) + ", readings N x " +
+                                 std::to_string(legs) + " and leg_sets N");
+    }
+    robots.push_back({count, poses[i].data(), readings[i].data(), leg_sets[i].data()});
+  }
+  return robots;
+}
+
 void bind_fleet(py::module_& module) {
   using symkin::Fleet;
 
@@ -348,6 +389,21 @@ void bind_fleet(py::module_& module) {
       py::arg("mechanism"), py::arg("measurements"), py::arg("first"), py::arg("estimator"),
       py::arg("use"), py::arg("noise"), py::arg("loss"), py::arg("loss_scale"),
       py::arg("max_iterations"), py::arg("threads"), ReleaseGil());
+  module.def(
+      "identify_many",
+      [](const symkin::Mechanism& mechanism, const std::vector<Rows>& poses,
+         const std::vector<Rows>& readings, const std::vector<Sets>& leg_sets,
+         symkin::Estimator estimator, symkin::PoseUse use, const symkin::MeasurementNoise& noise,
+         symkin::RobustLoss::Kind loss, double loss_scale, int max_iterations, int threads) {
+        const symkin::IdentificationOptions options{
+            estimator, use, noise, {loss, loss_scale}, max_iterations};
+        const auto robots = measured_robots(mechanism, poses, readings, leg_sets);
+        const py::gil_scoped_release released;
+        return symkin::identify_many(mechanism, robots, options, threads);
+      },
+      py::arg("mechanism"), py::arg("poses"), py::arg("readings"), py::arg("leg_sets"),
+      py::arg("estimator"), py::arg("use"), py::arg("noise"), py::arg("loss"),
+      py::arg("loss_scale"), py::arg("max_iterations"), py::arg("threads"));
 }
 
 void bind_diagnosis(py::module_& module) {

@@ -394,7 +394,7 @@ def simulate_observed(
     measurements = Measurements(
         taken.poses,
         turned_into_table(mechanism, taken.readings),
-        np.array(taken.leg_sets, dtype=np.intp),
+        taken.leg_sets,
         np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "symkin/estimation/detail/identifier.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/parallel.hpp"
 
@@ -13,9 +14,11 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kRobots = 64;  // of a task
 
-MeasurementSet part(const MeasurementSet& all, Index first, Index end) {
-  return {all.poses.middleRows(first, end - first), all.readings.middleRows(first, end - first),
-          std::vector<Index>(all.leg_sets.begin() + first, all.leg_sets.begin() + end)};
+void take(const MeasuredRobot& robot, const Mechanism& mechanism, MeasurementSet& measurements) {
+  using View = Eigen::Map<const RowMatrix>;
+  measurements.poses = View(robot.poses, robot.count, coordinate_count(mechanism.pose_space()));
+  measurements.readings = View(robot.readings, robot.count, mechanism.leg_count());
+  measurements.leg_sets.assign(robot.leg_sets, robot.leg_sets + robot.count);
 }
 
 std::string failure_of(const Identification& found) {
@@ -29,11 +32,11 @@ std::string failure_of(const Identification& found) {
   return failure;
 }
 
-void set_row(Fleet& fleet, Index robot, const Identification& found) {
+void set_row(Fleet& fleet, Index robot, const Identification& found, const Vector& variances) {
   const RowMatrix& parameters = found.parameters;
   fleet.parameters.row(robot) =
       Eigen::Map<const Vector>(parameters.data(), parameters.size()).transpose();
-  fleet.deviations.row(robot) = found.covariance.diagonal().cwiseSqrt().transpose();
+  fleet.deviations.row(robot) = variances.cwiseSqrt().transpose();
   for (std::size_t k = 0; k < found.goodness.size(); ++k) {
     const GoodnessOfFit& fit = found.goodness[k];
     const auto column = static_cast<Index>(k);
@@ -55,7 +58,6 @@ void set_row(Fleet& fleet, Index robot, const Identification& found) {
 Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measurements,
                     const std::vector<Index>& first, const IdentificationOptions& options,
                     int threads) {
-  options.check();
   const Index rows = measurements.poses.rows();
   check_poses(mechanism, measurements.poses);
   check_readings(mechanism, rows, measurements.readings);
@@ -66,7 +68,21 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
                          "; expected ascending rows");
     }
   }
-  const auto robots = static_cast<Index>(first.empty() ? 0 : first.size() - 1);
+  std::vector<MeasuredRobot> robots;
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) {
+    const Index row = first[i];
+    robots.push_back({first[i + 1] - row,
+                      measurements.poses.data() + row * measurements.poses.cols(),
+                      measurements.readings.data() + row * measurements.readings.cols(),
+                      measurements.leg_sets.data() + row});
+  }
+  return identify_many(mechanism, robots, options, threads);
+}
+
+Fleet identify_many(const Mechanism& mechanism, const std::vector<MeasuredRobot>& measured,
+                    const IdentificationOptions& options, int threads) {
+  options.check();
+  const auto robots = static_cast<Index>(measured.size());
   const Index legs = mechanism.leg_count();
   const Index size = legs * mechanism.parameter_count();
   const Index fits = options.estimator == Estimator::joint ? 1 : legs;
@@ -79,11 +95,14 @@ Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measuremen
   IdentificationOptions lean = options;
   lean.conditions = false;
   parallel_for((robots + kRobots - 1) / kRobots, threads, [&](Index task) {
+    Identifier identifier(mechanism, lean);
+    MeasurementSet own;
     for (Index i = task * kRobots; i < std::min(robots, (task + 1) * kRobots); ++i) {
       const auto robot = static_cast<std::size_t>(i);
       try {
-        set_row(fleet, i,
-                identify(mechanism, part(measurements, first[robot], first[robot + 1]), lean));
+        take(measured[robot], mechanism, own);
+        const Identification& found = identifier.identify(own);
+        set_row(fleet, i, found, identifier.variances());
       } catch (const Error& error) {
         fleet.failures[robot] = error.what();
       }

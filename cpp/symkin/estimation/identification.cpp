@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "symkin/estimation/detail/covariance.hpp"
-#include "symkin/estimation/detail/information.hpp"
-#include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/estimation/detail/identifier.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -30,25 +29,24 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
   }
 }
 
-LegData data_of_leg(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
-                    PoseUse use) {
-  std::vector<Index> rows = rows_of_leg(measurements, leg, use);
-  const auto count = static_cast<Index>(rows.size());
+// The poses and readings that the leg uses.
+void take_data(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
+               PoseUse use, LegData& data) {
+  rows_of_leg(measurements, leg, use, data.rows);
+  const auto count = static_cast<Index>(data.rows.size());
   if (count * mechanism.closures() < mechanism.estimated_count(leg)) {
     throw InvalidInput(
         "leg " + std::to_string(leg + 1) + " was measured at " + std::to_string(count) +
         " poses; its " + std::to_string(mechanism.estimated_count(leg)) +
         " parameters need at least as many" + (mechanism.closures() == 1 ? "" : " closures"));
   }
-  LegData data{mechanism.model(leg), mechanism.leg(leg).working_mode,
-               std::move(rows),      RowMatrix(count, measurements.poses.cols()),
-               Vector(count),        mechanism.estimated_parameters(leg)};
+  data.poses.resize(count, measurements.poses.cols());
+  data.readings.resize(count);
   for (Index i = 0; i < count; ++i) {
     const Index row = data.rows[static_cast<std::size_t>(i)];
     data.poses.row(i) = measurements.poses.row(row);
     data.readings[i] = measurements.readings(row, leg);
   }
-  return data;
 }
 
 void check_estimator(const ChainInfo& chain, Estimator estimator) {
@@ -88,22 +86,6 @@ void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Inde
   }
 }
 
-LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start,
-                         const IdentificationOptions& options) {
-  WhitenedLeg whitened;
-  whiten(data, start, options.noise, whitened);
-  require_variances(data, whitened, options.noise);
-  require_identifiable(data, whitened, leg);
-  switch (options.estimator) {
-    case Estimator::paper:
-      return estimate_paper(data, start, options);
-    case Estimator::inverse:
-      return estimate_inverse(data, start, options);
-    default:
-      return estimate_implicit(data, start, std::move(whitened), options);
-  }
-}
-
 // Closures as they are, which were whitened in place where a pose has several.
 Vector closures_of(const LegData& data, const LegEstimate& estimate, ConstVector parameters) {
   if (data.model.info().closures == 1) {
@@ -115,13 +97,13 @@ Vector closures_of(const LegData& data, const LegEstimate& estimate, ConstVector
 }
 
 // Residuals at the estimate.
-LegIdentification describe(const LegData& data, const LegEstimate& estimate, ConstVector parameters,
-                           const Information& information, bool condition) {
-  LegIdentification leg;
+void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector parameters,
+                  const Information& information, bool condition, LegIdentification& leg) {
   leg.rows = data.rows;
   leg.residuals = closures_of(data, estimate, parameters);
   leg.standardised = estimate.whitened.rows.closure.cwiseProduct(estimate.whitened.factors);
   const Index closures = data.model.info().closures;
+  leg.rejected.clear();
   for (std::size_t k = 0; k < data.rows.size(); ++k) {
     if (estimate.loss_weights[static_cast<Index>(k) * closures] < kRejectedWeight) {
       leg.rejected.push_back(data.rows[k]);
@@ -136,7 +118,6 @@ LegIdentification describe(const LegData& data, const LegEstimate& estimate, Con
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
   }
-  return leg;
 }
 
 // Of the poses that the loss keeps.
@@ -204,35 +185,6 @@ bool share_poses(const std::vector<LegData>& legs) {
   return false;
 }
 
-RowMatrix covariance_of(const std::vector<LegData>& data, const std::vector<LegEstimate>& estimates,
-                        const std::vector<Information>& seen, bool explained,
-                        const IdentificationOptions& options) {
-  const bool by_variances =
-      options.estimator == Estimator::implicit &&
-      std::all_of(estimates.begin(), estimates.end(), [](const LegEstimate& estimate) {
-        return (estimate.loss_weights.array() == 1).all();
-      });
-  if (explained && by_variances && !share_poses(data)) {
-    // The legs' errors are independent, and their informations say all.
-    const Index p = estimates.front().parameters.size();
-    const auto count = static_cast<Index>(data.size());
-    RowMatrix covariance = RowMatrix::Zero(count * p, count * p);
-    for (Index leg = 0; leg < count; ++leg) {
-      const auto i = static_cast<std::size_t>(leg);
-      covariance.block(leg * p, leg * p, p, p)(data[i].estimated, data[i].estimated) =
-          seen[i].inverse();
-    }
-    return covariance;
-  }
-  std::vector<LegInfluence> influences;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    influences.push_back(influence_of(data[i], estimates[i], options.estimator));
-  }
-  const PoseSpace space = data.front().model.info().pose_space;
-  return explained ? declared_covariance(influences, space, options.noise)
-                   : residual_covariance(influences);
-}
-
 // All legs together, on poses measured in full.
 JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
                   const RowMatrix& start, const IdentificationOptions& options) {
@@ -285,6 +237,7 @@ void summarise(Identification& result) {
   double sum = 0;
   Index count = 0;
   result.converged = true;
+  result.residual_max = 0;
   for (const LegIdentification& leg : result.legs) {
     sum += leg.residuals.squaredNorm();
     count += leg.residuals.size();
@@ -311,50 +264,161 @@ void IdentificationOptions::check() const {
   }
 }
 
+Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& options)
+    : mechanism_(mechanism), options_(options) {
+  const auto legs = static_cast<std::size_t>(mechanism.leg_count());
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    data_.push_back({mechanism.model(leg),
+                     mechanism.leg(leg).working_mode,
+                     {},
+                     {},
+                     {},
+                     mechanism.estimated_parameters(leg)});
+  }
+  estimates_.resize(legs);
+  seen_.resize(legs);
+  result_.legs.resize(legs);
+}
+
+void Identifier::estimate(std::size_t leg, const MeasurementSet& measurements) {
+  const auto number = static_cast<Index>(leg);
+  LegData& data = data_[leg];
+  LegEstimate& estimate = estimates_[leg];
+  take_data(mechanism_, measurements, number, options_.use, data);
+  const Vector& start = mechanism_.leg(number).parameters;
+  whiten(data, start, options_.noise, estimate.whitened);
+  require_variances(data, estimate.whitened, options_.noise);
+  if (options_.estimator == Estimator::paper || options_.estimator == Estimator::inverse) {
+    require_identifiable(data, estimate.whitened, number);
+    estimate = options_.estimator == Estimator::paper ? estimate_paper(data, start, options_)
+                                                      : estimate_inverse(data, start, options_);
+    return;
+  }
+  estimate = estimate_implicit(data, start, std::move(estimate.whitened), options_, room_);
+  // The solver has seen what the start shows, but for weights of the loss.
+  if (!Information::is_clear(room_.solver.start_pivot)) {
+    WhitenedLeg whitened;
+    whiten(data, start, options_.noise, whitened);
+    require_identifiable(data, whitened, number);
+  }
+}
+
+void Identifier::describe(std::size_t leg) {
+  const LegEstimate& estimate = estimates_[leg];
+  const WhitenedLeg& whitened = estimate.whitened;
+  const bool solved = options_.estimator == Estimator::implicit && estimate.outcome.converged &&
+                      options_.loss.kind == RobustLoss::Kind::none;
+  if (solved) {
+    seen_[leg].reset(whitened.rows.by_parameters, whitened.factors, room_.solver.now.information,
+                     room_.solver.steps.cholesky());
+  } else {
+    seen_[leg].reset(whitened.rows.by_parameters, whitened.factors);
+  }
+  const auto number = static_cast<Index>(leg);
+  describe_leg(data_[leg], estimate, result_.parameters.row(number).transpose(), seen_[leg],
+               options_.conditions, result_.legs[leg]);
+  if (options_.estimator != Estimator::joint) {
+    result_.goodness.push_back(
+        goodness_of(result_.legs[leg], estimate, seen_[leg], number, mechanism_.leg_count()));
+  }
+}
+
+void Identifier::estimate_jointly(const MeasurementSet& measurements) {
+  const JointFit joint = joint_of(mechanism_, measurements, result_.parameters, options_);
+  result_.parameters = joint.setup.parameters;
+  for (std::size_t leg = 0; leg < data_.size(); ++leg) {
+    whiten(data_[leg], result_.parameters.row(static_cast<Index>(leg)).transpose(), options_.noise,
+           estimates_[leg].whitened);
+    describe(leg);
+  }
+  describe_joint(joint, data_, result_);
+}
+
+Identification& Identifier::identify(const MeasurementSet& measurements) {
+  check_measurements(mechanism_, measurements);
+  check_estimator(mechanism_.model(0).info(), options_.estimator);
+  const bool joint = options_.estimator == Estimator::joint;
+  result_.parameters.resize(mechanism_.leg_count(), mechanism_.parameter_count());
+  result_.goodness.clear();
+  for (std::size_t leg = 0; leg < data_.size(); ++leg) {
+    estimate(leg, measurements);
+    result_.parameters.row(static_cast<Index>(leg)) = estimates_[leg].parameters.transpose();
+    if (!joint) {
+      describe(leg);
+    }
+  }
+  if (joint) {
+    estimate_jointly(measurements);
+  }
+  summarise(result_);
+  return result_;
+}
+
+bool Identifier::explained() const {
+  return std::none_of(result_.goodness.begin(), result_.goodness.end(),
+                      [](const GoodnessOfFit& fit) { return fit.unexplained(); });
+}
+
+// Whether each leg's information is the inverse of its covariance.
+bool Identifier::by_declared_noise() const {
+  return explained() && options_.estimator == Estimator::implicit &&
+         std::all_of(estimates_.begin(), estimates_.end(), [](const LegEstimate& estimate) {
+           return (estimate.loss_weights.array() == 1).all();
+         });
+}
+
+RowMatrix Identifier::covariance_by_influence() const {
+  std::vector<LegInfluence> influences;
+  for (std::size_t i = 0; i < data_.size(); ++i) {
+    influences.push_back(influence_of(data_[i], estimates_[i], options_.estimator));
+  }
+  return explained() ? declared_covariance(influences, mechanism_.pose_space(), options_.noise)
+                     : residual_covariance(influences);
+}
+
+RowMatrix Identifier::covariance() const {
+  if (options_.estimator == Estimator::joint) {
+    return result_.covariance;
+  }
+  if (!by_declared_noise()) {
+    return covariance_by_influence();
+  }
+  // The legs' errors are independent but for those of poses that they share.
+  const Index p = mechanism_.parameter_count();
+  const Index size = result_.parameters.size();
+  RowMatrix covariance =
+      share_poses(data_) ? covariance_by_influence() : RowMatrix(RowMatrix::Zero(size, size));
+  for (std::size_t leg = 0; leg < data_.size(); ++leg) {
+    const Index first = static_cast<Index>(leg) * p;
+    covariance.block(first, first, p, p)(data_[leg].estimated, data_[leg].estimated) =
+        seen_[leg].inverse();
+  }
+  return covariance;
+}
+
+Vector Identifier::variances() const {
+  if (options_.estimator == Estimator::joint) {
+    return result_.covariance.diagonal();
+  }
+  if (!by_declared_noise()) {
+    return covariance_by_influence().diagonal();
+  }
+  const Index p = mechanism_.parameter_count();
+  Vector variances = Vector::Zero(result_.parameters.size());
+  for (std::size_t leg = 0; leg < data_.size(); ++leg) {
+    variances.segment(static_cast<Index>(leg) * p, p)(data_[leg].estimated) =
+        seen_[leg].inverse_diagonal();
+  }
+  return variances;
+}
+
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options) {
   options.check();
-  check_measurements(mechanism, measurements);
-  check_estimator(mechanism.model(0).info(), options.estimator);
-  std::vector<LegData> data;
-  std::vector<LegEstimate> estimates;
-  Identification result;
-  result.parameters = mechanism.parameters();
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    data.push_back(data_of_leg(mechanism, measurements, leg, options.use));
-    const Vector& start = mechanism.leg(leg).parameters;
-    estimates.push_back(estimate_leg(data.back(), leg, start, options));
-    result.parameters.row(leg) = estimates.back().parameters.transpose();
-  }
-  JointFit joint;
-  if (options.estimator == Estimator::joint) {
-    joint = joint_of(mechanism, measurements, result.parameters, options);
-    result.parameters = joint.setup.parameters;
-    for (std::size_t leg = 0; leg < data.size(); ++leg) {
-      whiten(data[leg], result.parameters.row(static_cast<Index>(leg)).transpose(), options.noise,
-             estimates[leg].whitened);
-    }
-  }
-  std::vector<Information> seen;
-  seen.reserve(data.size());
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    const WhitenedLeg& whitened = estimates[i].whitened;
-    seen.emplace_back(whitened.rows.by_parameters, whitened.factors);
-    result.legs.push_back(describe(data[i], estimates[i],
-                                   result.parameters.row(static_cast<Index>(i)).transpose(),
-                                   seen[i], options.conditions));
-    result.goodness.push_back(goodness_of(result.legs[i], estimates[i], seen[i],
-                                          static_cast<Index>(i), mechanism.leg_count()));
-  }
-  if (options.estimator == Estimator::joint) {
-    describe_joint(joint, data, result);
-  } else {
-    const bool explained = std::none_of(result.goodness.begin(), result.goodness.end(),
-                                        [](const GoodnessOfFit& fit) { return fit.unexplained(); });
-    result.covariance = covariance_of(data, estimates, seen, explained, options);
-  }
-  summarise(result);
-  return result;
+  Identifier identifier(mechanism, options);
+  Identification& found = identifier.identify(measurements);
+  found.covariance = identifier.covariance();
+  return std::move(found);
 }
 
 }  // namespace symkin

@@ -7,6 +7,13 @@ namespace symkin {
 
 std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use) {
   std::vector<Index> rows;
+  rows_of_leg(measurements, leg, use, rows);
+  return rows;
+}
+
+void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
+                 std::vector<Index>& rows) {
+  rows.clear();
   for (Index i = 0; i < measurements.poses.rows(); ++i) {
     const Index set = measurements.leg_sets[static_cast<std::size_t>(i)];
     const bool chosen = use == PoseUse::all || set == leg || set < 0;
@@ -14,7 +21,6 @@ std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, Po
       rows.push_back(i);
     }
   }
-  return rows;
 }
 
 }  // namespace symkin

@@ -21,5 +21,7 @@ enum class PoseUse {
 };
 
 std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use);
+void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
+                 std::vector<Index>& rows);
 
 }  // namespace symkin

@@ -43,18 +43,31 @@ Vector MeasurementNoise::pose_variances(PoseSpace space) const {
 }
 
 Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise) {
+  Vector variances;
+  closure_variances(rows, space, noise, variances);
+  return variances;
+}
+
+void closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise,
+                       Vector& variances) {
   const Index positions = position_size(space);
   const double position = noise.position * noise.position;
   const double orientation = noise.orientation * noise.orientation;
   const double reading = noise.reading * noise.reading;
-  Vector variances(rows.by_reading.size());
+  variances = reading * rows.by_reading.cwiseAbs2();
+  const Index dof = rows.by_pose.cols();
+  const double* by_pose = rows.by_pose.data();
   for (Index i = 0; i < variances.size(); ++i) {
-    const auto by_pose = rows.by_pose.row(i);
-    variances[i] = position * by_pose.head(positions).squaredNorm() +
-                   orientation * by_pose.tail(by_pose.size() - positions).squaredNorm() +
-                   reading * rows.by_reading[i] * rows.by_reading[i];
+    double of_position = 0;
+    double of_orientation = 0;
+    for (Index k = 0; k < positions; ++k, ++by_pose) {
+      of_position += *by_pose * *by_pose;
+    }
+    for (Index k = positions; k < dof; ++k, ++by_pose) {
+      of_orientation += *by_pose * *by_pose;
+    }
+    variances[i] += position * of_position + orientation * of_orientation;
   }
-  return variances;
 }
 
 Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,

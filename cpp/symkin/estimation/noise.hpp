@@ -20,6 +20,8 @@ struct MeasurementNoise {
 // Variance of each row's closure, m^2, to first order:
 //   v = (dh/dpose) Sigma (dh/dpose)' + (dh/dpsi)^2 sigma_q^2.
 Vector closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise);
+void closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise,
+                       Vector& variances);
 
 // Cholesky factor L of the covariance of several legs' closures at one pose, which share its error:
 //   L L' = H Sigma H' + B B' sigma_q^2, m^2, H the legs' stacked dh/dpose, B their dh/dpsi, each

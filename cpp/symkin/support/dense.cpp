@@ -24,19 +24,48 @@ void add_row(const double* row, double weight, double* square) {
   Eigen::Map<Part>(square + I * Columns) += (weight * row[I]) * Eigen::Map<const Part>(row);
 }
 template <int Columns, int... I>
-void add_square(const double* row, double weight, double* square,
-                std::integer_sequence<int, I...>) {
+[[gnu::always_inline]] inline void add_square(const double* row, double weight, double* square,
+                                              std::integer_sequence<int, I...>) {
   (add_row<Columns, I>(row, weight, square), ...);
 }
 
+// And A' diag(weights) right, if there is a right side.
 template <int Columns>
-void weighted_square_of(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector* right,
+                        RowMatrix& square, Vector* product) {
+  using Row = Eigen::Matrix<double, Columns, 1>;
   std::array<double, Columns * Columns> sum{};
+  Row along = Row::Zero();
   for (Index k = 0; k < matrix.rows(); ++k) {
-    add_square<Columns>(matrix.row(k).data(), weights[k], sum.data(),
-                        std::make_integer_sequence<int, Columns>());
+    const double* const row = matrix.row(k).data();
+    add_square<Columns>(row, weights[k], sum.data(), std::make_integer_sequence<int, Columns>());
+    if (right != nullptr) {
+      along += (weights[k] * (*right)[k]) * Eigen::Map<const Row>(row);
+    }
   }
   square = Eigen::Map<const RowMatrix>(sum.data(), Columns, Columns);
+  if (product != nullptr) {
+    *product = along;
+  }
+}
+
+void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Vector* right,
+                        RowMatrix& square, Vector* product) {
+  switch (matrix.cols()) {
+    case 5:
+      return weighted_square_of<5>(matrix, weights, right, square, product);
+    case 6:
+      return weighted_square_of<6>(matrix, weights, right, square, product);
+    case 7:
+      return weighted_square_of<7>(matrix, weights, right, square, product);
+    case 8:
+      return weighted_square_of<8>(matrix, weights, right, square, product);
+    default:
+      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
+      if (right != nullptr) {
+        product->noalias() = matrix.transpose() * weights.cwiseProduct(*right);
+      }
+  }
 }
 
 }  // namespace
@@ -130,9 +159,9 @@ double ScaledCholesky::inverse_form(const Vector& vector) const {
   return half.squaredNorm();
 }
 
-RowMatrix ScaledCholesky::inverse() const {
+// Row by row.
+RowMatrix ScaledCholesky::inverse_of_factor() const {
   const Index n = scale_.size();
-  // The factor's inverse, row by row; its transpose times itself.
   RowMatrix half = RowMatrix::Zero(n, n);
   for (Index i = 0; i < n; ++i) {
     for (Index k = 0; k < i; ++k) {
@@ -141,6 +170,22 @@ RowMatrix ScaledCholesky::inverse() const {
     half.row(i) *= factor_(i, i);
     half(i, i) = factor_(i, i);
   }
+  return half;
+}
+
+Vector ScaledCholesky::inverse_diagonal() const {
+  const RowMatrix half = inverse_of_factor();
+  Vector diagonal = Vector::Zero(scale_.size());
+  for (Index k = 0; k < half.rows(); ++k) {
+    diagonal += half.row(k).transpose().cwiseAbs2();
+  }
+  // In the order of inverse(), to the last bit.
+  return diagonal.cwiseProduct(scale_).cwiseProduct(scale_);
+}
+
+RowMatrix ScaledCholesky::inverse() const {
+  const Index n = scale_.size();
+  const RowMatrix half = inverse_of_factor();  // its transpose times itself
   RowMatrix inverse = RowMatrix::Zero(n, n);
   for (Index k = 0; k < n; ++k) {
     for (Index i = 0; i <= k; ++i) {
@@ -156,18 +201,12 @@ RowMatrix ScaledCholesky::inverse() const {
 }
 
 void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& square) {
-  switch (matrix.cols()) {
-    case 5:
-      return weighted_square_of<5>(matrix, weights, square);
-    case 6:
-      return weighted_square_of<6>(matrix, weights, square);
-    case 7:
-      return weighted_square_of<7>(matrix, weights, square);
-    case 8:
-      return weighted_square_of<8>(matrix, weights, square);
-    default:
-      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
-  }
+  weighted_square_of(matrix, weights, nullptr, square, nullptr);
+}
+
+void weighted_square(const RowMatrix& matrix, const Vector& weights, const Vector& right,
+                     RowMatrix& square, Vector& product) {
+  weighted_square_of(matrix, weights, &right, square, &product);
 }
 
 double log_determinant(const RowMatrix& factor) {

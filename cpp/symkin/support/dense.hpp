@@ -36,8 +36,10 @@ class ScaledCholesky {
   void solve(const Vector& right, Vector& solution) const;  // M solution = right
   double inverse_form(const Vector& vector) const;          // v' M^-1 v
   RowMatrix inverse() const;
+  Vector inverse_diagonal() const;
 
  private:
+  RowMatrix inverse_of_factor() const;
   void forwards(Vector& vector) const;  // by the inverse of the factor
 
   Vector scale_;
@@ -47,6 +49,9 @@ class ScaledCholesky {
 
 // The lower triangle of A' diag(weights) A, weights of the rows; zeros above.
 void weighted_square(const RowMatrix& matrix, const Vector& weights, RowMatrix& square);
+// And A' diag(weights) right beside it.
+void weighted_square(const RowMatrix& matrix, const Vector& weights, const Vector& right,
+                     RowMatrix& square, Vector& product);
 
 // -2 sum log T_ii: the log-determinant of the matrix that T is the inverse factor of.
 double log_determinant(const RowMatrix& factor);

@@ -299,7 +299,9 @@ class Fit(Value):
 def core_measurements(measurements: Measurements) -> _core.MeasurementSet:
     """Measurements as the core takes them."""
     return _core.MeasurementSet(
-        measurements.poses, measurements.readings, measurements.leg_sets.tolist()
+        measurements.poses,
+        measurements.readings,
+        measurements.leg_sets.astype(np.int64, copy=False),
     )
 
 

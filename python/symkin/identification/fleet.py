@@ -25,7 +25,6 @@ from symkin.identification.fit import (
     PoseUse,
     as_mechanism,
     canonical,
-    core_measurements,
 )
 from symkin.io.measurements import read_fleet, read_measurements
 from symkin.measurements import Measurements
@@ -311,17 +310,15 @@ class _Job:
     def identify(self, robots: Sequence[Measurements]) -> tuple[list[str], dict[str, Array]]:
         """Failures, and the columns of the core's fleet."""
         options = self.options
-        together = Measurements(
-            unframed(self.nominal, np.concatenate([each.poses for each in robots])),
-            np.concatenate([each.readings for each in robots]),
-            np.concatenate([each.leg_sets for each in robots]),
-            np.concatenate([each.row_numbers for each in robots]),
-            pose_space=self.nominal.pose_space,
-        )
+        poses = [each.poses for each in robots]
+        if self.nominal.frames is not None:
+            ends = np.cumsum([len(each) for each in poses])
+            poses = np.split(unframed(self.nominal, np.concatenate(poses)), ends[:-1])
         found = _core.identify_many(
             self.nominal.core,
-            core_measurements(together),
-            np.cumsum([0, *(len(each.poses) for each in robots)]).tolist(),
+            poses,
+            [each.readings for each in robots],
+            [each.leg_sets.astype(np.int64, copy=False) for each in robots],
             _core.Estimator.__members__[options.estimator],
             _core.PoseUse.__members__[options.poses],
             noise_of(options.noise or self.nominal.noise),
@@ -330,7 +327,7 @@ class _Job:
             options.max_iterations,
             self.threads,
         )
-        return list(found.failures), {name: np.array(getattr(found, name)) for name in _COLUMNS}
+        return list(found.failures), {name: getattr(found, name) for name in _COLUMNS}
 
 
 _COLUMNS = (
@@ -394,8 +391,9 @@ def _identified(
     for rows, (why, columns) in _computed(job, usable, workers, scheduler):
         for row, failure in zip(rows, why, strict=True):
             failures[row] = failure
+        places = np.array(rows)
         for name, values in columns.items():
-            found[name][rows] = values
+            found[name][places] = values
     return failures, found
 
 

@@ -16,16 +16,30 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-Information::Information(const RowMatrix& by_parameters, const Vector& factors)
-    : by_parameters_(by_parameters), factors_(factors) {
+void Information::reset(const RowMatrix& by_parameters, const Vector& factors) {
+  by_parameters_ = &by_parameters;
+  factors_ = factors;
   weighted_square(by_parameters, factors.cwiseAbs2(), square_);
   cholesky_.compute(square_);
+  look_closer();
+}
+
+void Information::reset(const RowMatrix& by_parameters, const Vector& factors,
+                        const RowMatrix& square, const ScaledCholesky& cholesky) {
+  by_parameters_ = &by_parameters;
+  factors_ = factors;
+  square_ = square;
+  cholesky_ = cholesky;
+  look_closer();
+}
+
+void Information::look_closer() {
   if (!clear()) {
     space_ = column_space(rows() * cholesky_.scale().asDiagonal());
   }
 }
 
-bool Information::clear() const { return cholesky_.least_pivot() > kClear; }
+bool Information::is_clear(double least_pivot) { return least_pivot > kClear; }
 
 RowMatrix Information::inverse() const {
   if (clear()) {
@@ -39,9 +53,13 @@ RowMatrix Information::inverse() const {
   return half * half.transpose();
 }
 
+Vector Information::inverse_diagonal() const {
+  return clear() ? cholesky_.inverse_diagonal() : Vector(inverse().diagonal());
+}
+
 double Information::explained(const Vector& residual) const {
   if (clear()) {
-    return cholesky_.inverse_form(by_parameters_.transpose() * factors_.cwiseProduct(residual));
+    return cholesky_.inverse_form(by_parameters_->transpose() * factors_.cwiseProduct(residual));
   }
   return (space_.basis.transpose() * residual).squaredNorm();
 }

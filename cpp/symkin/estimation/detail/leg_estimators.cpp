@@ -12,6 +12,9 @@ namespace {
 
 // Starts as Gauss-Newton, which needs a handful of steps; damped when a step fails.
 constexpr double kFirstDamping = 0;
+// Of a standard deviation: the joint fit goes much further from where the legs' own begin it. With
+// a loss it may end elsewhere.
+constexpr double kJointStart = 1e-2;
 // With a loss the weights and the spread settle one after the other.
 constexpr int kRobustSteps = 5;  // times those without
 
@@ -52,8 +55,12 @@ std::string unreached_pose(const Vector& errors) {
 
 // The largest of a step of the estimated parameters, of those beyond 1 over their size.
 double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
-  const Vector sizes = parameters(data.estimated).cwiseAbs().cwiseMax(1);
-  return step.cwiseQuotient(sizes).lpNorm<Eigen::Infinity>();
+  double largest = 0;
+  for (Index i = 0; i < step.size(); ++i) {
+    const double size = std::abs(parameters[data.estimated[static_cast<std::size_t>(i)]]);
+    largest = std::max(largest, std::abs(step[i]) / std::max(size, 1.0));
+  }
+  return largest;
 }
 
 // x of least |A x - b|, by QR with columns of length one.
@@ -69,14 +76,15 @@ class LegProblem {
  public:
   // Closures, whitened at the start.
   LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened,
-             const IdentificationOptions& options)
-      : data_(data), options_(options), in_readings_(false) {
+             const IdentificationOptions& options, LegRoom& room)
+      : data_(data), options_(options), in_readings_(false), room_(room) {
     now_.parameters = start;
     now_.leg = std::move(whitened);
   }
   // g - psi
-  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options)
-      : data_(data), options_(options), in_readings_(true) {
+  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options,
+             LegRoom& room)
+      : data_(data), options_(options), in_readings_(true), room_(room) {
     now_.parameters = start;
     linearise_in_readings();
   }
@@ -94,8 +102,7 @@ class LegProblem {
     equations.cost = weigh(now_.spread, now_.weights);
     squares_ = now_.weights.cwiseProduct(now_.leg.factors.cwiseAbs2());
     const RowMatrix& by_parameters = now_.leg.rows.by_parameters;
-    weighted_square(by_parameters, squares_, equations.information);
-    equations.gradient.noalias() = by_parameters.transpose() * squares_.cwiseProduct(raw);
+    weighted_square(by_parameters, squares_, raw, equations.information, equations.gradient);
     equations.by_new_weights = 0;
     if (moved_) {
       residuals_ = raw.cwiseProduct(former_.leg.factors);
@@ -128,13 +135,6 @@ class LegProblem {
   }
 
  private:
-  struct State {
-    Vector parameters;
-    WhitenedLeg leg;    // or g - psi in place of the closures
-    Vector weights;     // of the loss
-    double spread = 1;  // of the residuals
-  };
-
   void linearise_in_readings() {
     linearise_readings(data_, now_.parameters, now_.leg.rows);
     // One factor for all poses, so that the loss counts in standard deviations and the cost stays
@@ -167,17 +167,22 @@ class LegProblem {
   const LegData& data_;
   const IdentificationOptions& options_;
   bool in_readings_;
-  State now_, former_;  // `former_` is where the last step began
   bool moved_ = false;
   double deviation_ = 1;
-  Vector residuals_, squares_, unused_;
+  LegRoom& room_;
+  LegRoom::State &now_ = room_.now, &former_ = room_.former;
+  Vector &residuals_ = room_.residuals, &squares_ = room_.squares, &unused_ = room_.unused;
 };
 
-SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options) {
+SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options, LegRoom& room) {
   const int steps = options.loss.kind == RobustLoss::Kind::none
                         ? options.max_iterations
                         : kRobustSteps * options.max_iterations;
-  return minimise(problem, {steps, kFirstDamping});
+  SolverOptions how{steps, kFirstDamping};
+  if (options.estimator == Estimator::joint && options.loss.kind == RobustLoss::Kind::none) {
+    how.enough = kJointStart;
+  }
+  return minimise(problem, how, room.solver);
 }
 
 // L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
@@ -214,9 +219,11 @@ void whiten(const LegData& data, const Vector& parameters, const MeasurementNois
   data.model.linearise(parameters, data.poses, data.readings, leg.rows);
   keep_estimated(data, leg.rows);
   const ChainInfo& chain = data.model.info();
-  leg.variances = chain.closures == 1
-                      ? closure_variances(leg.rows, chain.pose_space, noise)
-                      : decorrelate(leg.rows, chain.closures, chain.pose_space, noise);
+  if (chain.closures == 1) {
+    closure_variances(leg.rows, chain.pose_space, noise, leg.variances);
+  } else {
+    leg.variances = decorrelate(leg.rows, chain.closures, chain.pose_space, noise);
+  }
   leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
 }
 
@@ -252,8 +259,9 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
 
 LegEstimate estimate_inverse(const LegData& data, const Vector& start,
                              const IdentificationOptions& options) {
-  LegProblem problem(data, start, options);
-  SolverOutcome outcome = solve(problem, options);
+  LegRoom room;
+  LegProblem problem(data, start, options, room);
+  SolverOutcome outcome = solve(problem, options, room);
   if (!problem.errors().allFinite()) {
     outcome.failure = unreached_pose(problem.errors()) + " is out of the leg's reach at the start";
   }
@@ -263,9 +271,15 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
 }
 
 LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
+                              const IdentificationOptions& options, LegRoom& room) {
+  LegProblem problem(data, start, std::move(whitened), options, room);
+  return problem.take(solve(problem, options, room));
+}
+
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options) {
-  LegProblem problem(data, start, std::move(whitened), options);
-  return problem.take(solve(problem, options));
+  LegRoom room;
+  return estimate_implicit(data, start, std::move(whitened), options, room);
 }
 
 }  // namespace symkin

@@ -36,6 +36,19 @@ struct LegEstimate {
   WhitenedLeg whitened;  // at the parameters
 };
 
+// What a leg's fit needs beside its result. Leg after leg in the same room asks for no memory.
+struct LegRoom {
+  struct State {
+    Vector parameters;
+    WhitenedLeg leg;    // or g - psi in place of the closures
+    Vector weights;     // of the loss
+    double spread = 1;  // of the residuals
+  };
+  State now, former;  // `former` is where the last step began
+  Vector residuals, squares, unused;
+  SolverRoom solver;
+};
+
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
@@ -45,5 +58,7 @@ LegEstimate estimate_inverse(const LegData& data, const Vector& start,
 // Whitened closures, their variances those at the estimate; `whitened` is the leg at the start.
 LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options);
+LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
+                              const IdentificationOptions& options, LegRoom& room);
 
 }  // namespace symkin

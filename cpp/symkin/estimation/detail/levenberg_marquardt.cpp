@@ -32,7 +32,8 @@ NormalSteps::Step NormalSteps::solve(const NormalEquations& equations, double da
     return {-1, false};
   }
   cholesky_.solve(equations.gradient, step);
-  const double damped = damping * step.cwiseQuotient(cholesky_.scale()).squaredNorm();
+  const double damped =
+      damping == 0 ? 0 : damping * step.cwiseQuotient(cholesky_.scale()).squaredNorm();
   const double decrease = equations.gradient.dot(step) + damped;
   step = -step;
   return {decrease, accurate};

@@ -23,6 +23,9 @@ struct SolverOutcome {
 struct SolverOptions {
   int max_iterations = 100;  // steps tried
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
+  // A step that would move no estimate by more than this, of its standard deviation or of the root
+  // of the cost, is not taken any more.
+  double enough = 1e-12;
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -52,9 +55,20 @@ class NormalSteps {
   // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
   // shortest d by eigenvalues: what the data does not show does not move.
   Step solve(const NormalEquations& equations, double damping, Vector& step);
+  // Of the equations that were solved last, with their damping.
+  const ScaledCholesky& cholesky() const { return cholesky_; }
 
  private:
   ScaledCholesky cholesky_;
+};
+
+// What the solver needs beside the problem. Problem after problem in the same room asks for no
+// memory.
+struct SolverRoom {
+  NormalEquations now, next;
+  NormalSteps steps;
+  Vector step;
+  double start_pivot = 0;  // the least of the undamped equations at the start
 };
 
 namespace detail {
@@ -80,11 +94,12 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
 //                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
+// `room` ends with the equations of that state in `now`; where it converged, `steps` has solved
+// them without damping.
 template <typename Problem>
-SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
-  constexpr double kStill = 1e-11;      // extent of a step
-  constexpr double kConverged = 1e-12;  // these of the root of the cost, or of one deviation
-  constexpr double kRounding = 1e-7;
+SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoom& room) {
+  constexpr double kStill = 1e-11;    // extent of a step
+  constexpr double kRounding = 1e-7;  // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
   // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
   // more than the parameters, whose cost is that of an optimum in the rest only to first order.
@@ -95,10 +110,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
   constexpr double kLeastDamping = 1e-8;
   constexpr double kGrowth = 8;
   SolverOutcome outcome;
-  NormalEquations now;
-  NormalEquations next;
-  NormalSteps steps;
-  Vector step(problem.size());
+  NormalEquations& now = room.now;
+  NormalEquations& next = room.next;
+  NormalSteps& steps = room.steps;
+  Vector& step = room.step;
+  step.resize(problem.size());
+  room.start_pivot = 0;
   if (!problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
     return outcome;
@@ -115,6 +132,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
     if (!failed) {
       const NormalSteps::Step newton = steps.solve(now, 0, step);
       decrease = newton.decrease;
+      if (tried == 0) {
+        room.start_pivot = steps.cholesky().least_pivot();
+      }
       if constexpr (detail::HasOrthogonalStep<Problem>::value) {
         if (!newton.accurate && problem.orthogonal_step(step)) {
           decrease = -now.gradient.dot(step);
@@ -122,7 +142,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
       if (decrease >= 0 && problem.still() &&
-          (distance < kConverged || problem.extent(step) < kStill ||
+          (distance < options.enough || problem.extent(step) < kStill ||
            (distance < kRounding && distance >= last_distance))) {
         outcome.converged = true;
         return outcome;
@@ -169,6 +189,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
       }
     }
   }
+}
+
+template <typename Problem>
+SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
+  SolverRoom room;
+  return minimise(problem, options, room);
 }
 
 }  // namespace symkin
