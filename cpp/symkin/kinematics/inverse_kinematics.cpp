@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/kinematics/inverse_kinematics.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "symkin/chains/detail/kernels.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/scale_rows.hpp"
 
@@ -38,20 +38,15 @@ struct Eigenvalues {
   T smallest, largest;
 };
 
-template <std::size_t N>
-Eigenvalues<double> eigenvalues(const Gram<double, N>& gram) {
-  using Matrix = Eigen::Matrix<double, N, N>;
-  const Matrix matrix = Eigen::Map<const Eigen::Matrix<double, N, N, Eigen::RowMajor>>(&gram[0][0]);
-  if (!matrix.allFinite()) {
-    return {std::numeric_limits<double>::quiet_NaN(), 0};
-  }
-  Eigen::SelfAdjointEigenSolver<Matrix> solver;
-  if constexpr (N == 2) {
-    solver.computeDirect(matrix, Eigen::EigenvaluesOnly);
-  } else {
-    solver.compute(matrix, Eigen::EigenvaluesOnly);
-  }
-  return {solver.eigenvalues()[0], solver.eigenvalues()[N - 1]};
+Eigenvalues<double> eigenvalues(const Gram<double, 2>& gram) {
+  const double mean = (gram[0][0] + gram[1][1]) / 2;
+  const double apart = std::hypot((gram[0][0] - gram[1][1]) / 2, gram[1][0]);
+  return {mean - apart, mean + apart};
+}
+
+Eigenvalues<double> eigenvalues(const Gram<double, 6>& gram) {
+  const Vector values = symmetric_eigenvalues(Eigen::Map<const RowMatrix>(&gram[0][0], 6, 6));
+  return {values[0], values[5]};
 }
 
 // In closed form, accurate enough for a condition number of some thousands: about their mean they
@@ -113,15 +108,24 @@ Vector conditions(const RowMatrix& jacobian, ConstVector scales, Index position,
   return conditions;
 }
 
+template <int N>
+double determinant(const Eigen::Matrix<double, N, N, Eigen::RowMajor>& matrix) {
+  if constexpr (N <= 3) {
+    return matrix.determinant();
+  } else {
+    return symkin::determinant(matrix);
+  }
+}
+
 template <int Dof>
-double determinant(const double* jacobian, Index count) {
+double root_determinant(const double* jacobian, Index count) {
+  using Square = Eigen::Matrix<double, Dof, Dof, Eigen::RowMajor>;
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
   const Eigen::Map<const Jacobian> rows(jacobian, count, Dof);
   if (count == Dof) {
-    return Eigen::Matrix<double, Dof, Dof>(rows).determinant();
+    return determinant<Dof>(rows);
   }
-  const Eigen::Matrix<double, Dof, Dof> gram = rows.transpose() * rows;
-  return std::sqrt(std::max(0.0, gram.determinant()));
+  return std::sqrt(std::max(0.0, determinant<Dof>(rows.transpose().lazyProduct(rows))));
 }
 
 PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
@@ -298,11 +302,11 @@ Vector pose_conditions(const RowMatrix& jacobian, ConstVector scales, PoseSpace 
 double pose_determinant(const double* jacobian, Index rows, Index dof) {
   switch (dof) {
     case 2:
-      return determinant<2>(jacobian, rows);
+      return root_determinant<2>(jacobian, rows);
     case 3:
-      return determinant<3>(jacobian, rows);
+      return root_determinant<3>(jacobian, rows);
     default:
-      return determinant<6>(jacobian, rows);
+      return root_determinant<6>(jacobian, rows);
   }
 }
 

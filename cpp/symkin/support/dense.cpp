@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +15,8 @@
 namespace symkin {
 namespace {
 
-// One storage order for all, so that each decomposition is compiled once.
+// One storage order for all, so that each decomposition is compiled once; and they are all in this
+// unit, because the most of them share blocks of reflections.
 using Eigen::MatrixXd;
 
 // Row I and what is left of the diagonal of a weighted square, and all rows: unrolled, since a
@@ -61,7 +64,8 @@ void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Ve
     case 8:
       return weighted_square_of<8>(matrix, weights, right, square, product);
     default:
-      square = (matrix.transpose() * weights.asDiagonal() * matrix).triangularView<Eigen::Lower>();
+      square = (matrix.transpose() * MatrixXd(weights.asDiagonal() * matrix))
+                   .triangularView<Eigen::Lower>();
       if (right != nullptr) {
         product->noalias() = matrix.transpose() * weights.cwiseProduct(*right);
       }
@@ -80,8 +84,8 @@ Vector symmetric_eigenvalues(const RowMatrix& matrix) {
 }
 
 RowMatrix inverse_factor(const RowMatrix& matrix) {
-  RowMatrix factor = RowMatrix::Identity(matrix.rows(), matrix.cols());
-  const Eigen::LLT<RowMatrix> cholesky(matrix);
+  MatrixXd factor = MatrixXd::Identity(matrix.rows(), matrix.cols());
+  const Eigen::LLT<MatrixXd> cholesky(matrix);
   if (cholesky.info() != Eigen::Success) {
     return {};
   }
@@ -222,8 +226,8 @@ RowMatrix lower_root(const RowMatrix& matrix) {
 }
 
 RowMatrix lower_inverse(const RowMatrix& lower) {
-  RowMatrix result = RowMatrix::Identity(lower.rows(), lower.cols());
-  lower.triangularView<Eigen::Lower>().solveInPlace(result);
+  MatrixXd result = MatrixXd::Identity(lower.rows(), lower.cols());
+  MatrixXd(lower).triangularView<Eigen::Lower>().solveInPlace(result);
   return result;
 }
 
@@ -238,21 +242,79 @@ SymmetricInverse symmetric_inverse(const RowMatrix& matrix) {
   const double least = static_cast<double>(n) * std::numeric_limits<double>::epsilon() *
                        eigen.values.cwiseAbs().maxCoeff();
   const Index rank = (eigen.values.array() > least).count();
-  const RowMatrix half = eigen.vectors.rightCols(rank) *
-                         eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  const MatrixXd half = eigen.vectors.rightCols(rank) *
+                        eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
   return {half * half.transpose(), rank};
 }
 
 double determinant(const RowMatrix& matrix) {
-  return Eigen::PartialPivLU<RowMatrix>(matrix).determinant();
+  return Eigen::PartialPivLU<MatrixXd>(matrix).determinant();
 }
 
 RowMatrix inverse(const RowMatrix& matrix) {
-  return Eigen::PartialPivLU<RowMatrix>(matrix).inverse();
+  return Eigen::PartialPivLU<MatrixXd>(matrix).inverse();
 }
 
 Vector solution(const MatrixXd& matrix, const Vector& right) {
   return Eigen::PartialPivLU<MatrixXd>(matrix).solve(right);
+}
+
+RowMatrix triangular_factor(const RowMatrix& matrix) {
+  const Eigen::HouseholderQR<MatrixXd> qr(matrix);
+  return qr.matrixQR().topRows(matrix.cols()).triangularView<Eigen::Upper>();
+}
+
+RightSingular right_singular(const RowMatrix& matrix) {
+  const Eigen::JacobiSVD<MatrixXd> svd(matrix, Eigen::ComputeFullV);
+  return {svd.singularValues(), svd.matrixV()};
+}
+
+Vector singular_values(const RowMatrix& matrix) {
+  return Eigen::JacobiSVD<MatrixXd>(matrix).singularValues();
+}
+
+ColumnSpace column_space(const RowMatrix& matrix, double least_pivot) {
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(matrix);
+  const Vector pivots = qr.matrixR().diagonal().cwiseAbs();
+  const Index rank = least_pivot > 0 ? (pivots.array() > least_pivot).count() : qr.rank();
+  MatrixXd inverse_r = MatrixXd::Identity(rank, rank);
+  qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solveInPlace(inverse_r);
+  MatrixXd coordinates = MatrixXd::Zero(matrix.cols(), rank);
+  coordinates.topRows(rank) = inverse_r;
+  return {qr.householderQ() * MatrixXd::Identity(matrix.rows(), rank),
+          qr.colsPermutation() * coordinates};
+}
+
+PseudoInverse pseudo_inverse(const MatrixXd& matrix, double threshold) {
+  const Index m = matrix.rows();
+  const Index n = matrix.cols();
+  if (m == 0) {  // Eigen reads past the end of a matrix without rows
+    return {MatrixXd(n, 0), MatrixXd(0, 0)};
+  }
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(threshold);
+  qr.compute(matrix);
+  const Index rank = qr.rank();
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(m, m);
+  MatrixXd inverse = MatrixXd::Zero(n, m);
+  if (rank == n) {
+    inverse =
+        qr.matrixR().topRows(n).triangularView<Eigen::Upper>().solve(q.leftCols(n).transpose());
+    inverse = qr.colsPermutation() * inverse;
+  } else if (rank > 0) {
+    const MatrixXd top = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
+    const MatrixXd gram = top * top.transpose();
+    inverse = top.transpose() * gram.ldlt().solve(q.leftCols(rank).transpose());
+    inverse = qr.colsPermutation() * inverse;
+  }
+  return {std::move(inverse), q.rightCols(m - rank)};
+}
+
+Vector least_squares(const MatrixXd& matrix, const Vector& right, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+  solver.setThreshold(threshold);
+  solver.compute(matrix);
+  return solver.solve(right);
 }
 
 }  // namespace symkin
