@@ -143,6 +143,14 @@ class ColumnBlocks {
   RowMatrix rows(Index candidate) const {
     return rows_in(block(candidate / kBlock), candidate % kBlock, shape_);
   }
+  // Of some candidates, one below the other.
+  RowMatrix rows(const Indices& candidates) const {
+    RowMatrix result(size_of(candidates) * shape_.rows, shape_.parameters);
+    for (Index i = 0; i < size_of(candidates); ++i) {
+      get(at(candidates, i), result.row(i * shape_.rows).data());
+    }
+    return result;
+  }
 
  private:
   Index count_ = 0;

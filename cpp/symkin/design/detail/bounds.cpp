@@ -41,9 +41,8 @@ Vector carried_weights(const Indices& from, const Vector& weights, const Indices
 
 class BoundingDesigns {
  public:
-  BoundingDesigns(const Problem& problem, Random& random, double gap)
+  BoundingDesigns(const Problem& problem, double gap)
       : problem_(problem),
-        random_(random),
         gap_(gap),
         total_(static_cast<double>(problem.free_count)),
         stride_(std::max<Index>(
@@ -64,7 +63,7 @@ class BoundingDesigns {
       solve(problem_.whitened(result_.pool), gap_);
     }
     while (pass() > gap_ && result_.passes < kPasses) {
-      solve(problem_.whitened(result_.pool), gap_ / 2);
+      solve(problem_.whitened(result_.pool), gap_ / 10);
     }
     return std::move(result_);
   }
@@ -77,7 +76,7 @@ class BoundingDesigns {
     for (ApproximateDesign* design : {&result_.distinct, &result_.repeats}) {
       const double upper = design == &result_.distinct ? 1 : total_;
       *design = optimise_design({rows, problem_.whitened_fixed, total_, upper, all},
-                                std::move(design->weights), options, random_);
+                                std::move(design->weights), options);
     }
   }
 
@@ -151,7 +150,6 @@ class BoundingDesigns {
   }
 
   const Problem& problem_;
-  Random& random_;
   double gap_;
   double total_;
   Index stride_;  // how much thinner than all candidates the last ones were
@@ -207,8 +205,8 @@ LargestRatio largest_ratio(const Problem& problem, const Ratio& ratio, Index kee
   return result;
 }
 
-DesignBounds bound_designs(const Problem& problem, Random& random, double gap) {
-  return BoundingDesigns(problem, random, gap).run();
+DesignBounds bound_designs(const Problem& problem, double gap) {
+  return BoundingDesigns(problem, gap).run();
 }
 
 }  // namespace symkin::design::detail

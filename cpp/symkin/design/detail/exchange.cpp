@@ -154,7 +154,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
 Selection select_exchange(const Problem& problem) {
   Selection choice;
   Random random(problem.options.seed);
-  const DesignBounds bounds = bound_designs(problem, random);
+  const DesignBounds bounds = bound_designs(problem);
   choice.certificate = bounds.certificate;
   choice.passes = bounds.passes;
   choice.indices = problem.rounded(by_weight(bounds));
