@@ -83,7 +83,7 @@ Indices improving_candidates(const Problem& problem, const Indices& chosen) {
     double group_max[kGroups];
     Span spans[kMaxRows];
     find_spans(columns, shape, spans);
-    const BlockProducts block{columns, shape, spans, gram.data(), trace, group_max};
+    const BlockProducts block{columns, shape, spans, shape.rows == 1 ? nullptr : gram.data(), trace, group_max};
     kernels().compute(block, transform.data());
     for (Index lane = 0; lane < kBlock; ++lane) {
       // No ratio is above one unless d_j > d_i.

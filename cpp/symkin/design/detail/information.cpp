@@ -46,7 +46,7 @@ BlockProducts Products::block(Index b) const {
   return {x_.block(b),
           x_.shape(),
           &at(spans_, b * x_.shape().rows),
-          gram_.data() + b * gram_size_ * kBlock,
+          gram_size_ == 0 ? nullptr : gram_.data() + b * gram_size_ * kBlock,
           trace_.data() + b * kBlock,
           group_max_.data() + b * kGroups};
 }
