@@ -54,7 +54,6 @@ constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
 constexpr Index kGroup = 32;    // candidates that a kernel skips at once
 constexpr Index kGroups = kBlock / kGroup;
-constexpr double kHidden = -std::numeric_limits<double>::infinity();  // trace of who may not enter
 
 // What a candidate brings.
 struct Shape {
@@ -179,10 +178,10 @@ inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, 
 // A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
 // after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
 struct Leaving {
-  const double* y;  // rows x parameters: C_i A, in the coordinates of x
-  const double* s;  // rows x rows: (I - D_ii)^-1; unused with one row
-  double base;      // det(I - D_ii)
-  double trace;     // d_i
+  RowMatrix y;   // rows x parameters: C_i A, in the coordinates of x
+  RowMatrix s;   // rows x rows: (I - D_ii)^-1; empty with one row
+  double base;   // det(I - D_ii)
+  double trace;  // d_i
 };
 
 // The best exchange so far; `lane` is set only where the kernel finds a better one.

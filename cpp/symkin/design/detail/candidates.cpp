@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "symkin/design/detail/information.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/parallel.hpp"
 
@@ -216,22 +217,18 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
   std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
   candidates.for_each_block(
       [&](Index chunk, Index first, const double* columns) {
-        alignas(64) double trace[kBlock], loss[kBlock];
-        double group_max[kGroups], unused[kGroups];
-        Span spans[kMaxRows];
-        find_spans(columns, shape, spans);
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          kernels().compute({columns, shape, spans, nullptr, trace, group_max},
-                            screen.transform.data());
+          BlockTraces traces(columns, shape, screen.transform);
           if (screen.loss.size() != 0) {
             // The largest traces of the groups remain above what is left of them.
-            kernels().compute({columns, shape, spans, nullptr, loss, unused}, screen.loss.data());
+            const BlockTraces loss(columns, shape, screen.loss);
             for (Index lane = 0; lane < kBlock; ++lane) {
-              trace[lane] = trace[lane] > 0 ? trace[lane] - screen.share * loss[lane] : kNever;
+              double& value = traces.values[lane];
+              value = value > 0 ? value - screen.share * loss.values[lane] : kNever;
             }
           }
-          at(tops, chunk)[s].offer_block(first, trace, group_max);
+          at(tops, chunk)[s].offer_block(first, traces.values, traces.group_max);
         }
       },
       stride);

@@ -130,6 +130,7 @@ SYMKIN_INLINE void find_best_pair(const BlockProducts& block, const Leaving& lea
   const auto [x, shape, spans, gram, trace, group_max] = block;
   const Index r = shape.rows;
   const Index p = shape.parameters;
+  const double* y = leaving.y.data();
   const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, p));
   alignas(64) double ratios[kGroup];
   Lanes cross[kMaxRows * kMaxRows];
@@ -140,7 +141,7 @@ SYMKIN_INLINE void find_best_pair(const BlockProducts& block, const Leaving& lea
       continue;
     }
     if (r == 1) {
-      combine(x + first, leaving.y, {0, p}, cross);
+      combine(x + first, y, {0, p}, cross);
       for (Index k = 0; k < kParts; ++k) {
         const Lanes d = load(trace + first)[k];
         store(ratios)[k] = d >= 0.0 ? (1 + d) * leaving.base + cross[k] * cross[k] : Lanes{};
@@ -150,12 +151,12 @@ SYMKIN_INLINE void find_best_pair(const BlockProducts& block, const Leaving& lea
       for (Index ab = 0; ab < r * r; ++ab) {
         Lanes sum{};
         for (Index c = spans[ab / r].first; c < spans[ab / r].end; ++c) {
-          sum += leaving.y[ab % r * p + c] * *load(x + (ab / r * p + c) * kBlock + first + lane);
+          sum += y[ab % r * p + c] * *load(x + (ab / r * p + c) * kBlock + first + lane);
         }
         cross[ab] = sum;
       }
       Lanes determinant;
-      bordered_determinant(gram + first + lane, cross, leaving.s, r, &determinant);
+      bordered_determinant(gram + first + lane, cross, leaving.s.data(), r, &determinant);
       *store(ratios + lane) =
           *load(trace + first + lane) >= 0.0 ? leaving.base * determinant : Lanes{};
     }
