@@ -65,7 +65,6 @@ double peak_mebibytes() {
 void report(benchmark::State& state, const Selection& selection) {
   state.counters["log_det"] = selection.log_det;
   state.counters["efficiency"] = selection.certificate.efficiency_distinct;
-  state.counters["passes"] = static_cast<double>(selection.passes);
   state.counters["peak_MiB"] = peak_mebibytes();
 }
 

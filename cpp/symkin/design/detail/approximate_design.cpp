@@ -17,7 +17,7 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kLeastMove = 1e-10;   // less room for weight is none
 constexpr double kExcessLeft = 0.02;   // of the first step's, when a model is left
 constexpr Index kStepsEach = 10;       // on a model, for each of the active candidates at most
-constexpr int kHalvings = 30;        // of the way to what the model says
+constexpr int kHalvings = 30;          // of the way to what the model says
 constexpr double kGreedyRidge = 1e-3;  // of the whitened unit information
 
 // Newton's method: log det has the slopes d_j = |T C_j^T|^2 and, negated, the curvatures
@@ -154,8 +154,7 @@ class DesignOptimiser {
         takers.emplace_back(-gain, j);
       }
     }
-    const Index wanted =
-        std::min(size_of(takers), size_of(active_) + result_.weights.size() / 64);
+    const Index wanted = std::min(size_of(takers), size_of(active_) + result_.weights.size() / 64);
     std::nth_element(takers.begin(), takers.begin() + wanted, takers.end());
     for (Index k = 0; k < wanted; ++k) {
       active_.push_back(at(takers, k).second);

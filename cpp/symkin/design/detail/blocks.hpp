@@ -64,29 +64,6 @@ struct Shape {
   Index gram_size() const { return rows * (rows + 1) / 2; }
 };
 
-// Neighbouring columns of a row.
-struct Span {
-  Index first = 0;
-  Index end = 0;
-
-  bool empty() const { return first >= end; }
-  Index size() const { return end - first; }
-};
-
-inline Span common(Span a, Span b) { return {std::max(a.first, b.first), std::min(a.end, b.end)}; }
-
-// What is left without zeros at both ends.
-template <typename IsZero>
-Span without_zeros(Span span, const IsZero& is_zero) {
-  while (!span.empty() && is_zero(span.first)) {
-    ++span.first;
-  }
-  while (!span.empty() && is_zero(span.end - 1)) {
-    --span.end;
-  }
-  return span;
-}
-
 // Zeroed doubles that start at a cache line, as wide loads need.
 class AlignedArray {
  public:
@@ -157,18 +134,6 @@ class ColumnBlocks {
   AlignedArray data_;
 };
 
-// The columns of each row of a block that are not zero: a leg's row of a whole mechanism's rows has
-// values for the leg's own parameters alone, and the kernels pass over the others.
-inline void find_spans(const double* block, Shape shape, Span* spans) {
-  for (Index row = 0; row < shape.rows; ++row) {
-    const auto is_zero = [&](Index column) {
-      const double* values = block + (row * shape.parameters + column) * kBlock;
-      return std::all_of(values, values + kBlock, [](double value) { return value == 0; });
-    };
-    spans[row] = without_zeros({0, shape.parameters}, is_zero);
-  }
-}
-
 // The columns of one of a candidate's rows in a block, for Eigen: kBlock x parameters.
 using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
 inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
@@ -197,7 +162,6 @@ struct BestPair {
 struct BlockProducts {
   const double* x;
   Shape shape;
-  const Span* spans;  // of each row, what is not zero
   double* gram;
   double* trace;
   double* group_max;

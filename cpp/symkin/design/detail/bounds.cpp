@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "symkin/support/dense.hpp"
@@ -42,14 +41,11 @@ Vector carried_weights(const Indices& from, const Vector& weights, const Indices
 class BoundingDesigns {
  public:
   BoundingDesigns(const Problem& problem, double gap)
-      : problem_(problem),
-        gap_(gap),
-        total_(static_cast<double>(problem.free_count)),
-        stride_(std::max<Index>(
-            1, problem.candidates.available() / std::max(kSample, 4 * problem.free_count))) {}
+      : problem_(problem), gap_(gap), total_(static_cast<double>(problem.free_count)) {}
 
   DesignBounds run() {
-    result_.pool = problem_.available(stride_);
+    const Index sample = std::max(kSample, 4 * problem_.free_count);
+    result_.pool = problem_.available(std::max<Index>(1, problem_.candidates.available() / sample));
     {
       const ColumnBlocks rows = problem_.whitened(result_.pool);
       result_.distinct.weights = starting_weights(rows, problem_.whitened_fixed, total_);
@@ -80,33 +76,18 @@ class BoundingDesigns {
     }
   }
 
-  // The largest variances in every stride-th block of candidates by either design. What the last
-  // candidates show of them, more or less thinly sown than these, saves most of the sorting; it may
-  // not show too little.
-  std::vector<std::vector<RankedCandidate>> screen(Index stride) {
+  // The largest variances in every stride-th block of candidates by either design.
+  std::vector<std::vector<RankedCandidate>> screen(Index stride) const {
     const Index screened = problem_.candidates.available() / stride;
     const Index keep =
         std::max(std::clamp(screened / kThinnest, kSearch, kLargestPool), 4 * problem_.free_count);
+    // The pool itself has as many above `least` as the bounds count; far below it nothing matters.
     const auto screen_of = [&](const ApproximateDesign& design, Index kept) {
-      const double floor = likely_floor(design.variances, 2 * kept * stride / stride_);
-      return Screen{problem_.own_transform(design.factor), kept, floor};
+      return Screen{problem_.own_transform(design.factor), kept, design.least / 2};
     };
-    std::vector<Screen> screens = {screen_of(result_.distinct, keep),
-                                   screen_of(result_.repeats, kRepeatsPool)};
-    stride_ = stride;
-    auto tops = screen_candidates(problem_.candidates, screens, stride);
-    if (size_of(tops[0]) < problem_.free_count || tops[1].empty()) {
-      screens[0].floor = screens[1].floor = 0;
-      tops = screen_candidates(problem_.candidates, screens, stride);
-    }
-    return tops;
-  }
-
-  static double likely_floor(Vector variances, Index at) {
-    const Index rank = std::min(variances.size() - 1, at);
-    std::nth_element(variances.data(), variances.data() + rank, variances.data() + variances.size(),
-                     std::greater<>());
-    return 0.97 * variances[rank];
+    return screen_candidates(
+        problem_.candidates,
+        {screen_of(result_.distinct, keep), screen_of(result_.repeats, kRepeatsPool)}, stride);
   }
 
   // Bounds from all candidates, the next pool, and the larger of the two gaps.
@@ -152,7 +133,6 @@ class BoundingDesigns {
   const Problem& problem_;
   double gap_;
   double total_;
-  Index stride_;  // how much thinner than all candidates the last ones were
   DesignBounds result_;
 };
 

@@ -19,13 +19,52 @@ constexpr Index kKeptValues = 4'000'000;  // of rows that are in memory anyway: 
 constexpr Index kValuesPerThread = 500'000;
 constexpr Index kMadePerThread = 50'000;
 constexpr Index kChunks = 64;
-constexpr Index kLine = 8;             // doubles
 constexpr Index kBlocksPerChunk = 16;  // at least
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 
 bool ranks_before(const RankedCandidate& a, const RankedCandidate& b) {
   return a.value > b.value || (a.value == b.value && a.index < b.index);
 }
+
+// The `keep` candidates of largest value above a floor; of equal ones those of lower index.
+class TopCandidates {
+ public:
+  TopCandidates(Index keep, double floor)
+      : keep_(static_cast<std::size_t>(keep)), threshold_(floor) {}
+
+  void offer(Index index, double value) {
+    if (value > threshold_) {
+      kept_.push_back({index, value});
+      if (kept_.size() > 2 * keep_ + 64) {
+        prune();
+      }
+    }
+  }
+
+  void merge(const TopCandidates& other) {
+    kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
+  }
+
+  std::vector<RankedCandidate> sorted() {  // largest first
+    prune();
+    std::sort(kept_.begin(), kept_.end(), ranks_before);
+    return std::move(kept_);
+  }
+
+ private:
+  // Later candidates have higher indices: an equal value cannot displace what is kept.
+  void prune() {
+    if (kept_.size() > keep_) {
+      const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
+      std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
+      threshold_ = std::max(threshold_, last->value);
+      kept_.erase(last, kept_.end());
+    }
+  }
+
+  std::size_t keep_;
+  double threshold_;
+  std::vector<RankedCandidate> kept_;
+};
 
 }  // namespace
 
@@ -70,9 +109,11 @@ void Candidates::for_each_block(const Task& task, Index stride) const {
   });
 }
 
-RowMatrix Candidates::rows(Index candidate) const {
-  RowMatrix result(shape().rows, shape().parameters);
-  source_.fill(candidate, 1, result.data());
+RowMatrix Candidates::rows(const Indices& candidates) const {
+  RowMatrix result(size_of(candidates) * shape().rows, shape().parameters);
+  for (Index i = 0; i < size_of(candidates); ++i) {
+    source_.fill(at(candidates, i), 1, result.row(i * shape().rows).data());
+  }
   return result;
 }
 
@@ -123,20 +164,10 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
     source_.fill(first, count, rows.data());
     values = rows.data();
   }
-  for (Index lane = 0; lane < count; lane += kLine) {
-    // Whole cache lines of a column: a lane at a time would write all columns in turn.
-    const Index lanes = std::min(kLine, count - lane);
-    for (Index c = 0; c < width; ++c) {
-      for (Index k = 0; k < lanes; ++k) {
-        columns[c * kBlock + lane + k] = values[(lane + k) * width + c];
-      }
-    }
-  }
   for (Index lane = 0; lane < kBlock; ++lane) {
-    if (lane >= count || excluded(first + lane)) {
-      for (Index c = 0; c < width; ++c) {
-        columns[c * kBlock + lane] = 0;
-      }
+    const bool is_known = lane < count && !excluded(first + lane);
+    for (Index c = 0; c < width; ++c) {
+      columns[c * kBlock + lane] = is_known ? values[lane * width + c] : 0;
     }
   }
 }
@@ -152,40 +183,6 @@ void Candidates::refuse_infinite() const {
     }
   }
   throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
-}
-
-TopCandidates::TopCandidates(Index keep, double floor)
-    : keep_(static_cast<std::size_t>(keep)), capacity_(2 * keep_ + 64), threshold_(floor) {}
-
-void TopCandidates::prune() {
-  if (kept_.size() <= keep_) {
-    return;
-  }
-  const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
-  std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
-  // Later candidates have higher indices: an equal value cannot displace what is kept.
-  threshold_ = std::max(threshold_, last->value);
-  kept_.erase(last, kept_.end());
-}
-
-void TopCandidates::offer_block(Index first, const double* values, const double* group_max) {
-  for (Index lane = 0; lane < kBlock; ++lane) {
-    if (lane % kGroup == 0 && !(group_max[lane / kGroup] > threshold_)) {
-      lane += kGroup - 1;
-    } else {
-      offer(first + lane, values[lane]);
-    }
-  }
-}
-
-void TopCandidates::merge(const TopCandidates& other) {
-  kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
-}
-
-std::vector<RankedCandidate> TopCandidates::sorted() {
-  prune();
-  std::sort(kept_.begin(), kept_.end(), ranks_before);
-  return kept_;
 }
 
 Indices indices_of(const std::vector<RankedCandidate>& candidates) {
@@ -219,16 +216,17 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
       [&](Index chunk, Index first, const double* columns) {
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          BlockTraces traces(columns, shape, screen.transform);
+          alignas(64) double traces[kBlock];
+          alignas(64) double losses[kBlock] = {};
+          compute_traces(columns, shape, screen.transform, traces);
           if (screen.loss.size() != 0) {
-            // The largest traces of the groups remain above what is left of them.
-            const BlockTraces loss(columns, shape, screen.loss);
-            for (Index lane = 0; lane < kBlock; ++lane) {
-              double& value = traces.values[lane];
-              value = value > 0 ? value - screen.share * loss.values[lane] : kNever;
+            compute_traces(columns, shape, screen.loss, losses);
+          }
+          for (Index lane = 0; lane < kBlock; ++lane) {
+            if (traces[lane] > 0) {
+              at(tops, chunk)[s].offer(first + lane, traces[lane] - screen.share * losses[lane]);
             }
           }
-          at(tops, chunk)[s].offer_block(first, traces.values, traces.group_max);
         }
       },
       stride);

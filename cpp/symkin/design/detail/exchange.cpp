@@ -19,7 +19,7 @@ constexpr Index kSmallestKick = 6;
 constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
 constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candidate
-constexpr Index kParts = 16;  // of the pool, for the kicks
+constexpr Index kParts = 16;             // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
 constexpr int kExchangeRounds = 12;
 
@@ -79,7 +79,6 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     CriterionSearch search(problem,
                            joined(joined(design.candidates, choice.indices), indices_of(top)),
                            choice.indices);
-    ++choice.passes;
     const double before = search.merit();
     search.descend();
     if (round == 0) {
@@ -88,7 +87,6 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     }
     search.descend_thoroughly();
     choice.indices = search.chosen();
-    choice.exchanges += search.exchanges();
     if (round > 0 && search.merit() <= before) {
       break;
     }
@@ -103,7 +101,6 @@ Selection select_exchange(const Problem& problem) {
   Random random(problem.options.seed);
   const DesignBounds bounds = bound_designs(problem);
   choice.certificate = bounds.certificate;
-  choice.passes = bounds.passes;
   choice.indices = problem.rounded(by_weight(bounds));
   {
     const Indices pool = joined(bounds.search, choice.indices);
@@ -113,17 +110,15 @@ Selection select_exchange(const Problem& problem) {
     search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
                             std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
     choice.indices = search.chosen();
-    choice.exchanges = search.exchanges();
   }
   // Until no single exchange with any candidate is an improvement.
-  for (Index round = 0, before = -1; round < kVerifications && choice.exchanges > before; ++round) {
-    before = choice.exchanges;
+  bool improved = true;
+  for (int round = 0; improved && round < kVerifications; ++round) {
     const Indices pool = joined(challengers(problem, choice.indices), choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
     choice.indices = search.chosen();
-    choice.exchanges += search.exchanges();
-    ++choice.passes;
+    improved = search.exchanges() > 0;
   }
   const bool determinant = problem.options.criterion == Criterion::O1;
   // Poses that do not show every parameter have no other criterion either; they are refused.

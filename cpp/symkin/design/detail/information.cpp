@@ -19,37 +19,32 @@ constexpr double kRidge = 1e-9;
 
 }  // namespace
 
-BlockTraces::BlockTraces(const double* columns, Shape shape, const RowMatrix& factor) {
-  Span spans[kMaxRows];
-  find_spans(columns, shape, spans);
-  kernels().compute({columns, shape, spans, nullptr, values, group_max}, factor.data());
+void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces) {
+  double group_max[kGroups];
+  kernels().compute({columns, shape, nullptr, traces, group_max}, factor.data());
 }
 
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
   Vector result(candidates.count());
+  alignas(64) double traces[kBlock];
   for (Index b = 0; b < candidates.blocks(); ++b) {
-    const BlockTraces traces(candidates.block(b), candidates.shape(), factor);
-    std::copy_n(traces.values, std::min(kBlock, result.size() - b * kBlock),
-                result.data() + b * kBlock);
+    compute_traces(candidates.block(b), candidates.shape(), factor, traces);
+    std::copy_n(traces, std::min(kBlock, result.size() - b * kBlock), result.data() + b * kBlock);
   }
   return result;
 }
 
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
-      spans_(static_cast<std::size_t>(x_.blocks() * x_.shape().rows), {0, x_.shape().parameters}),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
       gram_(x_.blocks() * gram_size_ * kBlock),
       trace_(x_.blocks() * kBlock),
       group_max_(x_.blocks() * kGroups) {}
 
 BlockProducts Products::block(Index b) const {
-  return {x_.block(b),
-          x_.shape(),
-          &at(spans_, b * x_.shape().rows),
+  return {x_.block(b), x_.shape(),
           gram_size_ == 0 ? nullptr : gram_.data() + b * gram_size_ * kBlock,
-          trace_.data() + b * kBlock,
-          group_max_.data() + b * kGroups};
+          trace_.data() + b * kBlock, group_max_.data() + b * kGroups};
 }
 
 double* Products::lane(Index candidate) const {
@@ -58,7 +53,6 @@ double* Products::lane(Index candidate) const {
 
 void Products::compute(const RowMatrix& factor) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    find_spans(x_.block(b), x_.shape(), &at(spans_, b * x_.shape().rows));
     kernels().compute(block(b), factor.data());
   }
 }

@@ -5,13 +5,8 @@
 
 namespace symkin::design::detail {
 
-// d_j of a block of candidates for A = T^T T, as below, and the largest of each group.
-struct BlockTraces {
-  BlockTraces(const double* columns, Shape shape, const RowMatrix& factor);
-
-  alignas(64) double values[kBlock];
-  double group_max[kGroups];
-};
+// d_j of a block of candidates for A = T^T T, as below; `traces` starts at a cache line.
+void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces);
 
 // d_j = trace(C_j A C_j^T) of candidates for A = T^T T, T lower triangular.
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor);
@@ -38,8 +33,7 @@ class Products {
   double* lane(Index candidate) const;  // of its first gram column
 
   const ColumnBlocks& x_;
-  std::vector<Span> spans_;  // of all blocks; all columns until products are computed
-  Index gram_size_;          // columns a block; none with one row
+  Index gram_size_;  // columns a block; none with one row
   mutable AlignedArray gram_, trace_, group_max_;
 };
 
