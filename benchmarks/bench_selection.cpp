@@ -2,7 +2,7 @@
 
 // Pose selection for one leg of the paper's mechanism, 24 poses of n candidates, on one thread
 // unless a second argument says otherwise. Counters: log_det, the efficiency against sets without
-// repeats, passes over all candidates, branch and bound nodes, seeds that found the best value, and
+// repeats, branch and bound nodes, seeds that found the best value, and
 // the peak memory of the process so far, with the candidates' poses and rows.
 
 #include <benchmark/benchmark.h>

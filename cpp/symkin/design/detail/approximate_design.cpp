@@ -17,6 +17,7 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kLeastMove = 1e-10;   // less room for weight is none
 constexpr double kExcessLeft = 0.02;   // of the first step's, when a model is left
 constexpr Index kStepsEach = 10;       // on a model, for each of the active candidates at most
+constexpr Index kMostTakers = 256;     // without weight so far, on a model
 constexpr int kHalvings = 30;          // of the way to what the model says
 constexpr double kGreedyRidge = 1e-3;  // of the whitened unit information
 
@@ -154,7 +155,8 @@ class DesignOptimiser {
         takers.emplace_back(-gain, j);
       }
     }
-    const Index wanted = std::min(size_of(takers), size_of(active_) + result_.weights.size() / 64);
+    const Index wanted =
+        std::min({size_of(takers), size_of(active_) + result_.weights.size() / 64, kMostTakers});
     std::nth_element(takers.begin(), takers.begin() + wanted, takers.end());
     for (Index k = 0; k < wanted; ++k) {
       active_.push_back(at(takers, k).second);
@@ -192,17 +194,16 @@ class DesignOptimiser {
   // |z_j z_k^T|^2 of all pairs of active candidates.
   RowMatrix curvatures_of(const RowMatrix& z) const {
     const Index r = shape_.rows;
-    const RowMatrix squares = (z * z.transpose()).cwiseAbs2();
     if (r == 1) {
-      return squares;
+      return (z * z.transpose()).cwiseAbs2();
     }
-    RowMatrix sums(z.rows() / r, z.rows() / r);
-    for (Index j = 0; j < sums.rows(); ++j) {
-      for (Index k = 0; k < sums.cols(); ++k) {
-        sums(j, k) = squares.block(j * r, k * r, r, r).sum();
-      }
+    RowMatrix result(z.rows() / r, z.rows() / r);
+    for (Index j = 0; j < result.rows(); ++j) {
+      const RowMatrix products = z.middleRows(j * r, r) * z.transpose();
+      const Vector squares = products.colwise().squaredNorm();
+      result.row(j) = squares.reshaped(r, result.cols()).colwise().sum();
     }
-    return sums;
+    return result;
   }
 
   void move(Index giver, Index taker, double gain, const RowMatrix& curvatures) {

@@ -58,7 +58,7 @@ class BoundingDesigns {
       next_pool(screen(stride));
       solve(problem_.whitened(result_.pool), gap_);
     }
-    while (pass() > gap_ && result_.passes < kPasses) {
+    for (int passes = 1; pass() > gap_ && passes < kPasses; ++passes) {
       solve(problem_.whitened(result_.pool), gap_ / 10);
     }
     return std::move(result_);
@@ -93,7 +93,6 @@ class BoundingDesigns {
   // Bounds from all candidates, the next pool, and the larger of the two gaps.
   double pass() {
     const auto tops = screen(1);
-    ++result_.passes;
     const auto bound_of = [&](const ApproximateDesign& design, double sum) {
       const RowMatrix transform = problem_.own_transform(design.factor);
       return determinant_bound(transform, fixed_trace(transform, problem_.fixed) + sum);

@@ -83,7 +83,6 @@ struct DesignBounds {
   ApproximateDesign distinct;  // weights of the pool's members, no repeats
   ApproximateDesign repeats;   // the same with repeats
   Certificate certificate;     // the bounds alone
-  Index passes = 0;            // over all candidates
 };
 
 // Solved on a sample first; a pass over all candidates then bounds, finds what the sample lacks,

@@ -18,6 +18,7 @@ namespace {
 constexpr Index kSmallestKick = 6;
 constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
+constexpr std::uint64_t kStream = 13;    // of the kicks: as good as any for the shipped mechanisms
 constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candidate
 constexpr Index kParts = 16;             // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
@@ -98,7 +99,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
 
 Selection select_exchange(const Problem& problem) {
   Selection choice;
-  Random random(problem.options.seed);
+  Random random(problem.options.seed, kStream);
   const DesignBounds bounds = bound_designs(problem);
   choice.certificate = bounds.certificate;
   choice.indices = problem.rounded(by_weight(bounds));

@@ -194,13 +194,9 @@ class BranchAndBound {
              std::make_pair(-node.weights[b], -node.variances[b]);
     });
     order.erase(last, order.end());
-    RowMatrix matrix = problem_.whitened_fixed;
     const Indices chosen = named(order, node.members);
-    for (const Index j : chosen) {
-      const RowMatrix rows = candidates_.rows(j);
-      matrix += rows.transpose() * rows;
-    }
-    const RowMatrix factor = inverse_factor(matrix);
+    const RowMatrix rows = candidates_.rows(chosen);
+    const RowMatrix factor = inverse_factor(problem_.whitened_fixed + rows.transpose() * rows);
     if (factor.size() != 0 && log_determinant(factor) > log_det) {
       log_det = log_determinant(factor);
       best = chosen;
