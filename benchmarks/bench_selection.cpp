@@ -2,8 +2,8 @@
 
 // Pose selection for one leg of the paper's mechanism, 24 poses of n candidates, on one thread
 // unless a second argument says otherwise. Counters: log_det, the efficiency against sets without
-// repeats, branch and bound nodes, seeds that found the best value, and
-// the peak memory of the process so far, with the candidates' poses and rows.
+// repeats, branch and bound nodes, seeds that found the best value, and the peak memory of the
+// process so far, with the candidates' poses and rows.
 
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>

@@ -2,8 +2,6 @@
 #include "symkin/design/detail/candidates.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
