@@ -107,10 +107,19 @@ void Candidates::for_each_block(const Task& task, Index stride) const {
   });
 }
 
+// Kept rows are read; of an excluded candidate none are kept.
+void Candidates::read(Index candidate, double* rows) const {
+  if (kept_.count() != 0 && !excluded(candidate)) {
+    kept_.get(candidate, rows);
+  } else {
+    source_.fill(candidate, 1, rows);
+  }
+}
+
 RowMatrix Candidates::rows(const Indices& candidates) const {
   RowMatrix result(size_of(candidates) * shape().rows, shape().parameters);
   for (Index i = 0; i < size_of(candidates); ++i) {
-    source_.fill(at(candidates, i), 1, result.row(i * shape().rows).data());
+    read(at(candidates, i), result.row(i * shape().rows).data());
   }
   return result;
 }
@@ -119,12 +128,7 @@ ColumnBlocks Candidates::gather(const Indices& candidates) const {
   ColumnBlocks result(size_of(candidates), shape());
   RowMatrix values(shape().rows, shape().parameters);
   for (Index i = 0; i < result.count(); ++i) {
-    const Index candidate = at(candidates, i);
-    if (kept_.count() != 0 && !excluded(candidate)) {
-      kept_.get(candidate, values.data());
-    } else {
-      source_.fill(candidate, 1, values.data());
-    }
+    read(at(candidates, i), values.data());
     result.set(i, values.data());
   }
   return result;

@@ -45,6 +45,7 @@ class Candidates {
 
  private:
   Index first_block(Index chunk) const { return blocks() * chunk / chunks(); }
+  void read(Index candidate, double* rows) const;
   void load(Index block, std::vector<double>& rows, double* columns) const;
   [[noreturn]] void refuse_infinite() const;
 
