@@ -101,8 +101,6 @@ void bind_design(py::module_& module) {
       .def_readonly("criterion_value", &Selection::criterion_value)
       .def_readonly("certificate", &Selection::certificate)
       .def_readonly("spares", &Selection::spares)
-      .def_readonly("exchanges", &Selection::exchanges)
-      .def_readonly("passes", &Selection::passes)
       .def_readonly("nodes", &Selection::nodes);
   module.def(
       "select_poses",

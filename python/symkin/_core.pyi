@@ -571,9 +571,6 @@ class Selection:
     def criterion_value(self) -> float:
         ...
     @property
-    def exchanges(self) -> int:
-        ...
-    @property
     def indices(self) -> list[int]:
         ...
     @property
@@ -581,9 +578,6 @@ class Selection:
         ...
     @property
     def nodes(self) -> int:
-        ...
-    @property
-    def passes(self) -> int:
         ...
     @property
     def spares(self) -> list[int]:

@@ -75,8 +75,7 @@ void certify(const Problem& problem, Selection& choice) {
   }
   const bool unbounded = std::isinf(certificate.log_det_bound_repeats);
   if (unbounded && problem.options.method != SelectionMethod::all && problem.free_count > 0) {
-    Random random(problem.options.seed);
-    const Certificate bounds = bound_designs(problem, random).certificate;
+    const Certificate bounds = bound_designs(problem).certificate;
     certificate.log_det_bound_repeats = bounds.log_det_bound_repeats;
     certificate.log_det_bound_distinct =
         std::min(certificate.log_det_bound_distinct, bounds.log_det_bound_distinct);

@@ -72,8 +72,6 @@ struct Selection {
   double criterion_value = 0;
   Certificate certificate;
   std::vector<Index> spares;  // each the best addition to the selection and the spares before it
-  Index exchanges = 0;        // made by the method
-  Index passes = 0;           // over all candidates, to verify the selection
   Index nodes = 0;            // of the branch and bound
 };
 

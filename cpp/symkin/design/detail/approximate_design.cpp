@@ -14,48 +14,37 @@ namespace symkin::design::detail {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-constexpr double kLeastMove = 1e-8;    // less weight is none, and less room too
-constexpr int kSweeps = 8;             // over the active candidates between two passes over all
+constexpr double kLeastMove = 1e-10;   // less room for weight is none
+constexpr double kExcessLeft = 0.02;   // of the first step's, when a model is left
+constexpr Index kStepsEach = 10;       // on a model, for each of the active candidates at most
+constexpr Index kMostTakers = 256;     // without weight so far, on a model
+constexpr int kHalvings = 30;          // of the way to what the model says
 constexpr double kGreedyRidge = 1e-3;  // of the whitened unit information
 
-struct Taker {
-  double excess;  // of its variance over that of who may give to it
-  Index member;
-
-  bool operator<(const Taker& other) const {
-    return excess > other.excess || (excess == other.excess && member < other.member);
-  }
-};
-
+// Newton's method: log det has the slopes d_j = |T C_j^T|^2 and, negated, the curvatures
+// h_jk = |T C_j^T C_k T^T|^2 (Frobenius norms) of the weights. The maximum of this model over the
+// weights of the active candidates is approached by moving weight between two at a time, from the
+// one that loses least to the one that gains most; then log det is made largest on the way there.
 class DesignOptimiser {
  public:
-  DesignOptimiser(const DesignProblem& problem, Vector weights, Random& random)
-      : problem_(problem),
-        random_(random),
-        shape_(problem.candidates.shape()),
-        weights_(std::move(weights)),
-        sums_(problem.groups.lower.size(), 0) {
-    weights_ = (weights_.array() > 2 * kLeastMove).select(weights_, 0);
-    for (Index j = 0; j < weights_.size(); ++j) {
-      at(sums_, group(j)) += weights_[j];
-    }
+  DesignOptimiser(const DesignProblem& problem, Vector weights)
+      : problem_(problem), shape_(problem.candidates.shape()) {
+    result_.weights = std::move(weights);
   }
 
   ApproximateDesign run(const DesignOptions& options) {
     const auto p = static_cast<double>(shape_.parameters);
-    ApproximateDesign result;
     for (int iteration = 0;; ++iteration) {
       check_interrupt();
-      evaluate(result);
-      const double gap = p * std::log(std::max(1.0, result.trace / p));
-      if (gap <= options.gap || result.log_det + gap <= options.target ||
-          gap <= options.share * (result.log_det - options.target) ||
+      evaluate();
+      const double gap = p * std::log(std::max(1.0, result_.trace / p));
+      if (gap <= options.gap || result_.log_det + gap <= options.target ||
+          gap <= options.share * (result_.log_det - options.target) ||
           iteration >= options.iterations) {
-        result.weights = weights_;
-        return result;
+        return std::move(result_);
       }
-      choose_active(result.variances);
-      sweep();
+      choose_active();
+      improve();
     }
   }
 
@@ -63,39 +52,47 @@ class DesignOptimiser {
   Index group(Index j) const { return at(problem_.groups.of, j); }
 
   // M, its inverse and all variances from the weights.
-  void evaluate(ApproximateDesign& result) {
-    RowMatrix matrix = problem_.fixed;
-    for (Index j = 0; j < weights_.size(); ++j) {
-      if (weights_[j] > 0) {
-        const RowMatrix rows = problem_.candidates.rows(j);
-        matrix.noalias() += weights_[j] * rows.transpose() * rows;
+  void evaluate() {
+    sums_.assign(problem_.groups.lower.size(), 0);
+    active_.clear();
+    for (Index j = 0; j < result_.weights.size(); ++j) {
+      if (result_.weights[j] > 0) {
+        at(sums_, group(j)) += result_.weights[j];
+        active_.push_back(j);
       }
     }
-    result.factor = demanded_factor(matrix);
-    result.log_det = log_determinant(result.factor);
-    result.variances = variances(problem_.candidates, result.factor);
-    result.trace = (result.factor * problem_.fixed).cwiseProduct(result.factor).sum();
-    add_largest_sum(result);
-    information_.reset(std::move(matrix));
+    const RowMatrix rows = problem_.candidates.rows(active_);
+    const RowMatrix matrix =
+        problem_.fixed + rows.transpose() * each_row(result_.weights(active_)).asDiagonal() * rows;
+    result_.factor = demanded_factor(matrix);
+    result_.log_det = log_determinant(result_.factor);
+    result_.variances = variances(problem_.candidates, result_.factor);
+    result_.trace = (result_.factor * problem_.fixed).cwiseProduct(result_.factor).sum();
+    add_largest_sum();
+  }
+
+  // A value a candidate for each of its rows.
+  Vector each_row(const Vector& values) const {
+    return values.transpose().replicate(shape_.rows, 1).reshaped();
   }
 
   // The largest sum w_j d_j that the weights' bounds allow, above trace(M^-1 (M_S - fixed)) of any
   // set S. Greedy is exact for bounds on disjoint groups: first what every group must hold, then
   // the best of the rest that groups still have room for.
-  void add_largest_sum(ApproximateDesign& result) const {
+  void add_largest_sum() {
     const DesignGroups& groups = problem_.groups;
     const auto places = [&](double weight) {
       return static_cast<std::ptrdiff_t>(std::round(weight / problem_.upper));
     };
     std::vector<std::vector<double>> of_group(groups.lower.size());
-    for (Index j = 0; j < weights_.size(); ++j) {
-      at(of_group, group(j)).push_back(result.variances[j]);
+    for (Index j = 0; j < result_.weights.size(); ++j) {
+      at(of_group, group(j)).push_back(result_.variances[j]);
     }
-    result.least = kNone;
+    result_.least = kNone;
     const auto take = [&](auto first, auto last) {
       for (; first != last; ++first) {
-        result.trace += problem_.upper * *first;
-        result.least = std::min(result.least, *first);
+        result_.trace += problem_.upper * *first;
+        result_.least = std::min(result_.least, *first);
       }
     };
     std::ptrdiff_t left = places(problem_.total);
@@ -117,144 +114,149 @@ class DesignOptimiser {
   bool may_lose(Index g) const { return at(sums_, g) > at(problem_.groups.lower, g) + kLeastMove; }
   bool may_gain(Index g) const { return at(sums_, g) < at(problem_.groups.upper, g) - kLeastMove; }
 
-  // The least variance of what may give weight to a candidate of each group: its own members, and
-  // if it has room any member of a group that may lose weight.
-  template <typename Member, typename Variance>
-  std::vector<double> least_givers(const Indices& givers, const Member& member,
-                                   const Variance& variance) const {
-    std::vector<double> least(sums_.size(), kNone);
-    double anywhere = kNone;
-    for (const Index i : givers) {
-      const Index g = group(member(i));
-      at(least, g) = std::min(at(least, g), variance[i]);
-      anywhere = may_lose(g) ? std::min(anywhere, variance[i]) : anywhere;
+  // For a taker in each group the active candidate of least slope that may give to it: one of the
+  // group or, if that has room, one of any group that may lose weight. Negative if there is none.
+  void find_givers() {
+    givers_.assign(sums_.size(), -1);
+    Index anywhere = -1;
+    const auto replace = [&](Index& giver, Index other) {
+      giver = giver < 0 || slopes_[other] < slopes_[giver] ? other : giver;
+    };
+    for (Index a = 0; a < weights_.size(); ++a) {
+      if (weights_[a] > 0) {
+        const Index g = group(at(active_, a));
+        replace(at(givers_, g), a);
+        if (may_lose(g)) {
+          replace(anywhere, a);
+        }
+      }
     }
-    for (Index g = 0; g < size_of(least); ++g) {
-      at(least, g) = may_gain(g) ? std::min(at(least, g), anywhere) : at(least, g);
+    for (Index g = 0; g < size_of(givers_) && anywhere >= 0; ++g) {
+      if (may_gain(g)) {
+        replace(at(givers_, g), anywhere);
+      }
     }
-    return least;
+  }
+
+  // What is gained by moving weight to a candidate of this slope and group, to first order.
+  double excess(double slope, Index g) const {
+    return at(givers_, g) < 0 ? 0 : slope - slopes_[at(givers_, g)];
   }
 
   // Those with weight and as many again that gain most by taking some.
-  void choose_active(const Vector& d) {
-    active_.clear();
-    for (Index j = 0; j < d.size(); ++j) {
-      if (weights_[j] > 0) {
-        active_.push_back(j);
+  void choose_active() {
+    weights_ = result_.weights(active_);
+    slopes_ = result_.variances(active_);
+    find_givers();
+    std::vector<std::pair<double, Index>> takers;
+    for (Index j = 0; j < result_.weights.size(); ++j) {
+      const double gain = excess(result_.variances[j], group(j));
+      if (result_.weights[j] == 0 && gain > 0) {
+        takers.emplace_back(-gain, j);
       }
     }
-    const std::vector<double> least = least_givers(
-        active_, [](Index j) { return j; }, d);
-    std::vector<Taker> takers;
-    for (Index j = 0; j < d.size(); ++j) {
-      const double excess = d[j] - at(least, group(j));
-      if (weights_[j] == 0 && excess > 0) {
-        takers.push_back({excess, j});
-      }
-    }
-    const Index wanted = std::min(size_of(takers), size_of(active_) + d.size() / 64);
+    const Index wanted =
+        std::min({size_of(takers), size_of(active_) + result_.weights.size() / 64, kMostTakers});
     std::nth_element(takers.begin(), takers.begin() + wanted, takers.end());
     for (Index k = 0; k < wanted; ++k) {
-      active_.push_back(at(takers, k).member);
+      active_.push_back(at(takers, k).second);
     }
-    rows_ = ColumnBlocks(size_of(active_), shape_);
-    for (Index a = 0; a < rows_.count(); ++a) {
-      rows_.set(a, problem_.candidates.rows(at(active_, a)).data());
-    }
+    weights_ = result_.weights(active_);
+    slopes_ = result_.variances(active_);
   }
 
-  // The takers that gain most, each from the first giver of low variance that may give, and then
-  // pairs at random.
-  void sweep() {
-    const auto member = [&](Index a) { return at(active_, a); };
-    for (int round = 0; round < kSweeps; ++round) {
-      const RowMatrix factor = inverse_factor(information_.matrix());
-      if (factor.size() == 0) {
-        return;
-      }
-      const Vector d = variances(rows_, factor);
-      Indices givers;
-      for (Index a = 0; a < d.size(); ++a) {
-        if (weights_[member(a)] > 0) {
-          givers.push_back(a);
+  void improve() {
+    const RowMatrix z = problem_.candidates.rows(active_) * result_.factor.transpose();
+    const RowMatrix curvatures = curvatures_of(z);
+    double least = 0;
+    for (Index step = 0; step < kStepsEach * weights_.size(); ++step) {
+      find_givers();
+      Index taker = -1;
+      double most = least;
+      for (Index a = 0; a < weights_.size(); ++a) {
+        const double gain = excess(slopes_[a], group(at(active_, a)));
+        if (gain > most && weights_[a] < problem_.upper - kLeastMove) {
+          most = gain;
+          taker = a;
         }
       }
-      std::sort(givers.begin(), givers.end(), [&](Index a, Index b) { return d[a] < d[b]; });
-      const std::vector<double> least = least_givers(givers, member, d);
-      std::vector<Taker> takers;
-      for (Index a = 0; a < d.size(); ++a) {
-        const double excess = d[a] - at(least, group(member(a)));
-        if (weights_[member(a)] < problem_.upper - 2 * kLeastMove && excess > 0) {
-          takers.push_back({excess, a});
-        }
+      if (taker < 0) {
+        break;
       }
-      if (takers.empty()) {
-        return;
-      }
-      std::sort(takers.begin(), takers.end());
-      takers.resize(std::min(takers.size(), givers.size()));
-      for (Index k = 0; k < size_of(takers); ++k) {
-        give_first(givers, k, at(takers, k).member, d);
-      }
-      for (Index k = 0; k < size_of(takers); ++k) {
-        const Index giver = at(givers, random_.below(size_of(givers)));
-        move(giver, at(takers, random_.below(size_of(takers))).member);
-      }
+      least = step == 0 ? kExcessLeft * most : least;
+      move(at(givers_, group(at(active_, taker))), taker, most, curvatures);
     }
+    const Vector change = weights_ - result_.weights(active_);
+    const double share = best_share(z.transpose() * each_row(change).asDiagonal() * z);
+    result_.weights(active_) = share == 1 ? weights_ : Vector(weights_ - (1 - share) * change);
   }
 
-  void give_first(const Indices& givers, Index first, Index taker, const Vector& d) {
-    for (Index offset = 0; offset < size_of(givers); ++offset) {
-      const Index giver = at(givers, (first + offset) % size_of(givers));
-      if (d[giver] < d[taker] && move(giver, taker)) {
-        return;
-      }
+  // |z_j z_k^T|^2 of all pairs of active candidates.
+  RowMatrix curvatures_of(const RowMatrix& z) const {
+    const Index r = shape_.rows;
+    if (r == 1) {
+      return (z * z.transpose()).cwiseAbs2();
     }
+    RowMatrix result(z.rows() / r, z.rows() / r);
+    for (Index j = 0; j < result.rows(); ++j) {
+      const RowMatrix products = z.middleRows(j * r, r) * z.transpose();
+      const Vector squares = products.colwise().squaredNorm();
+      result.row(j) = squares.reshaped(r, result.cols()).colwise().sum();
+    }
+    return result;
   }
 
-  // Whether the bounds allowed it.
-  bool move(Index giver, Index taker) {
-    const Index from = at(active_, giver);
-    const Index to = at(active_, taker);
-    double limit = std::min(weights_[from], problem_.upper - weights_[to]);
-    if (group(from) != group(to)) {
-      limit = std::min({limit, at(sums_, group(from)) - at(problem_.groups.lower, group(from)),
-                        at(problem_.groups.upper, group(to)) - at(sums_, group(to))});
+  void move(Index giver, Index taker, double gain, const RowMatrix& curvatures) {
+    const Index from = group(at(active_, giver));
+    const Index to = group(at(active_, taker));
+    double step = std::min(weights_[giver], problem_.upper - weights_[taker]);
+    if (from != to) {
+      step = std::min({step, at(sums_, from) - at(problem_.groups.lower, from),
+                       at(problem_.groups.upper, to) - at(sums_, to)});
     }
-    if (from == to || limit <= kLeastMove) {
-      return false;
+    const double curvature =
+        curvatures(giver, giver) + curvatures(taker, taker) - 2 * curvatures(giver, taker);
+    step = gain < step * curvature ? gain / curvature : step;
+    weights_[giver] -= step;
+    weights_[taker] += step;
+    at(sums_, from) -= step;
+    at(sums_, to) += step;
+    slopes_ -= step * (curvatures.row(taker) - curvatures.row(giver)).transpose();
+  }
+
+  // The t in [0, 1] for which log det(I + t change) is largest.
+  static double best_share(const RowMatrix& change) {
+    const Eigen::ArrayXd values = symmetric_eigenvalues(change);
+    const auto rises = [&](double share) {
+      const Eigen::ArrayXd terms = 1 + share * values;
+      return terms.minCoeff() > 0 && (values / terms).sum() > 0;
+    };
+    if (rises(1)) {
+      return 1;
     }
-    const RowMatrix from_rows = rows_.rows(giver);
-    const RowMatrix to_rows = rows_.rows(taker);
-    double step = best_step(information_, from_rows, to_rows, limit);
-    if (step <= 0) {
-      return true;
+    double share = 0;
+    double width = 1;
+    for (int i = 0; i < kHalvings; ++i) {
+      width /= 2;
+      share += rises(share + width) ? width : 0;
     }
-    step = weights_[from] - step < 2 * kLeastMove ? weights_[from] : step;
-    information_.add(to_rows.data(), shape_.rows, step);
-    information_.add(from_rows.data(), shape_.rows, -step);
-    weights_[from] -= step;
-    weights_[to] += step;
-    at(sums_, group(from)) -= step;
-    at(sums_, group(to)) += step;
-    return true;
+    return share;
   }
 
   const DesignProblem& problem_;
-  Random& random_;
   Shape shape_;
-  Vector weights_;
-  std::vector<double> sums_;  // of each group
-  Information information_;
+  ApproximateDesign result_;
   Indices active_;
-  ColumnBlocks rows_;  // of the active candidates
+  Vector weights_, slopes_;   // of the active candidates, as the model has them
+  std::vector<double> sums_;  // of the weights of each group
+  Indices givers_;            // for each group, places among the active candidates
 };
 
 }  // namespace
 
 ApproximateDesign optimise_design(const DesignProblem& problem, Vector weights,
-                                  const DesignOptions& options, Random& random) {
-  return DesignOptimiser(problem, std::move(weights), random).run(options);
+                                  const DesignOptions& options) {
+  return DesignOptimiser(problem, std::move(weights)).run(options);
 }
 
 Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, double total) {

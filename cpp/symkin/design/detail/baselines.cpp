@@ -38,15 +38,12 @@ class ActiveCalibration {
       if (!add_best() || drop_worst() == added_) {
         break;
       }
-      ++exchanges;
     }
     if (size_of(chosen_) > problem_.free_count) {
       chosen_.pop_back();
     }
     return named(chosen_, available_);
   }
-
-  Index exchanges = 0;
 
  private:
   // As few poses as can show every parameter.
@@ -149,7 +146,6 @@ Selection select_sun_hollerbach(const Problem& problem) {
       choice.indices = chosen;
     }
   }
-  choice.exchanges = calibration.exchanges;
   return choice;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "symkin/support/dense.hpp"
@@ -41,16 +40,12 @@ Vector carried_weights(const Indices& from, const Vector& weights, const Indices
 
 class BoundingDesigns {
  public:
-  BoundingDesigns(const Problem& problem, Random& random, double gap)
-      : problem_(problem),
-        random_(random),
-        gap_(gap),
-        total_(static_cast<double>(problem.free_count)),
-        stride_(std::max<Index>(
-            1, problem.candidates.available() / std::max(kSample, 4 * problem.free_count))) {}
+  BoundingDesigns(const Problem& problem, double gap)
+      : problem_(problem), gap_(gap), total_(static_cast<double>(problem.free_count)) {}
 
   DesignBounds run() {
-    result_.pool = problem_.available(stride_);
+    const Index sample = std::max(kSample, 4 * problem_.free_count);
+    result_.pool = problem_.available(std::max<Index>(1, problem_.candidates.available() / sample));
     {
       const ColumnBlocks rows = problem_.whitened(result_.pool);
       result_.distinct.weights = starting_weights(rows, problem_.whitened_fixed, total_);
@@ -63,8 +58,8 @@ class BoundingDesigns {
       next_pool(screen(stride));
       solve(problem_.whitened(result_.pool), gap_);
     }
-    while (pass() > gap_ && result_.passes < kPasses) {
-      solve(problem_.whitened(result_.pool), gap_ / 2);
+    for (int passes = 1; pass() > gap_ && passes < kPasses; ++passes) {
+      solve(problem_.whitened(result_.pool), gap_ / 10);
     }
     return std::move(result_);
   }
@@ -77,43 +72,27 @@ class BoundingDesigns {
     for (ApproximateDesign* design : {&result_.distinct, &result_.repeats}) {
       const double upper = design == &result_.distinct ? 1 : total_;
       *design = optimise_design({rows, problem_.whitened_fixed, total_, upper, all},
-                                std::move(design->weights), options, random_);
+                                std::move(design->weights), options);
     }
   }
 
-  // The largest variances in every stride-th block of candidates by either design. What the last
-  // candidates show of them, more or less thinly sown than these, saves most of the sorting; it may
-  // not show too little.
-  std::vector<std::vector<RankedCandidate>> screen(Index stride) {
+  // The largest variances in every stride-th block of candidates by either design.
+  std::vector<std::vector<RankedCandidate>> screen(Index stride) const {
     const Index screened = problem_.candidates.available() / stride;
     const Index keep =
         std::max(std::clamp(screened / kThinnest, kSearch, kLargestPool), 4 * problem_.free_count);
+    // The pool itself has as many above `least` as the bounds count; far below it nothing matters.
     const auto screen_of = [&](const ApproximateDesign& design, Index kept) {
-      const double floor = likely_floor(design.variances, 2 * kept * stride / stride_);
-      return Screen{problem_.own_transform(design.factor), kept, floor};
+      return Screen{problem_.own_transform(design.factor), kept, design.least / 2};
     };
-    std::vector<Screen> screens = {screen_of(result_.distinct, keep),
-                                   screen_of(result_.repeats, kRepeatsPool)};
-    stride_ = stride;
-    auto tops = screen_candidates(problem_.candidates, screens, stride);
-    if (size_of(tops[0]) < problem_.free_count || tops[1].empty()) {
-      screens[0].floor = screens[1].floor = 0;
-      tops = screen_candidates(problem_.candidates, screens, stride);
-    }
-    return tops;
-  }
-
-  static double likely_floor(Vector variances, Index at) {
-    const Index rank = std::min(variances.size() - 1, at);
-    std::nth_element(variances.data(), variances.data() + rank, variances.data() + variances.size(),
-                     std::greater<>());
-    return 0.97 * variances[rank];
+    return screen_candidates(
+        problem_.candidates,
+        {screen_of(result_.distinct, keep), screen_of(result_.repeats, kRepeatsPool)}, stride);
   }
 
   // Bounds from all candidates, the next pool, and the larger of the two gaps.
   double pass() {
     const auto tops = screen(1);
-    ++result_.passes;
     const auto bound_of = [&](const ApproximateDesign& design, double sum) {
       const RowMatrix transform = problem_.own_transform(design.factor);
       return determinant_bound(transform, fixed_trace(transform, problem_.fixed) + sum);
@@ -151,10 +130,8 @@ class BoundingDesigns {
   }
 
   const Problem& problem_;
-  Random& random_;
   double gap_;
   double total_;
-  Index stride_;  // how much thinner than all candidates the last ones were
   DesignBounds result_;
 };
 
@@ -207,8 +184,8 @@ LargestRatio largest_ratio(const Problem& problem, const Ratio& ratio, Index kee
   return result;
 }
 
-DesignBounds bound_designs(const Problem& problem, Random& random, double gap) {
-  return BoundingDesigns(problem, random, gap).run();
+DesignBounds bound_designs(const Problem& problem, double gap) {
+  return BoundingDesigns(problem, gap).run();
 }
 
 }  // namespace symkin::design::detail

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "symkin/design/detail/problem.hpp"
-#include "symkin/support/random.hpp"
 
 namespace symkin::design::detail {
 
@@ -45,10 +44,9 @@ struct DesignOptions {
   int iterations = 200;    // passes over the candidates
 };
 
-// Randomized pairwise exchange of weight (Harman, Filova and Richtarik 2020) from feasible starting
-// weights whose information is positive definite.
+// From feasible starting weights whose information is positive definite.
 ApproximateDesign optimise_design(const DesignProblem& problem, Vector weights,
-                                  const DesignOptions& options, Random& random);
+                                  const DesignOptions& options);
 
 // A start for any upper >= 1 and one group: `total` candidates of weight one, each the best
 // addition to those before. If these do not show every parameter all candidates have equal weight.
@@ -85,12 +83,11 @@ struct DesignBounds {
   ApproximateDesign distinct;  // weights of the pool's members, no repeats
   ApproximateDesign repeats;   // the same with repeats
   Certificate certificate;     // the bounds alone
-  Index passes = 0;            // over all candidates
 };
 
 // Solved on a sample first; a pass over all candidates then bounds, finds what the sample lacks,
 // and is repeated until the bounds are within the gap (of log det). The default costs 5e-5 of
 // efficiency with eight parameters.
-DesignBounds bound_designs(const Problem& problem, Random& random, double gap = 4e-4);
+DesignBounds bound_designs(const Problem& problem, double gap = 4e-4);
 
 }  // namespace symkin::design::detail

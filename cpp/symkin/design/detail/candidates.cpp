@@ -2,11 +2,10 @@
 #include "symkin/design/detail/candidates.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
+#include "symkin/design/detail/information.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/parallel.hpp"
 
@@ -18,13 +17,52 @@ constexpr Index kKeptValues = 4'000'000;  // of rows that are in memory anyway: 
 constexpr Index kValuesPerThread = 500'000;
 constexpr Index kMadePerThread = 50'000;
 constexpr Index kChunks = 64;
-constexpr Index kLine = 8;             // doubles
 constexpr Index kBlocksPerChunk = 16;  // at least
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 
 bool ranks_before(const RankedCandidate& a, const RankedCandidate& b) {
   return a.value > b.value || (a.value == b.value && a.index < b.index);
 }
+
+// The `keep` candidates of largest value above a floor; of equal ones those of lower index.
+class TopCandidates {
+ public:
+  TopCandidates(Index keep, double floor)
+      : keep_(static_cast<std::size_t>(keep)), threshold_(floor) {}
+
+  void offer(Index index, double value) {
+    if (value > threshold_) {
+      kept_.push_back({index, value});
+      if (kept_.size() > 2 * keep_ + 64) {
+        prune();
+      }
+    }
+  }
+
+  void merge(const TopCandidates& other) {
+    kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
+  }
+
+  std::vector<RankedCandidate> sorted() {  // largest first
+    prune();
+    std::sort(kept_.begin(), kept_.end(), ranks_before);
+    return std::move(kept_);
+  }
+
+ private:
+  // Later candidates have higher indices: an equal value cannot displace what is kept.
+  void prune() {
+    if (kept_.size() > keep_) {
+      const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
+      std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
+      threshold_ = std::max(threshold_, last->value);
+      kept_.erase(last, kept_.end());
+    }
+  }
+
+  std::size_t keep_;
+  double threshold_;
+  std::vector<RankedCandidate> kept_;
+};
 
 }  // namespace
 
@@ -69,9 +107,20 @@ void Candidates::for_each_block(const Task& task, Index stride) const {
   });
 }
 
-RowMatrix Candidates::rows(Index candidate) const {
-  RowMatrix result(shape().rows, shape().parameters);
-  source_.fill(candidate, 1, result.data());
+// Kept rows are read; of an excluded candidate none are kept.
+void Candidates::read(Index candidate, double* rows) const {
+  if (kept_.count() != 0 && !excluded(candidate)) {
+    kept_.get(candidate, rows);
+  } else {
+    source_.fill(candidate, 1, rows);
+  }
+}
+
+RowMatrix Candidates::rows(const Indices& candidates) const {
+  RowMatrix result(size_of(candidates) * shape().rows, shape().parameters);
+  for (Index i = 0; i < size_of(candidates); ++i) {
+    read(at(candidates, i), result.row(i * shape().rows).data());
+  }
   return result;
 }
 
@@ -79,12 +128,7 @@ ColumnBlocks Candidates::gather(const Indices& candidates) const {
   ColumnBlocks result(size_of(candidates), shape());
   RowMatrix values(shape().rows, shape().parameters);
   for (Index i = 0; i < result.count(); ++i) {
-    const Index candidate = at(candidates, i);
-    if (kept_.count() != 0 && !excluded(candidate)) {
-      kept_.get(candidate, values.data());
-    } else {
-      source_.fill(candidate, 1, values.data());
-    }
+    read(at(candidates, i), values.data());
     result.set(i, values.data());
   }
   return result;
@@ -122,20 +166,10 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
     source_.fill(first, count, rows.data());
     values = rows.data();
   }
-  for (Index lane = 0; lane < count; lane += kLine) {
-    // Whole cache lines of a column: a lane at a time would write all columns in turn.
-    const Index lanes = std::min(kLine, count - lane);
-    for (Index c = 0; c < width; ++c) {
-      for (Index k = 0; k < lanes; ++k) {
-        columns[c * kBlock + lane + k] = values[(lane + k) * width + c];
-      }
-    }
-  }
   for (Index lane = 0; lane < kBlock; ++lane) {
-    if (lane >= count || excluded(first + lane)) {
-      for (Index c = 0; c < width; ++c) {
-        columns[c * kBlock + lane] = 0;
-      }
+    const bool is_known = lane < count && !excluded(first + lane);
+    for (Index c = 0; c < width; ++c) {
+      columns[c * kBlock + lane] = is_known ? values[lane * width + c] : 0;
     }
   }
 }
@@ -151,40 +185,6 @@ void Candidates::refuse_infinite() const {
     }
   }
   throw InvalidInput("the candidates' rows are too large: the sum of their squares overflows");
-}
-
-TopCandidates::TopCandidates(Index keep, double floor)
-    : keep_(static_cast<std::size_t>(keep)), capacity_(2 * keep_ + 64), threshold_(floor) {}
-
-void TopCandidates::prune() {
-  if (kept_.size() <= keep_) {
-    return;
-  }
-  const auto last = kept_.begin() + static_cast<std::ptrdiff_t>(keep_);
-  std::nth_element(kept_.begin(), last, kept_.end(), ranks_before);
-  // Later candidates have higher indices: an equal value cannot displace what is kept.
-  threshold_ = std::max(threshold_, last->value);
-  kept_.erase(last, kept_.end());
-}
-
-void TopCandidates::offer_block(Index first, const double* values, const double* group_max) {
-  for (Index lane = 0; lane < kBlock; ++lane) {
-    if (lane % kGroup == 0 && !(group_max[lane / kGroup] > threshold_)) {
-      lane += kGroup - 1;
-    } else {
-      offer(first + lane, values[lane]);
-    }
-  }
-}
-
-void TopCandidates::merge(const TopCandidates& other) {
-  kept_.insert(kept_.end(), other.kept_.begin(), other.kept_.end());
-}
-
-std::vector<RankedCandidate> TopCandidates::sorted() {
-  prune();
-  std::sort(kept_.begin(), kept_.end(), ranks_before);
-  return kept_;
 }
 
 Indices indices_of(const std::vector<RankedCandidate>& candidates) {
@@ -216,22 +216,19 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
   std::vector<std::vector<TopCandidates>> tops(static_cast<std::size_t>(candidates.chunks()), none);
   candidates.for_each_block(
       [&](Index chunk, Index first, const double* columns) {
-        alignas(64) double trace[kBlock], loss[kBlock];
-        double group_max[kGroups], unused[kGroups];
-        Span spans[kMaxRows];
-        find_spans(columns, shape, spans);
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          kernels().compute({columns, shape, spans, nullptr, trace, group_max},
-                            screen.transform.data());
+          alignas(64) double traces[kBlock];
+          alignas(64) double losses[kBlock] = {};
+          compute_traces(columns, shape, screen.transform, traces);
           if (screen.loss.size() != 0) {
-            // The largest traces of the groups remain above what is left of them.
-            kernels().compute({columns, shape, spans, nullptr, loss, unused}, screen.loss.data());
-            for (Index lane = 0; lane < kBlock; ++lane) {
-              trace[lane] = trace[lane] > 0 ? trace[lane] - screen.share * loss[lane] : kNever;
+            compute_traces(columns, shape, screen.loss, losses);
+          }
+          for (Index lane = 0; lane < kBlock; ++lane) {
+            if (traces[lane] > 0) {
+              at(tops, chunk)[s].offer(first + lane, traces[lane] - screen.share * losses[lane]);
             }
           }
-          at(tops, chunk)[s].offer_block(first, trace, group_max);
         }
       },
       stride);

@@ -25,9 +25,12 @@ class Candidates {
   Index blocks() const { return (size() + kBlock - 1) / kBlock; }
 
   // The rows of one candidate, excluded or not: rows_per_pose x parameters.
-  RowMatrix rows(Index candidate) const;
+  RowMatrix rows(Index candidate) const { return rows(Indices{candidate}); }
 
-  // The rows of some candidates, in their order.
+  // The rows of some candidates, one below the other.
+  RowMatrix rows(const Indices& candidates) const;
+
+  // The same in columns.
   ColumnBlocks gather(const Indices& candidates) const;
 
   // task(chunk, first candidate, columns) for every stride-th block of each chunk of blocks, one
@@ -42,6 +45,7 @@ class Candidates {
 
  private:
   Index first_block(Index chunk) const { return blocks() * chunk / chunks(); }
+  void read(Index candidate, double* rows) const;
   void load(Index block, std::vector<double>& rows, double* columns) const;
   [[noreturn]] void refuse_infinite() const;
 
@@ -55,32 +59,6 @@ class Candidates {
 struct RankedCandidate {
   Index index;
   double value;
-};
-
-// The `keep` candidates of largest value above a floor; of equal ones those of lower index.
-class TopCandidates {
- public:
-  explicit TopCandidates(Index keep, double floor = 0);
-
-  void offer(Index index, double value) {
-    if (value > threshold_) {
-      kept_.push_back({index, value});
-      if (kept_.size() >= capacity_) {
-        prune();
-      }
-    }
-  }
-  // A block of candidates with the largest value of each group; most groups hold none to keep.
-  void offer_block(Index first, const double* values, const double* group_max);
-  void merge(const TopCandidates& other);
-  std::vector<RankedCandidate> sorted();  // largest first
-
- private:
-  void prune();
-
-  std::size_t keep_, capacity_;
-  double threshold_;
-  std::vector<RankedCandidate> kept_;
 };
 
 Indices indices_of(const std::vector<RankedCandidate>& candidates);

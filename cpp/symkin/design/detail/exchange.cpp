@@ -18,10 +18,9 @@ namespace {
 constexpr Index kSmallestKick = 6;
 constexpr Index kLargestKick = 16;
 constexpr int kVerifications = 20;
+constexpr std::uint64_t kStream = 13;    // of the kicks: as good as any for the shipped mechanisms
 constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candidate
-constexpr double kGain = 1e-9;           // above what the search in the pool leaves
-constexpr Index kReturned = 256;
-constexpr Index kParts = 16;  // of the pool, for the kicks
+constexpr Index kParts = 16;             // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
 constexpr int kExchangeRounds = 12;
 
@@ -46,68 +45,17 @@ Indices made_regular(const Problem& problem, const Indices& pool, const Indices&
   return search.chosen();
 }
 
-// One pass over all candidates: those whose exchange for some chosen one raises log det M, the best
-// few hundred of them, ascending. None: no single exchange can improve the selection.
-Indices improving_candidates(const Problem& problem, const Indices& chosen) {
+// One pass over all candidates: those whose exchange for a chosen one may raise log det M. No ratio
+// of the determinants is above one unless d_j > d_i.
+Indices challengers(const Problem& problem, const Indices& chosen) {
   const RowMatrix factor = inverse_factor(problem.whitened_information(chosen));
   if (factor.size() == 0) {
     return {};
   }
-  const RowMatrix transform = problem.own_transform(factor);
-  const RowMatrix inverse = transform.transpose() * transform;
-  std::vector<LeavingPose> leaving;
-  double least_trace = std::numeric_limits<double>::infinity();
-  for (const Index candidate : chosen) {
-    const RowMatrix rows = problem.candidates.rows(candidate);
-    leaving.emplace_back(rows, rows * inverse);
-    least_trace = std::min(least_trace, leaving.back().trace());
-  }
-  // Of one that some chosen pose is too near to, and that may only take the place of this one.
-  const auto crowded_ratio = [&](Index j, const RowMatrix& rows) {
-    double best = 0;
-    for (Index i = 0; i < size_of(chosen); ++i) {
-      Indices others = chosen;
-      others.erase(others.begin() + i);
-      if (problem.spacing.fits(j, others)) {
-        best = std::max(best, at(leaving, i).ratio(rows, rows * inverse * rows.transpose()));
-      }
-    }
-    return best;
-  };
-  const Shape shape = problem.shape();
-  std::vector<TopCandidates> found(static_cast<std::size_t>(problem.candidates.chunks()),
-                                   TopCandidates(kReturned, 1 + kGain));
-  problem.candidates.for_each_block([&](Index chunk, Index first, const double* columns) {
-    AlignedArray gram(shape.gram_size() * kBlock);
-    alignas(64) double trace[kBlock];
-    double group_max[kGroups];
-    Span spans[kMaxRows];
-    find_spans(columns, shape, spans);
-    const BlockProducts block{columns, shape, spans, gram.data(), trace, group_max};
-    kernels().compute(block, transform.data());
-    for (Index lane = 0; lane < kBlock; ++lane) {
-      // No ratio is above one unless d_j > d_i.
-      if (trace[lane] > least_trace && contains(chosen, first + lane)) {
-        trace[lane] = kHidden;
-      } else if (trace[lane] > least_trace && !problem.spacing.fits(first + lane, chosen)) {
-        trace[lane] = kHidden;
-        at(found, chunk)
-            .offer(first + lane, crowded_ratio(first + lane, rows_in(columns, lane, shape)));
-      }
-    }
-    for (const LeavingPose& pose : leaving) {
-      BestPair best{1 + kGain, -1};
-      kernels().best_pair(block, pose.view(), best);
-      if (best.lane >= 0) {
-        at(found, chunk).offer(first + best.lane, best.ratio);
-      }
-    }
-  });
-  TopCandidates all(kReturned);
-  for (const TopCandidates& chunk : found) {
-    all.merge(chunk);
-  }
-  return joined({}, indices_of(all.sorted()));
+  const double least = variances(problem.whitened(chosen), factor).minCoeff();
+  return indices_of(screen_candidates(problem.candidates, {{problem.own_transform(factor),
+                                                            problem.candidates.available(), least}})
+                        .front());
 }
 
 // For a criterion other than O1: from the selection of best determinant, kicks and exchanges in
@@ -132,7 +80,6 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     CriterionSearch search(problem,
                            joined(joined(design.candidates, choice.indices), indices_of(top)),
                            choice.indices);
-    ++choice.passes;
     const double before = search.merit();
     search.descend();
     if (round == 0) {
@@ -141,7 +88,6 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
     }
     search.descend_thoroughly();
     choice.indices = search.chosen();
-    choice.exchanges += search.exchanges();
     if (round > 0 && search.merit() <= before) {
       break;
     }
@@ -153,10 +99,9 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
 
 Selection select_exchange(const Problem& problem) {
   Selection choice;
-  Random random(problem.options.seed);
-  const DesignBounds bounds = bound_designs(problem, random);
+  Random random(problem.options.seed, kStream);
+  const DesignBounds bounds = bound_designs(problem);
   choice.certificate = bounds.certificate;
-  choice.passes = bounds.passes;
   choice.indices = problem.rounded(by_weight(bounds));
   {
     const Indices pool = joined(bounds.search, choice.indices);
@@ -166,18 +111,15 @@ Selection select_exchange(const Problem& problem) {
     search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
                             std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
     choice.indices = search.chosen();
-    choice.exchanges = search.exchanges();
   }
-  Indices pool = bounds.pool;
-  Indices better = choice.indices;
-  for (int round = 0; round < kVerifications && !better.empty(); ++round) {
-    pool = joined(pool, better);
+  // Until no single exchange with any candidate is an improvement.
+  bool improved = true;
+  for (int round = 0; improved && round < kVerifications; ++round) {
+    const Indices pool = joined(challengers(problem, choice.indices), choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
     choice.indices = search.chosen();
-    choice.exchanges += search.exchanges();
-    better = improving_candidates(problem, choice.indices);
-    ++choice.passes;
+    improved = search.exchanges() > 0;
   }
   const bool determinant = problem.options.criterion == Criterion::O1;
   // Poses that do not show every parameter have no other criterion either; they are refused.

@@ -103,7 +103,6 @@ class BranchAndBound {
         problem_(problem),
         candidates_(problem.whitened(candidates)),
         points_(candidate_points(candidates_)),
-        random_(1),
         start_(start) {
     for (const Index candidate : chosen) {
       best.push_back(std::lower_bound(candidates.begin(), candidates.end(), candidate) -
@@ -172,7 +171,7 @@ class BranchAndBound {
     options.target = goal();
     options.share = kShare;
     ApproximateDesign design = optimise_design(
-        {rows, problem_.whitened_fixed, count(), 1, node.groups}, node.weights, options, random_);
+        {rows, problem_.whitened_fixed, count(), 1, node.groups}, node.weights, options);
     node.bound = std::min(node.bound, determinant_bound(design.factor, design.trace));
     node.weights = std::move(design.weights);
     node.variances = std::move(design.variances);
@@ -195,13 +194,9 @@ class BranchAndBound {
              std::make_pair(-node.weights[b], -node.variances[b]);
     });
     order.erase(last, order.end());
-    RowMatrix matrix = problem_.whitened_fixed;
     const Indices chosen = named(order, node.members);
-    for (const Index j : chosen) {
-      const RowMatrix rows = candidates_.rows(j);
-      matrix += rows.transpose() * rows;
-    }
-    const RowMatrix factor = inverse_factor(matrix);
+    const RowMatrix rows = candidates_.rows(chosen);
+    const RowMatrix factor = inverse_factor(problem_.whitened_fixed + rows.transpose() * rows);
     if (factor.size() != 0 && log_determinant(factor) > log_det) {
       log_det = log_determinant(factor);
       best = chosen;
@@ -332,7 +327,6 @@ class BranchAndBound {
   const Problem& problem_;
   ColumnBlocks candidates_;  // whitened
   RowMatrix points_;
-  Random random_;
   Clock::time_point start_;
   double unresolved_ = -std::numeric_limits<double>::infinity();
   std::priority_queue<Node> open_;
@@ -362,8 +356,7 @@ Indices promising(const Problem& problem, const RowMatrix& factor, const Indices
 Selection select_exhaustive(const Problem& problem) {
   const auto start = Clock::now();
   Selection choice = select_exchange(problem);
-  Random random(problem.options.seed, 2);
-  const DesignBounds bounds = bound_designs(problem, random, kGap);
+  const DesignBounds bounds = bound_designs(problem, kGap);
   const Indices kept = promising(problem, bounds.distinct.factor, choice.indices);
   // A good set has its poses near those that the design with repeats would measure again and
   // again; somewhat more clusters than these need the fewest nodes.

@@ -16,39 +16,35 @@ constexpr int kUpdatesKept = 32;
 // I - D_ii is singular if the others do not do without the pose; this keeps its inverse finite and
 // the ratio right to as many digits.
 constexpr double kRidge = 1e-9;
-constexpr double kStepTolerance = 1e-6;  // of the limit
 
 }  // namespace
 
+void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces) {
+  double group_max[kGroups];
+  kernels().compute({columns, shape, nullptr, traces, group_max}, factor.data());
+}
+
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
   Vector result(candidates.count());
-  alignas(64) double trace[kBlock];
-  double unused[kGroups];
-  Span spans[kMaxRows];
+  alignas(64) double traces[kBlock];
   for (Index b = 0; b < candidates.blocks(); ++b) {
-    find_spans(candidates.block(b), candidates.shape(), spans);
-    kernels().compute({candidates.block(b), candidates.shape(), spans, nullptr, trace, unused},
-                      factor.data());
-    std::copy_n(trace, std::min(kBlock, result.size() - b * kBlock), result.data() + b * kBlock);
+    compute_traces(candidates.block(b), candidates.shape(), factor, traces);
+    std::copy_n(traces, std::min(kBlock, result.size() - b * kBlock), result.data() + b * kBlock);
   }
   return result;
 }
 
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
-      spans_(static_cast<std::size_t>(x_.blocks() * x_.shape().rows), {0, x_.shape().parameters}),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
       gram_(x_.blocks() * gram_size_ * kBlock),
       trace_(x_.blocks() * kBlock),
       group_max_(x_.blocks() * kGroups) {}
 
 BlockProducts Products::block(Index b) const {
-  return {x_.block(b),
-          x_.shape(),
-          &at(spans_, b * x_.shape().rows),
-          gram_.data() + b * gram_size_ * kBlock,
-          trace_.data() + b * kBlock,
-          group_max_.data() + b * kGroups};
+  return {x_.block(b), x_.shape(),
+          gram_size_ == 0 ? nullptr : gram_.data() + b * gram_size_ * kBlock,
+          trace_.data() + b * kBlock, group_max_.data() + b * kGroups};
 }
 
 double* Products::lane(Index candidate) const {
@@ -57,7 +53,6 @@ double* Products::lane(Index candidate) const {
 
 void Products::compute(const RowMatrix& factor) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    find_spans(x_.block(b), x_.shape(), &at(spans_, b * x_.shape().rows));
     kernels().compute(block(b), factor.data());
   }
 }
@@ -79,9 +74,10 @@ void Products::set(Index candidate, const RowMatrix& products) {
   group_max_[candidate / kGroup] = *std::max_element(first, first + kGroup);
 }
 
-// Whatever is added to it, its trace stays so.
+// Whatever is added to it, its trace stays below zero.
 void Products::hide(Index candidate) {
-  set(candidate, RowMatrix::Constant(x_.shape().rows, x_.shape().rows, kHidden));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  set(candidate, RowMatrix::Constant(x_.shape().rows, x_.shape().rows, -kInfinity));
 }
 
 RowMatrix Products::of(Index candidate) const {
@@ -146,61 +142,14 @@ void Information::add(const double* rows, Index count, double weight, Products* 
   }
 }
 
-LeavingPose::LeavingPose(const RowMatrix& rows, RowMatrix solved)
-    : y_(std::move(solved)), trace_(rows.cwiseProduct(y_).sum()) {
-  base_ = 1 - trace_;
-  if (rows.rows() > 1) {
-    const RowMatrix rest =
-        (1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) - rows * y_.transpose();
-    s_ = inverse(rest);
-    base_ = determinant(rest);
-  }
-}
-
-double LeavingPose::ratio(const RowMatrix& rows, const RowMatrix& products) const {
+Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
+  const double trace = rows.cwiseProduct(solved).sum();
   if (rows.rows() == 1) {
-    const double cross = rows.row(0).dot(y_.row(0));
-    return (1 + products(0, 0)) * base_ + cross * cross;
+    return {std::move(solved), {}, 1 - trace, trace};
   }
-  const RowMatrix e = rows * y_.transpose();
-  const RowMatrix bordered =
-      RowMatrix::Identity(rows.rows(), rows.rows()) + products + e * s_ * e.transpose();
-  return base_ * determinant(bordered);
-}
-
-// With G the products of both and E = diag(I, -I), log det(I + a E G) = sum log(1 + a l) over the
-// eigenvalues l of E G, which are real: its slope falls while all terms are positive.
-double best_step(const Information& information, const ConstRows& giver, const ConstRows& taker,
-                 double limit) {
-  const Index r = giver.rows();
-  RowMatrix pair(2 * r, giver.cols());
-  pair << taker, giver;
-  const RowMatrix solved = pair.lazyProduct(information.inverse());
-  const RowMatrix gram = solved.lazyProduct(pair.transpose());
-  const double gain = gram.diagonal().head(r).sum() - gram.diagonal().tail(r).sum();
-  if (!(gain > 0)) {
-    return 0;
-  }
-  if (r == 1) {  // (d_l - d_k) / (2 (d_l d_k - d_kl^2))
-    const double curvature = 2 * (gram(0, 0) * gram(1, 1) - gram(0, 1) * gram(1, 0));
-    return gain < limit * curvature ? gain / curvature : limit;
-  }
-  const SymmetricEigen eigen = symmetric_eigen(gram);
-  const RowMatrix root =
-      eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
-  const RowMatrix signed_gram = root.leftCols(r) * root.leftCols(r).transpose() -
-                                root.rightCols(r) * root.rightCols(r).transpose();
-  const Eigen::ArrayXd values = symmetric_eigenvalues(signed_gram);
-  const auto rises = [&](double step) {
-    const Eigen::ArrayXd terms = 1 + step * values;
-    return terms.minCoeff() > 0 && (values / terms).sum() > 0;
-  };
-  double low = rises(limit) ? limit : 0;
-  for (double width = limit - low; width > kStepTolerance * limit;) {
-    width /= 2;
-    low += rises(low + width) ? width : 0;
-  }
-  return low;
+  const RowMatrix rest =
+      (1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) - rows * solved.transpose();
+  return {std::move(solved), inverse(rest), determinant(rest), trace};
 }
 
 }  // namespace symkin::design::detail

@@ -5,6 +5,9 @@
 
 namespace symkin::design::detail {
 
+// d_j of a block of candidates for A = T^T T, as below; `traces` starts at a cache line.
+void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces);
+
 // d_j = trace(C_j A C_j^T) of candidates for A = T^T T, T lower triangular.
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor);
 
@@ -30,8 +33,7 @@ class Products {
   double* lane(Index candidate) const;  // of its first gram column
 
   const ColumnBlocks& x_;
-  std::vector<Span> spans_;  // of all blocks; all columns until products are computed
-  Index gram_size_;          // columns a block; none with one row
+  Index gram_size_;  // columns a block; none with one row
   mutable AlignedArray gram_, trace_, group_max_;
 };
 
@@ -63,26 +65,7 @@ class Information {
   bool positive_definite_ = false;
 };
 
-// A chosen pose that might be exchanged: C_i A, D_ii = C_i A C_i^T and (I - D_ii)^-1.
-class LeavingPose {
- public:
-  // C_i and C_i A, rows x parameters.
-  LeavingPose(const RowMatrix& rows, RowMatrix solved);
-
-  Leaving view() const { return {y_.data(), s_.data(), base_, trace_}; }
-  double trace() const { return trace_; }
-
-  // The ratio of the determinants after and before the exchange for a candidate's rows and D_jj.
-  double ratio(const RowMatrix& rows, const RowMatrix& products) const;
-
- private:
-  RowMatrix y_, s_;
-  double base_, trace_;
-};
-
-// The weight to move from the candidate with rows `giver` to that with rows `taker` (rows x p) so
-// that log det(M + a (taker^T taker - giver^T giver)) is largest over 0 <= a <= limit.
-double best_step(const Information& information, const ConstRows& giver, const ConstRows& taker,
-                 double limit);
+// Of a chosen pose with the rows C_i, for C_i A.
+Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved);
 
 }  // namespace symkin::design::detail

@@ -154,24 +154,13 @@ ColumnBlocks Problem::whitened(const Indices& chosen) const {
 }
 
 RowMatrix Problem::whitened_information(const Indices& chosen) const {
-  const ColumnBlocks rows = whitened(chosen);
-  RowMatrix sum = whitened_fixed;
-  for (Index b = 0; b < rows.blocks(); ++b) {
-    for (Index row = 0; row < shape().rows; ++row) {
-      const auto columns = columns_of(rows.block(b), row, parameters());
-      sum.noalias() += columns.transpose() * columns;
-    }
-  }
-  return sum;
+  const RowMatrix rows = candidates.rows(chosen) * whitening.transform.transpose();
+  return whitened_fixed + rows.transpose() * rows;
 }
 
 RowMatrix Problem::information(const Indices& chosen) const {
-  RowMatrix result = fixed;
-  for (const Index candidate : chosen) {
-    const RowMatrix rows = candidates.rows(candidate);
-    result += rows.transpose() * rows;
-  }
-  return result;
+  const RowMatrix rows = candidates.rows(chosen);
+  return fixed + rows.transpose() * rows;
 }
 
 double Problem::log_det(const Indices& chosen) const {

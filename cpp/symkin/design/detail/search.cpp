@@ -177,7 +177,7 @@ void DeterminantSearch::exchange(const Pair& pair) {
 
 // The best partner of the first pose that has one, poses of least variance first: their exchange
 // gains most. To compare with the partners of all the others would cost more than it gains.
-DeterminantSearch::Pair DeterminantSearch::next_pair() const {
+DeterminantSearch::Pair DeterminantSearch::next_pair() {
   const Index r = shape_.rows;
   const RowMatrix solved = chosen_rows_ * information_.inverse();
   const Vector by_row = chosen_rows_.cwiseProduct(solved).rowwise().sum();
@@ -192,27 +192,28 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() const {
       break;
     }
     untried[pair.place] = std::numeric_limits<double>::infinity();
-    const LeavingPose leaving(chosen_rows_.middleRows(pair.place * r, r),
-                              solved.middleRows(pair.place * r, r));
-    products_.best_pair(leaving.view(), pair.best);
-    if (spaced) {
-      consider_neighbours(leaving, pair);
+    const Indices neighbours = show_neighbours(pair.place);
+    products_.best_pair(leaving_pose(chosen_rows_.middleRows(pair.place * r, r),
+                                     solved.middleRows(pair.place * r, r)),
+                        pair.best);
+    for (const Index member : neighbours) {
+      products_.hide(member);
     }
   }
   return pair;
 }
 
-// Members that only the leaving pose is too near to.
-void DeterminantSearch::consider_neighbours(const LeavingPose& leaving, Pair& pair) const {
-  for (Index j = 0; j < rows_.count(); ++j) {
-    if (products_.trace(j) < 0 && allowed(pair.place, j)) {
+// Members that only the pose at this place is too near to.
+Indices DeterminantSearch::show_neighbours(Index place) {
+  Indices shown;
+  for (Index j = 0; problem_.spacing.active() && j < rows_.count(); ++j) {
+    if (products_.trace(j) < 0 && allowed(place, j)) {
       const RowMatrix rows = rows_.rows(j);
-      const double ratio = leaving.ratio(rows, rows * information_.inverse() * rows.transpose());
-      if (ratio > pair.best.ratio) {
-        pair.best = {ratio, j};
-      }
+      products_.set(j, rows * information_.inverse() * rows.transpose());
+      shown.push_back(j);
     }
   }
+  return shown;
 }
 
 void DeterminantSearch::descend(double known) {

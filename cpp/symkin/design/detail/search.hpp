@@ -69,8 +69,8 @@ class DeterminantSearch final : public PoolSearch {
 
   void rebuild() override;
   void exchange(const Pair& pair);
-  Pair next_pair() const;
-  void consider_neighbours(const LeavingPose& leaving, Pair& pair) const;
+  Pair next_pair();
+  Indices show_neighbours(Index place);
 
   Shape shape_;
   RowMatrix fixed_;  // whitened
