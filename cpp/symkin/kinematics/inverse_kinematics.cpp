@@ -119,7 +119,6 @@ double determinant(const Eigen::Matrix<double, N, N, Eigen::RowMajor>& matrix) {
 
 template <int Dof>
 double root_determinant(const double* jacobian, Index count) {
-  using Square = Eigen::Matrix<double, Dof, Dof, Eigen::RowMajor>;
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Dof, Eigen::RowMajor>;
   const Eigen::Map<const Jacobian> rows(jacobian, count, Dof);
   if (count == Dof) {
