@@ -303,18 +303,15 @@ PseudoInverse pseudo_inverse(const MatrixXd& matrix, double threshold) {
     inverse = qr.colsPermutation() * inverse;
   } else if (rank > 0) {
     const MatrixXd top = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
-    const MatrixXd gram = top * top.transpose();
-    inverse = top.transpose() * gram.ldlt().solve(q.leftCols(rank).transpose());
+    const Eigen::PartialPivLU<MatrixXd> gram(top * top.transpose());
+    inverse = top.transpose() * (gram.inverse() * q.leftCols(rank).transpose());
     inverse = qr.colsPermutation() * inverse;
   }
   return {std::move(inverse), q.rightCols(m - rank)};
 }
 
 Vector least_squares(const MatrixXd& matrix, const Vector& right, double threshold) {
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-  solver.setThreshold(threshold);
-  solver.compute(matrix);
-  return solver.solve(right);
+  return pseudo_inverse(matrix, threshold).matrix * right;
 }
 
 }  // namespace symkin
