@@ -118,23 +118,6 @@ class BatchedLeg {
     }
   }
 
-  SYMKIN_FLATTEN static void closure(LegSpan legs, PoseSpan poses, const double* readings,
-                                     double* closures) {
-    const PerLeg<Values> all(legs, values);
-    for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
-      const Rows rows(first, poses.count);
-      const Pose pose = Pose::constant(coordinates(poses, rows).data());
-      const double* reading = readings;
-      double* column = closures;
-      for (const Values& leg : all) {
-        const T q = leg.sensor.active_joint(rows.read(reading++, legs.count));
-        for (const T& h : Sensed::template closures<T>(leg.geometry, pose, Sensed::joint(q))) {
-          rows.write(h, column++, legs.count * kClosures);
-        }
-      }
-    }
-  }
-
   SYMKIN_FLATTEN static void by_pose(LegSpan legs, PoseSpan poses, const double* readings,
                                      double* closures, double* by_pose, double* by_reading) {
     using D = Dual<T, kDof + 1>;

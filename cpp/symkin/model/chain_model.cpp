@@ -46,12 +46,6 @@ void ChainModel::reach_margin(ConstVector parameters, ConstRows poses,
   kernels_.reach({&leg, 1}, span(poses), margins.data());
 }
 
-void ChainModel::closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-                         Eigen::Ref<Vector> values) const {
-  const LegValues leg = one_leg(parameters);
-  kernels_.closure({&leg, 1}, span(poses), readings.data(), values.data());
-}
-
 void ChainModel::linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                            ClosureRows& rows) const {
   rows.resize(poses.rows() * info().closures, parameter_count(),

@@ -19,8 +19,6 @@ class ChainModel : public LegModel {
                           Eigen::Ref<Vector> readings) const final;
   void reach_margin(ConstVector parameters, ConstRows poses,
                     Eigen::Ref<Vector> margins) const final;
-  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-               Eigen::Ref<Vector> values) const final;
   void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                  ClosureRows& rows) const final;
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,

@@ -42,7 +42,6 @@ struct PoseSpan {
 struct LegKernels {
   void (*inverse)(LegSpan legs, PoseSpan poses, double* readings);
   void (*reach)(LegSpan legs, PoseSpan poses, double* margins);
-  void (*closure)(LegSpan legs, PoseSpan poses, const double* readings, double* closures);
   void (*by_pose)(LegSpan legs, PoseSpan poses, const double* readings, double* closures,
                   double* by_pose, double* by_reading);
   // Of one leg.

@@ -11,9 +11,8 @@ namespace symkin {
 template <typename Leg, typename Sensor, typename T>
 constexpr LegKernels leg_kernels() {
   using Batched = detail::BatchedLeg<Leg, Sensor, T>;
-  return {Batched::inverse,   Batched::reach,
-          Batched::closure,   Batched::by_pose,
-          Batched::linearise, detail::Newton<detail::ChainLegs<Leg, Sensor, T>>::forward};
+  return {Batched::inverse, Batched::reach, Batched::by_pose, Batched::linearise,
+          detail::Newton<detail::ChainLegs<Leg, Sensor, T>>::forward};
 }
 
 }  // namespace symkin

@@ -71,10 +71,6 @@ class ModelInLayout final : public LegModel {
                     Eigen::Ref<Vector> margins) const override {
     chain_.reach_margin(own(parameters), poses, margins);
   }
-  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-               Eigen::Ref<Vector> values) const override {
-    chain_.closure(own(parameters), poses, readings, values);
-  }
   void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                  ClosureRows& rows) const override {
     chain_.linearise(own(parameters), poses, readings, rows);

@@ -44,4 +44,12 @@ void PoseDerivatives::part_from_reading(Index closures) {
                             {{closure.data(), 1}, {by_pose.data(), dof}});
 }
 
+// Asked for too seldom for a kernel of its own.
+void LegModel::closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+                       Eigen::Ref<Vector> values) const {
+  ClosureRows rows;
+  linearise_pose(parameters, poses, readings, rows);
+  values = rows.closure;
+}
+
 }  // namespace symkin

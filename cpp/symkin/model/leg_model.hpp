@@ -56,8 +56,8 @@ class LegModel {
                             Eigen::Ref<Vector> margins) const = 0;
 
   // Values and rows as in ClosureRows.
-  virtual void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
-                       Eigen::Ref<Vector> values) const = 0;
+  void closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+               Eigen::Ref<Vector> values) const;
   virtual void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                          ClosureRows& rows) const = 0;
   // The same without by_parameters, which is left as it is.
