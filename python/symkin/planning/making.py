@@ -413,11 +413,15 @@ def _spares(
     """
     mechanism = demands.mechanism
     few = np.flatnonzero(allowed)[:: -(-len(poses) // _THINNED)]
-    some = np.unique(np.concatenate([chosen, few]))
+    is_chosen = np.zeros(len(poses), dtype=np.bool_)
+    is_chosen[chosen] = True
+    looked_at = is_chosen.copy()
+    looked_at[few] = True
+    some = np.flatnonzero(looked_at)
+    is_chosen = is_chosen[some]
     rows = task.rows(poses[some], demands.rows)
     limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
     safe = mechanism.singularity_measures(poses[some])[2] <= limit
-    is_chosen = np.isin(some, chosen)
     if np.count_nonzero(safe & ~is_chosen) < count:
         safe[:] = True
     # Poses that may be missed count for little, but keep the information regular.
