@@ -15,7 +15,8 @@ from symkin.identification import FitOptions
 from symkin.io.measurements import measurement_columns, read_fleet
 from symkin.io.tables import write_table
 from symkin.measurements import Measurements
-from symkin.settings import NoiseSettings
+from symkin.poses import framed
+from symkin.settings import Frames, NoiseSettings
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,22 @@ def test_a_robot_of_a_fleet_is_identified_as_it_is_alone(mechanism, robots):
             )
         assert fleet.robots == tuple(robots)
         assert set(fleet.verdicts) == {"fits"}
+
+
+def test_a_fleet_is_measured_in_its_devices_frame(mechanism, robots):
+    placed = mechanism.replace(frames=Frames(base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17)))
+    shorter = {
+        name: each.subset(np.arange(len(each.poses) - left))
+        for left, (name, each) in enumerate(robots.items())
+    }
+    seen = {
+        name: dataclasses.replace(each, poses=framed(placed, each.poses))
+        for name, each in shorter.items()
+    }
+    found = symkin.identify_many(placed, seen)
+    known = symkin.identify_many(mechanism, shorter)
+    np.testing.assert_allclose(found.parameters, known.parameters, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.deviations, known.deviations, rtol=1e-9)
 
 
 def test_a_failed_robot_is_a_row_that_says_why(mechanism, robots):
