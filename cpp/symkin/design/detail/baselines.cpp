@@ -13,7 +13,7 @@
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kStartingRidge = 1e-6;  // until the poses of the start show every parameter
+constexpr double kRidge = 1e-6;  // until the poses of the start show every parameter
 constexpr double kRounding = 1e-12;
 
 // Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one,
@@ -57,7 +57,7 @@ class ActiveCalibration {
         chosen_.push_back(j);
       }
     }
-    rebuild(kStartingRidge);
+    rebuild(kRidge);
   }
 
   bool allowed(Index j) const {

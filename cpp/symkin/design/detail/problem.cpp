@@ -16,7 +16,7 @@ namespace symkin::design::detail {
 namespace {
 
 constexpr double kRankTolerance = 1e-10;  // of the largest singular value
-constexpr double kShortest = 1e-14;       // of the longest column: no unit makes one so short
+constexpr double kRounding = 1e-14;       // of the longest column: no unit makes one so short
 // Squaring the rows into an information matrix keeps this ratio of singular values to six digits.
 constexpr double kSafeEigenvalueRatio = 1e-10;
 
@@ -76,7 +76,7 @@ RowMatrix careful_transform(const Candidates& candidates, const RowMatrix& fixed
   const Index p = r.cols();
   RowMatrix scaled = r;
   Vector lengths = r.colwise().norm();
-  const double nothing = kShortest * lengths.maxCoeff();
+  const double nothing = kRounding * lengths.maxCoeff();
   for (Index c = 0; c < p; ++c) {
     if (lengths[c] <= nothing) {
       scaled.col(c).setZero();
