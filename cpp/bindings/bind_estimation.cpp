@@ -378,19 +378,6 @@ void bind_fleet(py::module_& module) {
       .def_readonly("failures", &Fleet::failures);
   module.def(
       "identify_many",
-      [](const symkin::Mechanism& mechanism, const symkin::MeasurementSet& measurements,
-         const std::vector<symkin::Index>& first, symkin::Estimator estimator, symkin::PoseUse use,
-         const symkin::MeasurementNoise& noise, symkin::RobustLoss::Kind loss, double loss_scale,
-         int max_iterations, int threads) {
-        const symkin::IdentificationOptions options{
-            estimator, use, noise, {loss, loss_scale}, max_iterations};
-        return symkin::identify_many(mechanism, measurements, first, options, threads);
-      },
-      py::arg("mechanism"), py::arg("measurements"), py::arg("first"), py::arg("estimator"),
-      py::arg("use"), py::arg("noise"), py::arg("loss"), py::arg("loss_scale"),
-      py::arg("max_iterations"), py::arg("threads"), ReleaseGil());
-  module.def(
-      "identify_many",
       [](const symkin::Mechanism& mechanism, const std::vector<Rows>& poses,
          const std::vector<Rows>& readings, const std::vector<Sets>& leg_sets,
          symkin::Estimator estimator, symkin::PoseUse use, const symkin::MeasurementNoise& noise,

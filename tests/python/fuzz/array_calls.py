@@ -217,11 +217,12 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     )
     yield Call(
         "_core.identify_many",
-        {"poses": poses, "readings": readings, "first": np.array([0, 12])},
-        lambda poses, readings, first: _core.identify_many(
+        {"poses": poses, "readings": readings, "leg_sets": np.arange(len(poses)) % legs},
+        lambda poses, readings, leg_sets: _core.identify_many(
             core,
-            _core.MeasurementSet(poses, readings, np.full(len(readings), -1)),
-            first,
+            [poses],
+            [readings],
+            [leg_sets],
             _core.Estimator.implicit,
             _core.PoseUse.all,
             noise,
