@@ -28,8 +28,8 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
   AccuracyWeights weights;
   weights.position = RowMatrix::Zero(legs * p, legs * p);
   weights.orientation = weights.position;
-  Eigen::MatrixXd by_pose(legs * closures, dof);
-  Eigen::MatrixXd effect(dof, legs * p);
+  RowMatrix by_pose(legs * closures, dof);
+  RowMatrix effect(dof, legs * p);
   for (Index i = 0; i < poses.rows(); ++i) {
     check_interrupt();
     for (Index leg = 0; leg < legs; ++leg) {
@@ -41,15 +41,16 @@ AccuracyWeights accuracy_weights(const Mechanism& mechanism, ConstRows poses) {
       ++weights.failed;
       continue;
     }
-    const Eigen::MatrixXd inverse = space.coordinates * space.basis.transpose();
+    const RowMatrix inverse = product(space.coordinates, space.basis.transpose());
     for (Index leg = 0; leg < legs; ++leg) {
-      effect.middleCols(leg * p, p) =
-          inverse.middleCols(leg * closures, closures) *
-          rows[static_cast<std::size_t>(leg)].by_parameters.middleRows(i * closures, closures);
+      effect.middleCols(leg * p, p) = product(
+          inverse.middleCols(leg * closures, closures),
+          rows[static_cast<std::size_t>(leg)].by_parameters.middleRows(i * closures, closures));
     }
-    weights.position.noalias() += effect.topRows(position).transpose() * effect.topRows(position);
-    weights.orientation.noalias() +=
-        effect.bottomRows(dof - position).transpose() * effect.bottomRows(dof - position);
+    const auto moved = effect.topRows(position);
+    const auto turned = effect.bottomRows(dof - position);
+    weights.position += product(moved.transpose(), moved);
+    weights.orientation += product(turned.transpose(), turned);
     ++weights.evaluated;
   }
   if (weights.evaluated == 0) {

@@ -63,7 +63,7 @@ class Diagnostician {
     const PoseSpace space = mechanism_.pose_space();
     const Index dof = mechanism_.dof();
     const Index count = measurements_.poses.rows();
-    Eigen::MatrixXd coordinates(count, dof);
+    RowMatrix coordinates(count, dof);
     for (Index i = 0; i < count; ++i) {
       Vector difference(dof);
       pose_difference(space, measurements_.poses.row(i).data(),
@@ -137,12 +137,12 @@ class Diagnostician {
   // (Hausman's) would reject too many sound robots.
   void test_estimators() {
     constexpr double kDirections = 0.01;  // of the largest, in variance
-    const Eigen::MatrixXd jacobian = projection_.kept(system_.jacobian);
+    const RowMatrix jacobian = projection_.kept(system_.jacobian);
     const RowMatrix covariance = inverse_information(jacobian);
     if (!covariance.allFinite()) {
       return;
     }
-    Eigen::MatrixXd contrast = -covariance * jacobian.transpose();  // parameters x rows
+    RowMatrix contrast = -product(covariance, jacobian.transpose());  // parameters x rows
     for (const Index leg : system_.legs) {
       const Index position = system_.position(leg);
       const ClosureRows& rows = system_.rows[static_cast<std::size_t>(position)];
@@ -171,14 +171,14 @@ class Diagnostician {
       }
     }
     contrast = covariance.diagonal().cwiseSqrt().cwiseInverse().asDiagonal() * contrast;
-    const SymmetricEigen eigen = symmetric_eigen(contrast * contrast.transpose());
+    const SymmetricEigen eigen = symmetric_eigen(product(contrast, contrast.transpose()));
     const Vector& squares = eigen.values;  // ascending
     const double largest = squares[squares.size() - 1];
     if (!(largest > 1e-12)) {  // of a standard deviation: the estimators are the same
       return;
     }
     const Index terms = (squares.array() > kDirections * largest).count();
-    const Eigen::MatrixXd directions = eigen.vectors.rightCols(terms).transpose() * contrast;
+    const RowMatrix directions = product(eigen.vectors.rightCols(terms).transpose(), contrast);
     const Vector values =
         (directions * projection_.residual()).cwiseQuotient(squares.tail(terms).cwiseSqrt());
     ResidualTest test{Suspect::estimators};
@@ -242,9 +242,8 @@ class Diagnostician {
       const double p =
           f_tail(square / static_cast<double>(n) / others * static_cast<double>(spare), n, spare);
       diagnosis_.pose_p[pose.row] = std::min(diagnosis_.pose_p[pose.row], p);
-      const Eigen::MatrixXd units = pose.factor.triangularView<Eigen::Lower>().solve(
-          Eigen::MatrixXd::Identity(pose.count(), pose.count()));
-      const Eigen::MatrixXd directions = inverse * units;
+      const RowMatrix units = lower_inverse(pose.factor);
+      const RowMatrix directions = product(inverse, units);
       for (Index i = 0; i < pose.count(); ++i) {
         const Index leg = pose.legs[static_cast<std::size_t>(i / closures_)];
         const double value =
@@ -295,7 +294,7 @@ class Diagnostician {
     for (const auto& [of_leg, columns] : terms) {
       count += static_cast<Index>(columns.size());
     }
-    Eigen::MatrixXd whitened = Eigen::MatrixXd::Zero(system_.residual.size(), count);
+    RowMatrix whitened = RowMatrix::Zero(system_.residual.size(), count);
     Index column = 0;
     for (const auto& [of_leg, columns] : terms) {
       for (const Vector& values : columns) {
@@ -307,7 +306,7 @@ class Diagnostician {
             unit.segment(row - pose.first, closures_) =
                 values.segment(pose.row * closures_, closures_);
             whitened.col(column).segment(pose.first, pose.count()) =
-                pose.factor.triangularView<Eigen::Lower>().solve(unit);
+                lower_solution(pose.factor, unit);
           }
         }
         const double length = whitened.col(column).norm();

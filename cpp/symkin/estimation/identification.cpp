@@ -162,9 +162,9 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   }
   leg.deleted.resize(rows.closure.size());
   for (Index first = 0; first < leg.deleted.size(); first += closures) {
-    const Eigen::MatrixXd open =
-        Eigen::MatrixXd::Identity(closures, closures) * (1 + kLeast) -
-        rows.by_parameters.middleRows(first, closures) * influence.middleCols(first, closures);
+    const RowMatrix open = RowMatrix::Identity(closures, closures) * (1 + kLeast) -
+                           product(rows.by_parameters.middleRows(first, closures),
+                                   influence.middleCols(first, closures));
     leg.deleted.segment(first, closures) = solution(open, rows.closure.segment(first, closures));
   }
   return leg;

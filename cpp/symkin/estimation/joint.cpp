@@ -91,7 +91,7 @@ RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
   const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
   const RowMatrix half =
       scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
-  return half * half.transpose();
+  return product(half, half.transpose());
 }
 
 Vector typical_sizes(const Layout& layout, const JointOptions& options) {
@@ -148,7 +148,7 @@ double spread_of(const RobustLoss& loss, const LatentProblem& problem) {
 // Statistics of the rows of one pose.
 void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
-  const Eigen::MatrixXd& e = pose.conditions;
+  const RowMatrix& e = pose.conditions;
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
     if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {
@@ -234,8 +234,9 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
   const auto projected = [&](RowMatrix covariance) {
     if (held.rows() > 0) {
       const RowMatrix n = scale.asDiagonal() * all_sight.unseen;
-      const RowMatrix onto = RowMatrix::Identity(columns, columns) - n * inverse(held * n) * held;
-      covariance = onto * covariance * onto.transpose();
+      const RowMatrix onto = RowMatrix::Identity(columns, columns) -
+                             product(product(n, inverse(product(held, n))), held);
+      covariance = product(product(onto, covariance), onto.transpose());
     }
     return covariance;
   };

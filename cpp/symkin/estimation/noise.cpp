@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/noise.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "symkin/model/pose_space.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -70,25 +70,22 @@ void closure_variances(const ClosureRows& rows, PoseSpace space, const Measureme
   }
 }
 
-Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
-                                     Index closures, PoseSpace space, const MeasurementNoise& noise,
-                                     Index pose) {
+RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
+                               PoseSpace space, const MeasurementNoise& noise, Index pose) {
   constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
-  Eigen::MatrixXd covariance =
-      by_pose * noise.pose_variances(space).asDiagonal() * by_pose.transpose();
+  RowMatrix covariance =
+      product(by_pose * noise.pose_variances(space).asDiagonal(), by_pose.transpose());
   for (Index first = 0; first < by_reading.size(); first += closures) {
     const auto of_leg = noise.reading * by_reading.segment(first, closures);
     covariance.block(first, first, closures, closures) += of_leg * of_leg.transpose();
   }
   if (!covariance.allFinite()) {
-    return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(),
-                                     std::numeric_limits<double>::quiet_NaN());
+    return RowMatrix::Constant(covariance.rows(), covariance.cols(),
+                               std::numeric_limits<double>::quiet_NaN());
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
-  Eigen::MatrixXd factor = llt.matrixL();
-  const Vector left = factor.diagonal().cwiseAbs2();
-  if (llt.info() != Eigen::Success ||
-      (left.array() < kSingular * covariance.diagonal().array()).any()) {
+  RowMatrix factor = cholesky_factor(covariance);
+  if (factor.size() == 0 ||
+      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any()) {
     throw InvalidInput("the closures of pose " + std::to_string(pose + 1) +
                        " have a singular covariance (more legs than degrees of freedom, or a "
                        "singular pose); declare a noise of the readings above zero");

@@ -28,9 +28,8 @@ void closure_variances(const ClosureRows& rows, PoseSpace space, const Measureme
 // leg's, of so many closures, in a column of its own.
 // NaN for derivatives that are not finite. Throws InvalidInput, naming the pose, if the covariance
 // is singular: more legs than degrees of freedom need a noise of the readings.
-Eigen::MatrixXd joint_closure_factor(const Eigen::MatrixXd& by_pose, const Vector& by_reading,
-                                     Index closures, PoseSpace space, const MeasurementNoise& noise,
-                                     Index pose);
+RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
+                               PoseSpace space, const MeasurementNoise& noise, Index pose);
 
 // Standard deviations of what a workshop makes: normal errors of the parameters.
 struct Tolerances {

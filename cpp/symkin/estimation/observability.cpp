@@ -81,7 +81,7 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const Mechanism&
                  const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
   const Index closures = mechanism.closures();
   Index column = 0;
-  Eigen::MatrixXd by_pose(block.rows(), legs.front().by_pose.cols());
+  RowMatrix by_pose(block.rows(), legs.front().by_pose.cols());
   Vector by_reading(block.rows());
   for (std::size_t leg = 0; leg < legs.size(); ++leg) {
     const ClosureRows& rows = legs[leg];
@@ -92,9 +92,8 @@ void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const Mechanism&
     block.block(first, column, closures, p) = rows.by_parameters.middleRows(i * closures, closures);
     column += p;
   }
-  joint_closure_factor(by_pose, by_reading, closures, mechanism.pose_space(), noise, i)
-      .triangularView<Eigen::Lower>()
-      .solveInPlace(block);
+  block = lower_solution(
+      joint_closure_factor(by_pose, by_reading, closures, mechanism.pose_space(), noise, i), block);
 }
 
 }  // namespace

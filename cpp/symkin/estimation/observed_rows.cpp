@@ -47,12 +47,12 @@ class Linearised {
 
   RowMatrix rows() const {
     Index r = 0;
-    for (const Eigen::MatrixXd& jacobian : jacobians_) {
+    for (const RowMatrix& jacobian : jacobians_) {
       r = std::max(r, jacobian.rows());
     }
     RowMatrix all = RowMatrix::Zero(poses_.rows() * r, layout_.columns());
     for (Index i = 0; i < poses_.rows(); ++i) {
-      const Eigen::MatrixXd& jacobian = jacobians_[static_cast<std::size_t>(i)];
+      const RowMatrix& jacobian = jacobians_[static_cast<std::size_t>(i)];
       if (jacobian.cols() == 0) {
         all.middleRows(i * r, r).setConstant(std::numeric_limits<double>::quiet_NaN());
       } else {
@@ -92,7 +92,7 @@ class Linearised {
   const Observations& observations_;
   const Layout& layout_;
   const ConstRows& poses_;
-  std::vector<Eigen::MatrixXd> jacobians_;  // without columns where there is none
+  std::vector<RowMatrix> jacobians_;  // without columns where there is none
 };
 
 }  // namespace

@@ -163,6 +163,11 @@ Eigen::Matrix3d nearest_rotation(Eigen::Matrix3d matrix, bool planar) {
   return u * v.transpose();
 }
 
+// Of the least squares of rows x - values.
+Vector shortest_solution(const RowMatrix& rows, const Vector& values) {
+  return symmetric_inverse(product(rows.transpose(), rows)).matrix * (rows.transpose() * values);
+}
+
 // A pair of the robot's pose P and what the device saw of it, Y = B P T.
 struct SeenPose {
   Frame robot, seen;
@@ -207,8 +212,7 @@ FramePair by_positions(const std::vector<SeenPose>& pairs, const FramePair& give
       values.segment<3>(at) =
           pairs[k].seen.position - found.base.rotation * pairs[k].robot.position;
     }
-    const RowMatrix inverse = symmetric_inverse(rows.transpose() * rows).matrix;
-    const Vector solution = inverse * (rows.transpose() * values);
+    const Vector solution = shortest_solution(rows, values);
     found.base.position = solution.head<3>();
     found.target.position = solution.tail<3>();
   }
@@ -250,8 +254,7 @@ FramePair by_lever_arm(const std::vector<SeenPose>& pairs, const FramePair& give
     rows.block<3, 3>(at, 12) = pairs[k].seen.rotation;
     values.segment<3>(at) = pairs[k].seen.position;
   }
-  const Vector solution =
-      symmetric_inverse(rows.transpose() * rows).matrix * (rows.transpose() * values);
+  const Vector solution = shortest_solution(rows, values);
   Eigen::Matrix3d m;
   for (Index i = 0; i < 3; ++i) {
     m.row(i) = solution.segment<3>(3 + 3 * i);
@@ -266,8 +269,8 @@ FramePair completed(const std::vector<SeenPose>& pairs, FramePair frames, bool t
   if (target) {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (const SeenPose& pair : pairs) {
-      sum +=
-          pair.robot.rotation.transpose() * frames.base.rotation.transpose() * pair.seen.rotation;
+      const Eigen::Matrix3d turned = frames.base.rotation * pair.robot.rotation;
+      sum += turned.transpose() * pair.seen.rotation;
     }
     frames.target.rotation = nearest_rotation(sum, false);
   }
@@ -285,8 +288,7 @@ FramePair completed(const std::vector<SeenPose>& pairs, FramePair frames, bool t
       values.segment<3>(at) -= turned * frames.target.position;
     }
   }
-  const Vector solution =
-      symmetric_inverse(rows.transpose() * rows).matrix * (rows.transpose() * values);
+  const Vector solution = shortest_solution(rows, values);
   frames.base.position = solution.head<3>();
   if (target) {
     frames.target.position = solution.tail<3>();
@@ -379,7 +381,8 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
       } else {
         Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
         for (const SeenPose& pair : pairs) {
-          sum += pair.seen.rotation * (pair.robot.rotation * given.target.rotation).transpose();
+          const Eigen::Matrix3d target_turned = pair.robot.rotation * given.target.rotation;
+          sum += pair.seen.rotation * target_turned.transpose();
         }
         FramePair turned = given;
         turned.base.rotation = nearest_rotation(sum, false);

@@ -25,17 +25,18 @@ std::vector<Index> others(const std::vector<Index>& free, Index dof) {
 }
 
 // The step of the bound coordinates at one pose, by the closures that do not show the reading.
-Vector step_at(const PoseDerivatives& all, Index pose, const Eigen::MatrixXd& by_coordinates,
+Vector step_at(const PoseDerivatives& all, Index pose, const RowMatrix& by_coordinates,
                const std::vector<Index>& bound, Index closures) {
   const Index dof = by_coordinates.rows();
   const Index count = all.closure.cols();
   const Eigen::Map<const RowMatrix> by_pose(all.by_pose.row(pose).data(), count, dof);
-  Eigen::MatrixXd matrix(count - count / closures, static_cast<Index>(bound.size()));
+  RowMatrix matrix(count - count / closures, static_cast<Index>(bound.size()));
   Vector values(matrix.rows());
   Index row = 0;
+  const RowMatrix by_bound = product(by_pose, by_coordinates(kAll, bound));
   for (Index k = 0; k < count; ++k) {
     if (k % closures != 0) {
-      matrix.row(row) = (by_pose.row(k) * by_coordinates)(bound);
+      matrix.row(row) = by_bound.row(k);
       values[row++] = all.closure(pose, k);
     }
   }
@@ -60,7 +61,7 @@ RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
     pose_difference(space, poses.row(i).data(), origin.data(), coordinates.row(i).data());
   }
   std::vector<bool> done(static_cast<std::size_t>(poses.rows()), false);
-  Eigen::MatrixXd by_coordinates = Eigen::MatrixXd::Identity(dof, dof);
+  RowMatrix by_coordinates = RowMatrix::Identity(dof, dof);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     PoseDerivatives all = linearise_pose(mechanism, result, inverse_kinematics(mechanism, result));
     all.part_from_reading(closures);

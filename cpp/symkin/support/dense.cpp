@@ -64,7 +64,7 @@ void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Ve
     case 8:
       return weighted_square_of<8>(matrix, weights, right, square, product);
     default:
-      square = (matrix.transpose() * MatrixXd(weights.asDiagonal() * matrix))
+      square = symkin::product(matrix.transpose(), weights.asDiagonal() * matrix)
                    .triangularView<Eigen::Lower>();
       if (right != nullptr) {
         product->noalias() = matrix.transpose() * weights.cwiseProduct(*right);
@@ -81,6 +81,11 @@ SymmetricEigen symmetric_eigen(const RowMatrix& matrix) {
 
 Vector symmetric_eigenvalues(const RowMatrix& matrix) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+RowMatrix cholesky_factor(const RowMatrix& matrix) {
+  const Eigen::LLT<MatrixXd> cholesky(matrix);
+  return cholesky.info() == Eigen::Success ? RowMatrix(cholesky.matrixL()) : RowMatrix();
 }
 
 RowMatrix inverse_factor(const RowMatrix& matrix) {
@@ -226,9 +231,7 @@ RowMatrix lower_root(const RowMatrix& matrix) {
 }
 
 RowMatrix lower_inverse(const RowMatrix& lower) {
-  MatrixXd result = MatrixXd::Identity(lower.rows(), lower.cols());
-  MatrixXd(lower).triangularView<Eigen::Lower>().solveInPlace(result);
-  return result;
+  return lower_solution(lower, RowMatrix::Identity(lower.rows(), lower.cols()));
 }
 
 Vector inverse_column_lengths(const RowMatrix& matrix) {
@@ -242,9 +245,17 @@ SymmetricInverse symmetric_inverse(const RowMatrix& matrix) {
   const double least = static_cast<double>(n) * std::numeric_limits<double>::epsilon() *
                        eigen.values.cwiseAbs().maxCoeff();
   const Index rank = (eigen.values.array() > least).count();
-  const MatrixXd half = eigen.vectors.rightCols(rank) *
-                        eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
-  return {half * half.transpose(), rank};
+  const RowMatrix half = eigen.vectors.rightCols(rank) *
+                         eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  return {product(half, half.transpose()), rank};
+}
+
+RowMatrix product(ConstRows left, ConstRows right) { return left * right; }
+
+RowMatrix lower_solution(const RowMatrix& lower, ConstRows right) {
+  MatrixXd result = right;
+  MatrixXd(lower).triangularView<Eigen::Lower>().solveInPlace(result);
+  return result;
 }
 
 double determinant(const RowMatrix& matrix) {
@@ -255,7 +266,7 @@ RowMatrix inverse(const RowMatrix& matrix) {
   return Eigen::PartialPivLU<MatrixXd>(matrix).inverse();
 }
 
-Vector solution(const MatrixXd& matrix, const Vector& right) {
+Vector solution(const RowMatrix& matrix, const Vector& right) {
   return Eigen::PartialPivLU<MatrixXd>(matrix).solve(right);
 }
 
@@ -285,32 +296,29 @@ ColumnSpace column_space(const RowMatrix& matrix, double least_pivot) {
           qr.colsPermutation() * coordinates};
 }
 
-PseudoInverse pseudo_inverse(const MatrixXd& matrix, double threshold) {
+PseudoInverse pseudo_inverse(const RowMatrix& matrix, double threshold) {
   const Index m = matrix.rows();
   const Index n = matrix.cols();
   if (m == 0) {  // Eigen reads past the end of a matrix without rows
-    return {MatrixXd(n, 0), MatrixXd(0, 0)};
+    return {RowMatrix(n, 0), RowMatrix(0, 0)};
   }
   Eigen::ColPivHouseholderQR<MatrixXd> qr;
   qr.setThreshold(threshold);
   qr.compute(matrix);
   const Index rank = qr.rank();
   const MatrixXd q = qr.householderQ() * MatrixXd::Identity(m, m);
-  MatrixXd inverse = MatrixXd::Zero(n, m);
+  MatrixXd solved = q.leftCols(rank).transpose();
   if (rank == n) {
-    inverse =
-        qr.matrixR().topRows(n).triangularView<Eigen::Upper>().solve(q.leftCols(n).transpose());
-    inverse = qr.colsPermutation() * inverse;
-  } else if (rank > 0) {
-    const MatrixXd top = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
-    const Eigen::PartialPivLU<MatrixXd> gram(top * top.transpose());
-    inverse = top.transpose() * (gram.inverse() * q.leftCols(rank).transpose());
-    inverse = qr.colsPermutation() * inverse;
+    qr.matrixR().topLeftCorner(n, n).triangularView<Eigen::Upper>().solveInPlace(solved);
+  } else {
+    const RowMatrix top = qr.matrixR().topRows(rank).triangularView<Eigen::Upper>();
+    const RowMatrix gram = product(top, top.transpose());
+    solved = product(top.transpose(), product(inverse(gram), solved));
   }
-  return {std::move(inverse), q.rightCols(m - rank)};
+  return {qr.colsPermutation() * solved, q.rightCols(m - rank)};
 }
 
-Vector least_squares(const MatrixXd& matrix, const Vector& right, double threshold) {
+Vector least_squares(const RowMatrix& matrix, const Vector& right, double threshold) {
   return pseudo_inverse(matrix, threshold).matrix * right;
 }
 

@@ -17,6 +17,10 @@ struct SymmetricEigen {
 SymmetricEigen symmetric_eigen(const RowMatrix& matrix);
 Vector symmetric_eigenvalues(const RowMatrix& matrix);
 
+// L, lower triangular, with L L^T = A, a symmetric matrix of which the lower triangle is read;
+// empty if A is not positive definite to rounding.
+RowMatrix cholesky_factor(const RowMatrix& matrix);
+
 // T, lower triangular, with T^T T the inverse of a positive definite matrix (the inverse of its
 // Cholesky factor); empty if it is not positive definite to rounding.
 RowMatrix inverse_factor(const RowMatrix& matrix);
@@ -87,13 +91,13 @@ ColumnSpace column_space(const RowMatrix& matrix, double least_pivot = 0);
 // The pseudo-inverse of A and what its columns do not span, by QR with column pivoting: pivots
 // above `threshold` times the largest count.
 struct PseudoInverse {
-  Eigen::MatrixXd matrix;     // columns x rows
-  Eigen::MatrixXd left_null;  // rows x (rows - rank), orthonormal columns
+  RowMatrix matrix;     // columns x rows
+  RowMatrix left_null;  // rows x (rows - rank), orthonormal columns
 };
-PseudoInverse pseudo_inverse(const Eigen::MatrixXd& matrix, double threshold);
+PseudoInverse pseudo_inverse(const RowMatrix& matrix, double threshold);
 
 // The shortest x of those with the least |A x - b|, ranks as above.
-Vector least_squares(const Eigen::MatrixXd& matrix, const Vector& right, double threshold);
+Vector least_squares(const RowMatrix& matrix, const Vector& right, double threshold);
 
 // 1 / length of each column, 1 for a column of zeros: makes parameters of all units comparable.
 Vector inverse_column_lengths(const RowMatrix& matrix);
@@ -106,8 +110,13 @@ struct SymmetricInverse {
 SymmetricInverse symmetric_inverse(const RowMatrix& matrix);
 
 // Of a square matrix, by Gaussian elimination.
+// A B, and X of L X = B with the lower triangle of L. Written as expressions, every kind of product
+// takes the compiler up to a second in each unit.
+RowMatrix product(ConstRows left, ConstRows right);
+RowMatrix lower_solution(const RowMatrix& lower, ConstRows right);
+
 double determinant(const RowMatrix& matrix);
 RowMatrix inverse(const RowMatrix& matrix);
-Vector solution(const Eigen::MatrixXd& matrix, const Vector& right);  // x of A x = b
+Vector solution(const RowMatrix& matrix, const Vector& right);  // x of A x = b
 
 }  // namespace symkin

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace symkin {
 namespace {
@@ -17,6 +20,12 @@ RowMatrix rows(Index columns) {
     }
   }
   return matrix;
+}
+
+// A reflection that mixes all axes.
+RowMatrix turn(Index n) {
+  const Vector axis = Vector::LinSpaced(n, 1, 2).normalized();
+  return RowMatrix::Identity(n, n) - 2 * axis * axis.transpose();
 }
 
 TEST(Dense, CholeskyOfAWeightedSquareSolvesAndInverts) {
@@ -53,6 +62,37 @@ TEST(Dense, CholeskyOfDependentColumnsHasNoPivotLeft) {
   EXPECT_LT(cholesky.least_pivot(), 1e-14);
   cholesky.compute(square, 1e-4);  // damped
   EXPECT_GT(cholesky.least_pivot(), 1e-5);
+}
+
+TEST(Dense, PseudoInverseObeysPenroseWhateverTheRank) {
+  for (const auto& [m, n] : {std::pair<Index, Index>{7, 4}, {4, 7}, {5, 5}, {1, 3}}) {
+    for (Index rank = 0; rank <= std::min(m, n); ++rank) {
+      RowMatrix a = RowMatrix::Zero(m, n);
+      for (Index k = 0; k < rank; ++k) {
+        a(k, n - 1 - k) = 1.0 + static_cast<double>(k);
+      }
+      a = (turn(m) * a * turn(n)).eval();
+      const auto [x, left_null] = pseudo_inverse(a, 1e-9);
+      EXPECT_LT((a * x * a - a).norm(), 1e-12);
+      EXPECT_LT((x * a * x - x).norm(), 1e-12);
+      EXPECT_LT((a * x - (a * x).transpose()).norm(), 1e-12);
+      EXPECT_LT((x * a - (x * a).transpose()).norm(), 1e-12);
+      EXPECT_EQ(left_null.cols(), m - rank);
+      EXPECT_LT((left_null.transpose() * a).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(Dense, CholeskyFactorIsEmptyWhereThereIsNone) {
+  const RowMatrix matrix = rows(4);
+  const RowMatrix square = matrix.transpose() * matrix;
+  const RowMatrix factor = cholesky_factor(square);
+  EXPECT_LT((factor * factor.transpose() - square).norm(), 1e-12 * square.norm());
+  EXPECT_EQ(factor(0, 3), 0);
+  const RowMatrix unit = lower_solution(factor, factor);
+  EXPECT_LT((unit - RowMatrix::Identity(4, 4)).norm(), 1e-9);
+  EXPECT_LT((lower_solution(factor, factor.col(1)) - Vector::Unit(4, 1)).norm(), 1e-9);
+  EXPECT_EQ(cholesky_factor(-square).size(), 0);
 }
 
 }  // namespace

@@ -4,19 +4,19 @@
 #include <map>
 
 #include "symkin/estimation/detail/information.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 namespace {
 
 // influence diag(weights) influence'
-Eigen::MatrixXd sandwich(const RowMatrix& influence, const Vector& weights) {
-  return influence * weights.asDiagonal() * influence.transpose();
+RowMatrix sandwich(const RowMatrix& influence, const Vector& weights) {
+  return product(influence * weights.asDiagonal(), influence.transpose());
 }
 
 // What the errors of the poses that both legs use have in common.
-Eigen::MatrixXd cross_covariance(const LegInfluence& a, const LegInfluence& b,
-                                 const Vector& sigma) {
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(a.influence.rows(), b.influence.rows());
+RowMatrix cross_covariance(const LegInfluence& a, const LegInfluence& b, const Vector& sigma) {
+  RowMatrix covariance = RowMatrix::Zero(a.influence.rows(), b.influence.rows());
   std::size_t k = 0;
   for (std::size_t i = 0; i < a.rows.size(); ++i) {
     while (k < b.rows.size() && b.rows[k] < a.rows[i]) {
@@ -40,7 +40,7 @@ RowMatrix inverse_information(const RowMatrix& rows) {
 }
 
 RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors) {
-  return Information(by_parameters, factors).inverse() * by_parameters.transpose() *
+  return product(Information(by_parameters, factors).inverse(), by_parameters.transpose()) *
          factors.cwiseAbs2().asDiagonal();
 }
 
@@ -54,8 +54,7 @@ RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace s
     const LegInfluence& first = legs[static_cast<std::size_t>(a)];
     covariance.block(a * p, a * p, p, p) = sandwich(first.influence, first.variances);
     for (Index b = a + 1; b < count; ++b) {
-      const Eigen::MatrixXd block =
-          cross_covariance(first, legs[static_cast<std::size_t>(b)], sigma);
+      const RowMatrix block = cross_covariance(first, legs[static_cast<std::size_t>(b)], sigma);
       covariance.block(a * p, b * p, p, p) = block;
       covariance.block(b * p, a * p, p, p) = block.transpose();
     }

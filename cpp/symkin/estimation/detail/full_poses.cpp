@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "symkin/support/dense.hpp"
+
 namespace symkin {
 namespace {
 
@@ -192,7 +194,7 @@ PoseRows FullPoses::rows_of(const State& state, Index pose, const RowMatrix& own
   const Index dof = mechanism_.dof();
   const Index position = position_size(mechanism_.pose_space());
   PoseRows rows;
-  Eigen::MatrixXd h(legs_, dof);      // on the tangent of the measured pose, in the device's axes
+  RowMatrix h(legs_, dof);            // on the tangent of the measured pose, in the device's axes
   RowMatrix explained(legs_, legs_);  // of the conditions' covariance, by the estimate: J C J'
   rows.precision.resize(legs_, legs_);
   for (Index leg = 0; leg < legs_; ++leg) {
@@ -232,7 +234,7 @@ PoseRows FullPoses::rows_of(const State& state, Index pose, const RowMatrix& own
     rows.origins.push_back({RowOrigin::Kind::pose, k, 0});
   }
   rows.multipliers = multipliers_.row(pose);
-  rows.left = rows.precision - rows.precision * explained * rows.precision;
+  rows.left = rows.precision - product(product(rows.precision, explained), rows.precision);
   return rows;
 }
 

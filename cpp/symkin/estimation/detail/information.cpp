@@ -50,7 +50,7 @@ RowMatrix Information::inverse() const {
     return RowMatrix::Constant(p, p, kInfinity);
   }
   const RowMatrix half = cholesky_.scale().asDiagonal() * space_.coordinates;
-  return half * half.transpose();
+  return product(half, half.transpose());
 }
 
 Vector Information::inverse_diagonal() const {

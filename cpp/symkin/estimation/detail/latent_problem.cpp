@@ -8,6 +8,7 @@
 
 #include "symkin/estimation/detail/factors.hpp"
 #include "symkin/model/sensor.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 
 namespace symkin {
@@ -45,7 +46,7 @@ class RowList {
   Index count() const { return count_; }
 
   std::vector<RowOrigin> origins;
-  Eigen::MatrixXd by_pose, by_unknowns;
+  RowMatrix by_pose, by_unknowns;
   Vector misfits, variances;
 
  private:
@@ -290,9 +291,9 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
   linear.variances = rows.variances.head(m);
   linear.by_unknowns = rows.by_unknowns.topRows(m);
   linear.elimination = eliminate_pose(rows.by_pose.topRows(m), linear.variances, pose);
-  const Eigen::MatrixXd& g = linear.elimination.conditions;
+  const RowMatrix& g = linear.elimination.conditions;
   linear.conditions = g.transpose() * linear.misfit;
-  linear.jacobian = g.transpose() * linear.by_unknowns;
+  linear.jacobian = product(g.transpose(), linear.by_unknowns);
 }
 
 LinearPose LatentProblem::linear(Index pose) const {
@@ -309,12 +310,12 @@ LinearPose LatentProblem::linear(Index pose) const {
 }
 
 PoseRows LatentProblem::rows_of(const LinearPose& pose, const RowMatrix& covariance) {
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(pose.count(), pose.count());
+  const RowMatrix one = RowMatrix::Identity(pose.count(), pose.count());
   return {pose.origins,
           pose.variances,
           pose.elimination.conditions,
           one,
-          one - pose.jacobian * covariance * pose.jacobian.transpose(),
+          one - product(product(pose.jacobian, covariance), pose.jacobian.transpose()),
           pose.conditions};
 }
 
@@ -366,10 +367,9 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     equations.cost += cost;
     if (now_.general[at]) {
       const LinearPose& linear = now_.poses[at];
-      equations.information.noalias() +=
-          now_.weights[i] * linear.jacobian.transpose() * linear.jacobian;
-      equations.gradient.noalias() +=
-          now_.weights[i] * linear.jacobian.transpose() * linear.conditions;
+      equations.information +=
+          now_.weights[i] * product(linear.jacobian.transpose(), linear.jacobian);
+      equations.gradient += now_.weights[i] * (linear.jacobian.transpose() * linear.conditions);
     }
   }
   if (!in_full.empty()) {
@@ -384,7 +384,7 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   now_.information = equations.information;
   if (constraints_.rows() > 0) {
     const Vector off = constraints_ * state_.change;
-    equations.information.noalias() += constraints_.transpose() * constraints_;
+    equations.information += product(constraints_.transpose(), constraints_);
     equations.gradient.noalias() += constraints_.transpose() * off;
     equations.cost += off.squaredNorm();
   }

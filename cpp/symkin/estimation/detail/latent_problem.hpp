@@ -17,10 +17,10 @@ namespace symkin {
 struct LinearPose {
   std::vector<RowOrigin> origins;  // of its m rows
   Vector misfit, variances;        // y and V
-  Eigen::MatrixXd by_unknowns;     // C, m x columns
+  RowMatrix by_unknowns;           // C, m x columns
   PoseElimination elimination;
-  Vector conditions;         // rho
-  Eigen::MatrixXd jacobian;  // J
+  Vector conditions;   // rho
+  RowMatrix jacobian;  // J
 
   Index count() const { return conditions.size(); }
 };

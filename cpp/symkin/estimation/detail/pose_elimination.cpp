@@ -8,8 +8,7 @@
 
 namespace symkin {
 
-PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& variances,
-                               Index pose) {
+PoseElimination eliminate_pose(const RowMatrix& by_pose, const Vector& variances, Index pose) {
   constexpr double kRank = 1e-9;
   constexpr double kRedundant = 1e-12;
   const Index m = by_pose.rows();
@@ -28,7 +27,7 @@ PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& var
   }
   // Of the rows' own deviations: squaring them into a covariance would lose half of the digits.
   const Vector deviations = scale.cwiseProduct(variances.cwiseSqrt());
-  const Eigen::MatrixXd upper = triangular_factor(deviations.asDiagonal() * left);
+  const RowMatrix upper = triangular_factor(deviations.asDiagonal() * left);
   const Vector pivots = upper.diagonal().cwiseAbs();
   if (!(pivots.minCoeff() > kRedundant * pivots.maxCoeff())) {
     throw InvalidInput("pose " + std::to_string(pose + 1) +
@@ -37,8 +36,7 @@ PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& var
                        "readings above zero");
   }
   result.conditions =
-      scale.asDiagonal() *
-      upper.transpose().triangularView<Eigen::Lower>().solve(left.transpose()).transpose();
+      scale.asDiagonal() * lower_solution(upper.transpose(), left.transpose()).transpose();
   return result;
 }
 

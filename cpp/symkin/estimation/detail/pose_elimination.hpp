@@ -10,12 +10,12 @@ namespace symkin {
 // at the truth, rho + J d = 0 with rho = G'y and J = G'C. The pose follows from the rest,
 // x = A (-y - C d - v) with v = -V G (rho + J d).
 struct PoseElimination {
-  Eigen::MatrixXd conditions;  // G, m x r
-  Eigen::MatrixXd solution;    // A, n_x x m; least norm along what no row shows
+  RowMatrix conditions;  // G, m x r
+  RowMatrix solution;    // A, n_x x m; least norm along what no row shows
 };
 
 // B is m x n_x. Rows may be exact (V = 0) as long as no combination of exact rows is free of the
 // pose; throws InvalidInput, naming the pose, otherwise.
-PoseElimination eliminate_pose(const Eigen::MatrixXd& by_pose, const Vector& variances, Index pose);
+PoseElimination eliminate_pose(const RowMatrix& by_pose, const Vector& variances, Index pose);
 
 }  // namespace symkin

@@ -19,11 +19,11 @@ struct RowOrigin {
 // errors -V E lambda, and the variances of the multipliers E lambda.
 struct PoseRows {
   std::vector<RowOrigin> origins;
-  Vector variances;            // V
-  Eigen::MatrixXd conditions;  // E, m x r
-  Eigen::MatrixXd precision;   // W, r x r, the inverse of the conditions' covariance
-  Eigen::MatrixXd left;        // W less what the estimate takes of it: W - W J C J' W
-  Vector multipliers;          // lambda = W rho
+  Vector variances;      // V
+  RowMatrix conditions;  // E, m x r
+  RowMatrix precision;   // W, r x r, the inverse of the conditions' covariance
+  RowMatrix left;        // W less what the estimate takes of it: W - W J C J' W
+  Vector multipliers;    // lambda = W rho
 };
 
 }  // namespace symkin

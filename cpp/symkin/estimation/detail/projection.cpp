@@ -10,7 +10,7 @@ namespace symkin {
 
 Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& left_out)
     : system_(system), left_out_(left_out), residual_(kept(system.residual)) {
-  const Eigen::MatrixXd jacobian = kept(system.jacobian);
+  const RowMatrix jacobian = kept(system.jacobian);
   Index count = 0;
   for (std::size_t k = 0; k < system.poses.size(); ++k) {
     count += left_out_[k] ? 0 : system.poses[k].count();
@@ -18,13 +18,13 @@ Projection::Projection(const WhitenedClosures& system, const std::vector<bool>& 
   const Vector scale = inverse_column_lengths(jacobian);
   const ColumnSpace space = column_space(jacobian * scale.asDiagonal());
   basis_ = space.basis;
-  leverages_ = system.jacobian * (scale.asDiagonal() * space.coordinates);
+  leverages_ = product(system.jacobian, scale.asDiagonal() * space.coordinates);
   explained_ = basis_.transpose() * residual_;
   residual_ -= basis_ * explained_;
   degrees_of_freedom_ = count - space.rank();
 }
 
-Eigen::MatrixXd Projection::kept(Eigen::MatrixXd rows) const {
+RowMatrix Projection::kept(RowMatrix rows) const {
   for (std::size_t k = 0; k < system_.poses.size(); ++k) {
     if (left_out_[k]) {
       rows.middleRows(system_.poses[k].first, system_.poses[k].count()).setZero();
@@ -33,18 +33,18 @@ Eigen::MatrixXd Projection::kept(Eigen::MatrixXd rows) const {
   return rows;
 }
 
-Eigen::MatrixXd Projection::unexplained(Eigen::MatrixXd terms) const {
+RowMatrix Projection::unexplained(RowMatrix terms) const {
   terms = kept(std::move(terms));
-  terms -= basis_ * (basis_.transpose() * terms);
+  terms -= product(basis_, product(basis_.transpose(), terms));
   return terms;
 }
 
-std::pair<Vector, Eigen::MatrixXd> Projection::predicted(std::size_t pose) const {
+std::pair<Vector, RowMatrix> Projection::predicted(std::size_t pose) const {
   const WhitenedPose& which = system_.poses[pose];
   const Index n = which.count();
   const auto leverage = leverages_.middleRows(which.first, n);
-  const Eigen::MatrixXd explained = leverage * leverage.transpose();
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+  const RowMatrix explained = product(leverage, leverage.transpose());
+  const RowMatrix one = RowMatrix::Identity(n, n);
   if (left_out_[pose]) {
     return {system_.residual.segment(which.first, n) - leverage * explained_, one + explained};
   }
@@ -55,7 +55,7 @@ std::pair<Vector, Eigen::MatrixXd> Projection::predicted(std::size_t pose) const
 
 double Projection::quadratic_form(const std::vector<std::pair<Index, Index>>& pairs) const {
   double value = 0;
-  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(basis_.rows(), basis_.cols());  // M Q
+  RowMatrix moved = RowMatrix::Zero(basis_.rows(), basis_.cols());  // M Q
   for (const auto& [a, b] : pairs) {
     value += residual_[a] * residual_[b];
     moved.row(a) += basis_.row(b) / 2;
@@ -63,7 +63,7 @@ double Projection::quadratic_form(const std::vector<std::pair<Index, Index>>& pa
   }
   // Moments of e'Me / e'e, from the traces of MR and (MR)^2 with R = I - QQ'.
   const auto n = static_cast<double>(degrees_of_freedom_);
-  const Eigen::MatrixXd inner = basis_.transpose() * moved;
+  const RowMatrix inner = product(basis_.transpose(), moved);
   const double trace = -inner.trace();
   const double square =
       static_cast<double>(pairs.size()) / 2 - 2 * moved.squaredNorm() + inner.squaredNorm();

@@ -21,15 +21,15 @@ class Projection {
   Index degrees_of_freedom() const { return degrees_of_freedom_; }
 
   // Rows of the system with zeros for the poses left out.
-  Eigen::MatrixXd kept(Eigen::MatrixXd rows) const;
+  RowMatrix kept(RowMatrix rows) const;
 
   // Columns of terms that the model does not have, less what the parameters explain; zero for poses
   // left out.
-  Eigen::MatrixXd unexplained(Eigen::MatrixXd terms) const;
+  RowMatrix unexplained(RowMatrix terms) const;
 
   // Residual of one pose as the other poses predict it, and its covariance: of a pose that counts,
   // the deleted one; of one left out, the prediction error.
-  std::pair<Vector, Eigen::MatrixXd> predicted(std::size_t pose) const;
+  std::pair<Vector, RowMatrix> predicted(std::size_t pose) const;
   bool counts(std::size_t pose) const { return !left_out_[pose]; }
 
   // How many standard deviations e'Me / e'e is from its mean for sound residuals, M having one half
@@ -39,9 +39,9 @@ class Projection {
  private:
   const WhitenedClosures& system_;
   std::vector<bool> left_out_;
-  Eigen::MatrixXd basis_;      // Q, m x rank, zero rows for poses left out
-  Eigen::MatrixXd leverages_;  // jacobian in the coordinates of Q, whose rows are those of Q but
-                               // for poses left out
+  RowMatrix basis_;      // Q, m x rank, zero rows for poses left out
+  RowMatrix leverages_;  // jacobian in the coordinates of Q, whose rows are those of Q but
+                         // for poses left out
   Vector residual_;
   Vector explained_;  // Q' r
   Index degrees_of_freedom_;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "symkin/model/pose_space.hpp"
+#include "symkin/support/dense.hpp"
 
 namespace symkin {
 namespace {
@@ -53,7 +54,7 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
   system.jacobian.setZero(m, system.columns.back());
   for (WhitenedPose& pose : system.poses) {
     const Index count = pose.count();
-    Eigen::MatrixXd by_pose(count, degrees_of_freedom(space));
+    RowMatrix by_pose(count, degrees_of_freedom(space));
     Vector by_reading(count);
     for (Index k = 0; k < count; k += closures) {
       const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
@@ -69,10 +70,10 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
           leg.by_parameters.middleRows(row, closures)(kAll, estimated);
     }
     pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
-    const auto factor = pose.factor.triangularView<Eigen::Lower>();
-    factor.solveInPlace(system.residual.segment(pose.first, count));
+    system.residual.segment(pose.first, count) =
+        lower_solution(pose.factor, system.residual.segment(pose.first, count));
     system.jacobian.middleRows(pose.first, count) =
-        factor.solve(system.jacobian.middleRows(pose.first, count));
+        lower_solution(pose.factor, system.jacobian.middleRows(pose.first, count));
   }
   return system;
 }
@@ -116,8 +117,7 @@ void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& sys
               likely.pose_steps.row(pose.row).transpose() +
           rows.by_reading.segment(row, pose.closures) * likely.reading_steps(pose.row, leg);
     }
-    system.residual.segment(pose.first, pose.count()) -=
-        pose.factor.triangularView<Eigen::Lower>().solve(moved);
+    system.residual.segment(pose.first, pose.count()) -= lower_solution(pose.factor, moved);
   }
 }
 

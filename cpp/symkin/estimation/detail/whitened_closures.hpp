@@ -16,7 +16,7 @@ struct WhitenedPose {
   std::vector<Index> legs;  // that were read, ascending
   Index closures;           // of each leg
   Index first;              // row of its first closure in the system
-  Eigen::MatrixXd factor;   // L
+  RowMatrix factor;         // L
 
   Index count() const { return static_cast<Index>(legs.size()) * closures; }
 };
@@ -28,7 +28,7 @@ struct WhitenedClosures {
   std::vector<Index> legs;
   std::vector<WhitenedPose> poses;
   Vector residual;                // m, L^-1 h
-  Eigen::MatrixXd jacobian;       // m x their estimated parameters, L^-1 dh/dparam
+  RowMatrix jacobian;             // m x their estimated parameters, L^-1 dh/dparam
   std::vector<ClosureRows> rows;  // of each of the legs at all measured poses
 
   // Where a leg's parameters begin in the columns of the jacobian, and where they all end.
