@@ -92,7 +92,7 @@ $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/be
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
 	@echo "Installing Python packages: $(*:requirements=build, runtime and figures)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime figures) > $@.txt
-	@$(PYTHON) -m pip install -qq --disable-pip-version-check -r $@.txt
+	@$(PYTHON) -m pip install -qq --disable-pip-version-check --no-compile -r $@.txt
 	@touch $@
 
 # Of the C++ library alone: Python would need the sanitizers' runtime too.
