@@ -447,7 +447,10 @@ def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> N
 
 
 def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:
-    """Columns that, held, settle what no observation and no prior shows, largest effect first."""
+    """Columns that, held, settle what no observation and no prior shows.
+
+    The largest effect first, of equal ones that of the first column: rounding shall not choose.
+    """
     tolerances = layout.column_tolerances
     scale = np.where(tolerances > 0, tolerances, 1e-3)
     unseen = np.asarray(fit.unseen)
@@ -459,7 +462,8 @@ def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:
     left = left * np.where(tolerances > 0, 1.0, 1e-6)[:, None]  # parameters before frames
     held: list[int] = []
     for _ in range(left.shape[1]):
-        column = int(np.argmax(np.linalg.norm(left, axis=1)))
+        sizes = np.linalg.norm(left, axis=1)
+        column = int(np.argmax(sizes > (1 - 1e-6) * sizes.max()))
         held.append(column)
         along = left[column] / np.linalg.norm(left[column])
         left = left - np.outer(left @ along, along)

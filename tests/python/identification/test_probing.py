@@ -216,7 +216,7 @@ def test_what_a_datum_holds_is_no_unknown_of_the_size(delta, actual):
     found = symkin.identify(
         delta, touched(actual), free=free, frames=frames, prior={}, gauge="datum"
     )
-    assert found.gauge == "leg2.sensor_offset is held as drawn, and carries the others"
+    assert found.gauge == "leg1.sensor_offset is held as drawn, and carries the others"
     assert len(found.names) == 5
     assert found.heights.size_after < found.heights.size_before
 
