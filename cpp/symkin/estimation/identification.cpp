@@ -290,8 +290,9 @@ void Identifier::estimate(std::size_t leg, const MeasurementSet& measurements) {
   require_variances(data, estimate.whitened, options_.noise);
   if (options_.estimator == Estimator::paper || options_.estimator == Estimator::inverse) {
     require_identifiable(data, estimate.whitened, number);
-    estimate = options_.estimator == Estimator::paper ? estimate_paper(data, start, options_)
-                                                      : estimate_inverse(data, start, options_);
+    estimate = options_.estimator == Estimator::paper
+                   ? estimate_paper(data, start, options_)
+                   : estimate_inverse(data, start, options_, room_);
     return;
   }
   estimate = estimate_implicit(data, start, std::move(estimate.whitened), options_, room_);

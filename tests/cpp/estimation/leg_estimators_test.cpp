@@ -182,10 +182,11 @@ TEST(LegEstimators, ReachTheOptimumThatCeresReaches) {
         const LegData data = leg_data(robot.nominal, measured, 1);
         const Vector& start = robot.nominal.leg(1).parameters;
         WhitenedLeg whitened;
+        LegRoom room;
         whiten(data, start, options.noise, whitened);
         const LegEstimate estimate = estimator == Estimator::inverse
-                                         ? estimate_inverse(data, start, options)
-                                         : estimate_implicit(data, start, whitened, options);
+                                         ? estimate_inverse(data, start, options, room)
+                                         : estimate_implicit(data, start, whitened, options, room);
         ASSERT_TRUE(estimate.outcome.converged) << robot.name << estimate.outcome.failure;
         const Vector expected = by_ceres(data, start, options);
         const Vector size = expected.cwiseAbs().cwiseMax(1);
@@ -207,15 +208,16 @@ TEST(LegEstimators, FindTheirWayFromATenthOfAMetreAndARadianOff) {
     const LegData data = leg_data(robot.nominal, measured, leg);
     const Vector& near = robot.nominal.leg(leg).parameters;
     WhitenedLeg whitened;
+    LegRoom room;
     whiten(data, near, options.noise, whitened);
-    const Vector expected = estimate_implicit(data, near, whitened, options).parameters;
+    const Vector expected = estimate_implicit(data, near, whitened, options, room).parameters;
     for (int trial = 0; trial < 10; ++trial) {
       Vector far = near;
       for (Index i = 0; i < far.size() - 2; ++i) {
         far[i] += 0.2 * random.uniform() - 0.1;
       }
       whiten(data, far, options.noise, whitened);
-      const LegEstimate estimate = estimate_implicit(data, far, whitened, options);
+      const LegEstimate estimate = estimate_implicit(data, far, whitened, options, room);
       EXPECT_TRUE(estimate.outcome.converged) << estimate.outcome.failure;
       EXPECT_LT((estimate.parameters - expected).norm(), 1e-8);
     }

@@ -258,8 +258,7 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
 }
 
 LegEstimate estimate_inverse(const LegData& data, const Vector& start,
-                             const IdentificationOptions& options) {
-  LegRoom room;
+                             const IdentificationOptions& options, LegRoom& room) {
   LegProblem problem(data, start, options, room);
   SolverOutcome outcome = solve(problem, options, room);
   if (!problem.errors().allFinite()) {
@@ -274,12 +273,6 @@ LegEstimate estimate_implicit(const LegData& data, const Vector& start, Whitened
                               const IdentificationOptions& options, LegRoom& room) {
   LegProblem problem(data, start, std::move(whitened), options, room);
   return problem.take(solve(problem, options, room));
-}
-
-LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
-                              const IdentificationOptions& options) {
-  LegRoom room;
-  return estimate_implicit(data, start, std::move(whitened), options, room);
 }
 
 }  // namespace symkin

@@ -54,10 +54,8 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
 // The same cost by Levenberg-Marquardt, with a loss if asked for.
 LegEstimate estimate_inverse(const LegData& data, const Vector& start,
-                             const IdentificationOptions& options);
+                             const IdentificationOptions& options, LegRoom& room);
 // Whitened closures, their variances those at the estimate; `whitened` is the leg at the start.
-LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
-                              const IdentificationOptions& options);
 LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
                               const IdentificationOptions& options, LegRoom& room);
 
