@@ -143,12 +143,13 @@ class Newton {
     Mask active = cost == infinity;
     Mask solved = cost < infinity;
     Mask in_aspect = solved;
-    for (int i = 0; i < options_.max_iterations && L::any(active); ++i) {
-      const auto pose = legs_.variable(trial);
-      if (i == 0 && !redundant()) {
-        start_orientation = orientation_at_start(pose);
+    // Before the first iteration, on which side of the singularities the start is.
+    for (int i = redundant() ? 0 : -1; i < options_.max_iterations && L::any(active); ++i) {
+      const System at = linearise(legs_.variable(trial), i < 0);
+      if (i < 0) {
+        start_orientation = at.orientation;
+        continue;
       }
-      const System at = linearise(pose);
       // Against the predicted decrease, since the readings of a redundantly actuated mechanism with
       // errors leave a cost that no step takes away. Below sqrt(tolerance) rounding decides whether
       // the cost still falls.
@@ -203,60 +204,39 @@ class Newton {
     }
   }
 
-  // As many rows as the pose has degrees of freedom: dh/dpose, and -h. Returns |h|^2.
+  // `at_start` with the joints as they would stand there.
   template <typename VariablePose>
-  T rows(const VariablePose& pose, bool at_start, Matrix& matrix, Tangent& right) const {
-    T cost(0.0);
-    std::size_t row = 0;
-    for (std::size_t i = 0; i < kDof / kClosures; ++i) {
-      for (const auto& h : legs_.closures(i, pose, at_start)) {
-        matrix[row] = h.v;
-        right[row++] = -h.a;
-        cost = cost + h.a * h.a;
-      }
-    }
-    return cost;
-  }
-
-  // det(dh/dpose) > 0 with the joints as they would stand there.
-  template <typename VariablePose>
-  Mask orientation_at_start(const VariablePose& pose) const {
-    Matrix matrix;
-    Tangent right;
-    rows(pose, true, matrix, right);
-    return detail::solve(matrix, right) > T(0.0);
-  }
-
-  template <typename VariablePose>
-  System linearise(const VariablePose& pose) const {
+  System linearise(const VariablePose& pose, bool at_start) const {
     using std::abs;
+    const bool squared = redundant();
     System system;
+    system.cost = T(0.0);
+    system.step.fill(T(0.0));
     Matrix matrix;
-    T determinant;
-    if (!redundant()) {
-      system.cost = rows(pose, false, matrix, system.step);
-      determinant = detail::solve(matrix, system.step);
-      system.predicted = system.cost;
-    } else {
-      for (Tangent& row : matrix) {
-        row.fill(T(0.0));
-      }
-      system.step.fill(T(0.0));
-      system.cost = T(0.0);
-      for (std::size_t i = 0; i < legs_.size(); ++i) {
-        for (const auto& h : legs_.closures(i, pose, false)) {
-          for (std::size_t k = 0; k < kDof; ++k) {
-            for (std::size_t j = 0; j < kDof; ++j) {
-              matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
-            }
-            system.step[k] = system.step[k] - h.v[k] * h.a;
+    for (Tangent& row : matrix) {
+      row.fill(T(0.0));
+    }
+    std::size_t row = 0;
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      for (const auto& h : legs_.closures(i, pose, at_start)) {
+        system.cost = system.cost + h.a * h.a;
+        if (!squared) {
+          matrix[row] = h.v;
+          system.step[row++] = -h.a;
+          continue;
+        }
+        for (std::size_t k = 0; k < kDof; ++k) {
+          for (std::size_t j = 0; j < kDof; ++j) {
+            matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
           }
-          system.cost = system.cost + h.a * h.a;
+          system.step[k] = system.step[k] - h.v[k] * h.a;
         }
       }
-      const Tangent gradient = system.step;
-      determinant = detail::solve(matrix, system.step);
-      // |J step|^2
+    }
+    const Tangent gradient = system.step;
+    const T determinant = detail::solve(matrix, system.step);
+    system.predicted = system.cost;
+    if (squared) {  // |J step|^2
       system.predicted = T(0.0);
       for (std::size_t k = 0; k < kDof; ++k) {
         system.predicted = system.predicted + gradient[k] * system.step[k];
