@@ -31,6 +31,8 @@ from symkin.workspace import WorkspaceSample
 __all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
 
 Array = NDArray[np.float64]
+# Root mean square and maximum of the distance (m) and of the angle (rad), and of how many poses.
+_Figures = tuple[float, float, float, float, int]
 
 # Twelve numbers need no more, and an alignment of 30 000 poses takes a second.
 _ALIGNED_POSES = 2000
@@ -127,14 +129,17 @@ class Evaluation(Result):
         mechanism: Mechanism,
         *,
         row_numbers: NDArray[np.intp] | None = None,
+        figures: _Figures | None = None,
     ) -> Evaluation:
-        """Return the figures of single differences; poses count from 1 without `row_numbers`."""
-        complete = _complete(differences)
-        good = differences if complete.all() else differences[complete]
+        """Return the figures of single differences, made unless they are given.
+
+        Poses count from 1 without `row_numbers`.
+        """
+        figures = figures or _figures(differences, mechanism.space)
         return cls(
-            *_figures(good, mechanism.space),
-            evaluated=len(good),
-            failed=len(differences) - len(good),
+            *figures[:4],
+            evaluated=figures[4],
+            failed=len(differences) - figures[4],
             differences=differences,
             poses=poses,
             row_numbers=np.arange(1, len(poses) + 1) if row_numbers is None else row_numbers,
@@ -205,7 +210,7 @@ class Evaluation(Result):
         differences = np.full_like(self.differences, np.nan)
         differences[rows] = left
         base, tool = (frame.tangent[space.frame_components] for frame in frames)
-        return AlignedErrors(*_figures(left, space), base, tool, differences)
+        return AlignedErrors(*_figures(left, space)[:4], base, tool, differences)
 
     def to_dict(self) -> dict[str, Any]:
         """Return its figures, without the single poses."""
@@ -235,13 +240,15 @@ def _complete(rows: Array) -> NDArray[np.bool_]:
     return np.isfinite(rows @ np.ones(rows.shape[1]))
 
 
-def _figures(differences: Array, space: PoseSpace) -> tuple[float, float, float, float]:
-    """Root mean square and maximum of the distance (m), and of the angle (rad)."""
+def _figures(differences: Array, space: PoseSpace) -> _Figures:
+    """Of the rows that have finite numbers alone."""
+    complete = _complete(differences)
+    good = differences if complete.all() else differences[complete]
     figures: list[float] = []
-    for part in (differences[:, : space.size], differences[:, space.size :]):
+    for part in (good[:, : space.size], good[:, space.size :]):
         squares = sum((column**2 for column in part.T), np.zeros(len(part)))
         figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
-    return figures[0], figures[1], figures[2], figures[3]
+    return figures[0], figures[1], figures[2], figures[3], len(good)
 
 
 def evaluate(
@@ -287,18 +294,25 @@ def evaluate(
         if not len(complete):
             raise SymkinError("no pose has readings of all legs, so none can be evaluated")
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
-        differences = pose_differences(model, measurements.subset(complete))
+        errors = _measurement_errors(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:
         require_same_shape(actual, model)
         rows = pose_rows(poses)
-        differences = _core.command_errors(actual.core, model.core, rows).differences
+        errors = _core.command_errors(actual.core, model.core, rows)
     else:
         raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
-    if not np.isfinite(differences).any():
+    if not errors.evaluated:
         raise SymkinError(
             f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
         )
-    result = Evaluation.of(differences, rows, model, row_numbers=numbers)
+    figures = (
+        errors.position_rms,
+        errors.position_max,
+        errors.orientation_rms,
+        errors.orientation_max,
+        errors.evaluated,
+    )
+    result = Evaluation.of(errors.differences, rows, model, row_numbers=numbers, figures=figures)
     if measurements is None:
         return result
     partial = int((~whole).sum())
@@ -312,11 +326,15 @@ def evaluate(
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
     """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
+    return _measurement_errors(model, measurements).differences
+
+
+def _measurement_errors(model: Mechanism, measurements: Measurements) -> _core.PoseErrors:
     return _core.measurement_errors(
         model.straight,
         np.ascontiguousarray(measurements.poses),
         np.ascontiguousarray(model.straightened(measurements.readings)),
-    ).differences
+    )
 
 
 def closures_of(model: Mechanism, measurements: Measurements) -> Array:

@@ -440,12 +440,11 @@ def _best_first(
     indices: NDArray[np.intp], rows: NDArray[np.float64], information: NDArray[np.float64]
 ) -> NDArray[np.intp]:
     """Order candidates so that each adds most to the information of those before it."""
-    left, ordered = indices.tolist(), []
-    while left:
-        candidates = rows[left]
-        answers = np.linalg.solve(information, candidates.transpose(0, 2, 1))
-        gains = np.linalg.slogdet(np.eye(rows.shape[1]) + candidates @ answers)[1]
-        best = left.pop(int(np.argmax(gains)))
-        information = information + rows[best].T @ rows[best]
-        ordered.append(best)
-    return np.array(ordered, dtype=np.intp)
+    added = rows[indices].transpose(0, 2, 1) @ rows[indices]
+    order: list[int] = []
+    for _ in indices:
+        determinants = np.linalg.slogdet(information + added)[1]
+        determinants[order] = -np.inf
+        order.append(int(determinants.argmax()))
+        information = information + added[order[-1]]
+    return indices[order]

@@ -550,8 +550,9 @@ def allowed_candidates(
         if conditions is None:
             conditions = mechanism.singularity_measures(poses)[2]
         allowed &= conditions <= kept.conditioning_limit
+    identity = _identity(mechanism)
     for element in task.elements:
-        images = map_poses(mechanism, element, poses)
+        images = poses if element == identity else map_poses(mechanism, element, poses)
         allowed &= inside_box(mechanism, images)
         for region in regions:
             allowed &= ~_contains(mechanism, region, images)

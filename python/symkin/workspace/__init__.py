@@ -188,13 +188,12 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     inside = np.ones(len(rows), dtype=np.bool_)
     if workspace is None:
         return inside
-    if mechanism.pose_space == "planar":
+    planar = mechanism.pose_space == "planar"
+    columns = (rows if planar else workspace_coordinates(mechanism, rows)).T.copy()
+    if planar:
         # A box may reach beyond half a turn.
         centre = (workspace.lower[2] + workspace.upper[2]) / 2
-        turns = np.rint((rows[:, 2] - centre) / (2 * np.pi))
-        columns = [rows[:, 0], rows[:, 1], rows[:, 2] - 2 * np.pi * turns]
-    else:
-        columns = list(workspace_coordinates(mechanism, rows).T)
+        columns[2] -= 2 * np.pi * np.rint((columns[2] - centre) / (2 * np.pi))
     slack = 1e-9  # of an image that rounding has put on the other side
     for free in mechanism.free:
         lower, upper = workspace.lower[free], workspace.upper[free]
