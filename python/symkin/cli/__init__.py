@@ -18,7 +18,7 @@ import typer
 from symkin.cli.console import exit_code_of
 from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
-from symkin.cli.options import command
+from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
 
 _DEBUG = "--debug"
@@ -79,6 +79,7 @@ def overview(
     if version:
         import symkin
 
+        refuse_unless(context.invoked_subcommand is None, "--version goes without a command")
         typer.echo(f"symkin {symkin.__version__}")
     elif context.invoked_subcommand is None:
         raise typer.BadParameter("a command is missing")

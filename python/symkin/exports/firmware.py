@@ -385,6 +385,11 @@ def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
             f'with a translating platform; "{mechanism.name}" has {len(mechanism.legs)} legs '
             f"{mechanism.chain}, {mechanism.pose_space}"
         )
+    if options.endstops:
+        raise SymkinError(
+            f'endstops say nothing of the struts of "{mechanism.name}"; LinuxCNC counts from them '
+            "in linear deltas alone"
+        )
     structure = structure_of(mechanism)
     bases = [body.position for body in structure.bodies if not body.parent][:6]
     ends = [closure.platform_point for closure in structure.closures]
