@@ -109,7 +109,7 @@ def _pose_count() -> Kind:
         if not _PER_PARAMETER.fullmatch(raw):
             raise WrongValueError(
                 f'is "{raw}"; expected a number, or a text such as "3p" for three times as many as '
-                "a leg has parameters"
+                "a leg has parameters that are estimated"
             )
         return raw
 
@@ -207,7 +207,7 @@ class StudyDefinition:
         As `make_plan` takes them, each a tuple.
     pose_counts : tuple of int or str
         Poses that each leg is identified from; ``"3p"`` is three times as many as a leg has
-        parameters. By default the mechanism's.
+        parameters that are estimated, those that are held left out. By default the mechanism's.
     noise_levels, tolerance_levels : tuple of float
         Multiples of the mechanism's noise and tolerances.
     estimators, use, losses
@@ -410,7 +410,7 @@ def _counted(count: int | str | None, mechanism: Mechanism) -> int:
         return count
     factor = _PER_PARAMETER.fullmatch(count)
     assert factor is not None  # it was checked
-    return max(1, round(float(factor[1]) * max(len(leg.parameters) for leg in mechanism.legs)))
+    return max(1, round(float(factor[1]) * max(mechanism.estimated_counts)))
 
 
 def _identifier(cell: Cell) -> str:

@@ -65,6 +65,14 @@ def test_pose_counts_may_be_multiples_of_the_number_of_parameters() -> None:
     assert [cell.pose_count for cell in study.cells] == [12, 24, 9, 18]
 
 
+def test_parameters_that_are_held_need_no_poses() -> None:
+    delta = symkin.load_mechanism("linear_delta")
+    assert len(delta.legs[0].parameters) == 9
+    assert delta.estimated_counts == (7, 7, 7)
+    (cell,) = StudyDefinition(mechanisms=(delta,), pose_counts=("3p",)).cells
+    assert cell.pose_count == 21
+
+
 @pytest.mark.parametrize("name", builtin_studies())
 def test_built_in_studies_can_be_loaded_and_copied(name: str, tmp_path: Path) -> None:
     assert load_study(name).cells
