@@ -409,13 +409,9 @@ class Measurements(Result):
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
     def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:
-        """Return the columns of its file; arguments and errors are those of `save`."""
+        """Return the columns of its file, of readings without a unit too; else as `save`."""
         from symkin.io.measurements import measurement_columns
 
-        if mechanism is None and not self.reading_unit:
-            raise MeasurementError(
-                "the readings have no unit; give their reading_unit, or the mechanism"
-            )
         if mechanism is None and self.reported is not None:
             raise MeasurementError(
                 "reported poses are written in the frames of the mechanism's file, which may be "
@@ -451,6 +447,10 @@ class Measurements(Result):
         from symkin.io.output_files import OutputFiles
         from symkin.io.tables import write_table
 
+        if mechanism is None and not self.reading_unit:
+            raise MeasurementError(
+                "the readings have no unit; give their reading_unit, or the mechanism"
+            )
         columns = self.columns(mechanism)
         with OutputFiles(overwrite=overwrite) as outputs:
             write_table(outputs.file(Path(path)), columns)
