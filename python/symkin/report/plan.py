@@ -18,7 +18,15 @@ from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
-from symkin.report.wording import count, milli, plural, quantity, setting, significant
+from symkin.report.wording import (
+    count,
+    left_by_priors,
+    milli,
+    plural,
+    quantity,
+    setting,
+    significant,
+)
 from symkin.report.workspace import workspace_section
 from symkin.simulation import Simulation
 from symkin.workspace import WorkspaceSample
@@ -36,7 +44,6 @@ _DESIGNS = {
     "orbits": "whole orbits of poses, which every leg uses",
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
-_MATTERS = 0.3  # of the expected error: the rest is then 5% smaller than all of it
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
 _PERCENT = "\N{NO-BREAK SPACE}%"
@@ -125,12 +132,7 @@ def _held(
         return [], ""
     priors = _priors(survey)
     combinations = plural(len(held.combinations), "combination")
-    parts = [
-        f"{milli(getattr(held, kind), unit)} of the expected {kind} error of "
-        f"{milli(getattr(expected, kind), unit)}"
-        for kind, unit in mechanism.space.errors
-        if getattr(held, kind) > _MATTERS * getattr(expected, kind)
-    ]
+    parts = left_by_priors(mechanism, held, expected)
     known = "is" if len(held.combinations) == 1 else "are"
     remark = (
         f", but {combinations} of the unknowns {known} known from {priors}, hardly from the "
