@@ -299,6 +299,14 @@ def align(
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
     if mechanism is None and columns is not None:
         raise typer.BadParameter("--columns goes with --mechanism alone")
+    twice = {each.strip() for each in (device or "").split(",")}.intersection(
+        each.strip() for each in (robot or "").split(",")
+    )
+    refuse_unless(
+        not twice - {""},
+        f"column {', '.join(sorted(twice))} is the device's and the robot's; expected columns of "
+        "two measurements, since poses always agree with themselves",
+    )
     model = None if mechanism is None else symkin.load_mechanism(mechanism)
     inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:

@@ -54,6 +54,7 @@ UNUSED = {
     "export 3RRR --to mjcf --nominal 3RRR": "nominal",
     "export hexapod_jugglebot --to linuxcnc --endstops 1": "endstops",
     "--version check 3RRR": "--version",
+    "align {run}/measurements.csv --device x_m,y_m --robot x_m,y_m": "column x_m, y_m is",
 }
 
 
