@@ -8,6 +8,7 @@ import functools
 import io
 import logging
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -91,9 +92,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = _DEBUG in given
     given = [argument for argument in given if argument != _DEBUG] or ["--help"]
     with _own_streams(debug) if arguments is None else contextlib.nullcontext():
-        return exit_code_of(
-            lambda: _command()(args=given, prog_name="symkin", standalone_mode=False), debug
-        )
+        return exit_code_of(lambda: _run(given), debug)
+
+
+def _run(given: Sequence[str]) -> Any:
+    """Run a command line, whose errors are the caller's; what it returns may be an exit code."""
+    if any(each == "" or re.fullmatch(r"--[a-z-]+=", each) for each in given):
+        raise typer.BadParameter("an argument is empty, as of a variable without a value")
+    try:
+        return _command()(args=list(given), prog_name="symkin", standalone_mode=False)
+    except SystemExit as ended:  # in this mode typer ends so for a closed pipe alone, by code 1
+        raise BrokenPipeError from ended
 
 
 @functools.cache
