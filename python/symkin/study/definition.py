@@ -181,10 +181,30 @@ _SETTINGS: dict[str, Kind] = {
     "reading_noises": _several(quantity("1", "not negative", "in the sensor's unit")),
     "repetitions": whole(1, 1000),
 }
+_OF_COST = ("legs", "repetitions")
+_NOT_OF_COST = (
+    "designs", "methods", "use_symmetry", "margin_sigmas", "noise_levels", "tolerance_levels",
+    "estimators", "use", "losses", "cell", "robots", "evaluation_poses",
+)  # fmt: skip
 _STUDY = table(
     _SETTINGS | _FACTORS | {"cell": list_of(table({"id": text(200)} | _FACTORS), 1, _MOST_CELLS)},
     ("mechanisms",),
 )
+
+
+def _refuse_unused(given: Mapping[str, Any]) -> None:
+    """Refuse what the kind of study would pass over in silence."""
+    kind = given.get("kind", "accuracy")
+    unused = _NOT_OF_COST if kind == "cost" else _OF_COST
+    for name in given:
+        if name in unused or (name == "reading_noises" and kind != "symmetry"):
+            raise WrongValueError(f"changes nothing in a study of {kind}", (name,))
+        if kind == "cost" and name in ("rows", "criteria", "pose_counts") and len(given[name]) > 1:
+            raise WrongValueError(
+                f"has {len(given[name])} values; a study of cost times one combination of each "
+                "mechanism",
+                (name,),
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -274,6 +294,8 @@ class StudyDefinition:
         given |= {"cell": [dict(each) for each in self.cell]} if self.cell else {}
         try:
             values = _STUDY.read(given)
+            usual = {each.name: each.default for each in dataclasses.fields(self)}
+            _refuse_unused({n: each for n, each in values.items() if each != usual[n]})
         except WrongValueError as error:
             raise SymkinError(f"{dotted(error.keys)}: {error}") from error
         values["cell"] = tuple(map(MappingProxyType, values.get("cell", ())))
@@ -468,6 +490,7 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
     source = read_toml(path, StudyFileError)
     try:
         values = _STUDY.read(source.values)
+        _refuse_unused(values)
     except WrongValueError as error:
         raise source.error(error.keys, str(error)) from error
     for lists in (values, *values.get("cell", ())):

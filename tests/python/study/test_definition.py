@@ -100,6 +100,17 @@ def test_built_in_studies_can_be_loaded_and_copied(name: str, tmp_path: Path) ->
         ('mechanisms = ["3RRR"]\n[[cell]]\n[[cell]]', ["two cells", "each combination once"]),
         ('mechanisms = ["3RRR"]\nkind = "cots"', [":2: kind", '"cost"']),
         ('mechanisms = ["4RR"]', ["4RR", '"4RRR"']),
+        (
+            'mechanisms = ["3RRR"]\nkind = "cost"\ndesigns = ["legs"]',
+            [":3: designs: changes nothing in a study of cost"],
+        ),
+        ('mechanisms = ["3RRR"]\nkind = "cost"\n[[cell]]', [":3: cell: changes nothing"]),
+        (
+            'mechanisms = ["3RRR"]\nkind = "cost"\npose_counts = [9, 10]',
+            [":3: pose_counts: has 2 values"],
+        ),
+        ('mechanisms = ["3RRR"]\nrepetitions = 3', ["study of accuracy"]),
+        ('mechanisms = ["3RRR"]\nreading_noises = [1e-5]', ["study of accuracy"]),
     ],
 )
 def test_a_wrong_study_is_refused(
@@ -118,6 +129,8 @@ def test_a_misspelt_study_names_the_nearest_one() -> None:
 def test_a_wrong_definition_in_python_names_the_argument() -> None:
     with pytest.raises(symkin.SymkinError, match=r"criteria\[1\]: is 'O7'; expected 'O1'"):
         StudyDefinition(mechanisms=("3RRR",), criteria=("O7",))  # type: ignore[arg-type]
+    with pytest.raises(symkin.SymkinError, match="robots: changes nothing in a study of cost"):
+        StudyDefinition(mechanisms=("3RRR",), kind="cost", robots=20)
 
 
 def test_a_mechanism_file_is_looked_for_beside_the_study(
