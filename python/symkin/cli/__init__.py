@@ -101,7 +101,9 @@ def _run(given: Sequence[str]) -> Any:
         raise typer.BadParameter("an argument is empty, as of a variable without a value")
     try:
         return _command()(args=list(given), prog_name="symkin", standalone_mode=False)
-    except SystemExit as ended:  # in this mode typer ends so for a closed pipe alone, by code 1
+    except SystemExit as ended:  # typer ends so for a closed pipe, by code 1, and completions
+        if ended.code != 1:
+            raise
         raise BrokenPipeError from ended
 
 
