@@ -235,6 +235,11 @@ class Evaluation(Result):
         }
 
 
+def _origin(measurements: Measurements) -> str:
+    """The file that they are of, before a sentence."""
+    return f"{measurements.source}: " if measurements.source else ""
+
+
 def _complete(rows: Array) -> NDArray[np.bool_]:
     """Which rows have finite numbers alone; a reduction of short rows takes ten times as long."""
     return np.isfinite(rows @ np.ones(rows.shape[1]))
@@ -289,10 +294,14 @@ def evaluate(
         whole = np.isfinite(measurements.poses).all(axis=1)
         measurements.require_table(model.sensor_table)
         if not whole.any():
-            raise SymkinError("no row has a full measured pose, so none can be evaluated")
+            raise SymkinError(
+                f"{_origin(measurements)}no row has a full measured pose, so none can be evaluated"
+            )
         complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))
         if not len(complete):
-            raise SymkinError("no pose has readings of all legs, so none can be evaluated")
+            raise SymkinError(
+                f"{_origin(measurements)}no pose has readings of all legs, so none can be evaluated"
+            )
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
         errors = _measurement_errors(model, measurements.subset(complete))
     elif actual is not None and poses is not None and measurements is None:

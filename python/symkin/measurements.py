@@ -21,6 +21,7 @@ from symkin.result import Result, Value, field, record
 from symkin.sensor_table import SensorTable
 
 if TYPE_CHECKING:
+    from symkin.mechanism import Mechanism
     from symkin.settings import NoiseSettings
 
 __all__ = ["ALL_LEGS", "Measurements", "pose_rows"]
@@ -407,31 +408,52 @@ class Measurements(Result):
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
-    def columns(self) -> Mapping[str, Any]:
-        """Return the columns of its file."""
+    def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:
+        """Return the columns of its file, of readings without a unit too; else as `save`."""
         from symkin.io.measurements import measurement_columns
 
-        return measurement_columns(self, self.reading_unit)
+        if mechanism is None and self.reported is not None:
+            raise MeasurementError(
+                "reported poses are written in the frames of the mechanism's file, which may be "
+                "others than its own; give the mechanism: save(path, mechanism)"
+            )
+        return measurement_columns(self, mechanism or self.reading_unit)
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        mechanism: Mechanism | None = None,
+        *,
+        overwrite: bool = False,
+    ) -> Path:
         """Write it as CSV or Parquet, by extension, and return the file; see `read_measurements`.
 
-        A file that exists is replaced with `overwrite` alone.
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        mechanism : Mechanism, optional
+            Whose measurements these are: they read back with it to the same numbers. Without it,
+            too, unless there are reported poses, whose frames it alone knows.
+        overwrite : bool
+            Whether a file that exists may be replaced.
 
         Raises
         ------
         MeasurementError
-            If nobody said the unit of the readings.
+            Without a mechanism, if nobody said the unit of the readings or there are reported
+            poses; with one that has other legs or another unit.
         """
         from symkin.io.output_files import OutputFiles
         from symkin.io.tables import write_table
 
-        if not self.reading_unit:
+        if mechanism is None and not self.reading_unit:
             raise MeasurementError(
-                "the readings have no unit; give their reading_unit, or use write_measurements"
+                "the readings have no unit; give their reading_unit, or the mechanism"
             )
+        columns = self.columns(mechanism)
         with OutputFiles(overwrite=overwrite) as outputs:
-            write_table(outputs.file(Path(path)), self.columns())
+            write_table(outputs.file(Path(path)), columns)
         return Path(path)
 
 

@@ -301,7 +301,7 @@ class Simulation(Result):
 
     def columns(self) -> Mapping[str, Any]:
         """Return the measurements, as their file has them."""
-        return self.measurements.columns()
+        return self.measurements.columns(self.nominal)
 
     def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write the measurements and the robot, see `FILES`, and return the folder."""

@@ -8,6 +8,7 @@ import functools
 import io
 import logging
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
@@ -18,7 +19,7 @@ import typer
 from symkin.cli.console import exit_code_of
 from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
-from symkin.cli.options import command
+from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
 
 _DEBUG = "--debug"
@@ -79,6 +80,7 @@ def overview(
     if version:
         import symkin
 
+        refuse_unless(context.invoked_subcommand is None, "--version goes without a command")
         typer.echo(f"symkin {symkin.__version__}")
     elif context.invoked_subcommand is None:
         raise typer.BadParameter("a command is missing")
@@ -90,9 +92,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = _DEBUG in given
     given = [argument for argument in given if argument != _DEBUG] or ["--help"]
     with _own_streams(debug) if arguments is None else contextlib.nullcontext():
-        return exit_code_of(
-            lambda: _command()(args=given, prog_name="symkin", standalone_mode=False), debug
-        )
+        return exit_code_of(lambda: _run(given), debug)
+
+
+def _run(given: Sequence[str]) -> Any:
+    """Run a command line, whose errors are the caller's; what it returns may be an exit code."""
+    if any(each == "" or re.fullmatch(r"--[a-z-]+=", each) for each in given):
+        raise typer.BadParameter("an argument is empty, as of a variable without a value")
+    try:
+        return _command()(args=list(given), prog_name="symkin", standalone_mode=False)
+    except SystemExit as ended:  # typer ends so for a closed pipe, by code 1, and completions
+        if ended.code != 1:
+            raise
+        raise BrokenPipeError from ended
 
 
 @functools.cache

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -32,6 +32,7 @@ from symkin.cli.options import (
     folder_of,
     option,
     printed_length_of,
+    refuse_unless,
     with_sensor_table,
 )
 from symkin.identification import FitOptions, JointIdentification
@@ -122,8 +123,19 @@ def identify(
     Where a probe touched a bed, heights are all that is known of the poses; the bed's plane is
     unknown then, and the tolerances are priors.
     """
-    if cross_validate_blocks and cross_validate is None:
-        raise typer.BadParameter("--cross-validate-blocks goes with --cross-validate alone")
+    for option_, given in (
+        ("--cross-validate-blocks", cross_validate_blocks or None),
+        ("--seed", seed),
+    ):
+        refuse_unless(
+            given is None or cross_validate is not None,
+            f"{option_} goes with --cross-validate alone",
+        )
+    refuse_unless(
+        seed is None or not cross_validate_blocks,
+        "--seed draws parts at random, and --cross-validate-blocks says that they are blocks",
+    )
+    refuse_unless(loss_per != "pose" or loss != "none", "--loss-per pose goes with a --loss alone")
     if printed and (unknown.free or unknown.frames):
         raise typer.BadParameter(
             "--printed leaves open where bed and ruler lay, which --free and --frames would say; "
@@ -194,6 +206,17 @@ def identify_batch(
     as_json: JsonOption = False,
 ) -> None:
     """Identify many robots of one drawing into one table, a row a robot."""
+    refuse_unless(
+        table == "csv" or out is not None, "--table says what is written in --out; expected both"
+    )
+    refuse_unless(
+        workers == 1 or scheduler is None,
+        "--workers are processes on this machine; expected them or --scheduler",
+    )
+    refuse_unless(
+        threads == 0 or (workers == 1 and scheduler is None),
+        "--threads are of this process, where --workers or --scheduler compute with one each",
+    )
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
@@ -276,6 +299,14 @@ def align(
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
     if mechanism is None and columns is not None:
         raise typer.BadParameter("--columns goes with --mechanism alone")
+    twice = {each.strip() for each in (device or "").split(",")}.intersection(
+        each.strip() for each in (robot or "").split(",")
+    )
+    refuse_unless(
+        not twice - {""},
+        f"column {', '.join(sorted(twice))} is the device's and the robot's; expected columns of "
+        "two measurements, since poses always agree with themselves",
+    )
     model = None if mechanism is None else symkin.load_mechanism(mechanism)
     inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
@@ -338,7 +369,11 @@ def evaluate(
     """
     given = {"actual": actual, "plan": plan, "candidates": candidates}
     given |= {"measurements": measurements, "columns": columns}
-    _require_one_robot(given)
+    _require_one_robot(**given)
+    refuse_unless(
+        seed is None or (measurements is None and plan is None),
+        "--seed draws the poses that are evaluated; it goes without --measurements and --plan",
+    )
     with progress() as stage:
         stage("reading the model")
         loaded = symkin.load_mechanism(model)
@@ -369,9 +404,10 @@ def evaluate(
     print_result(result, document, as_json=as_json, after=out and out / "evaluation.html")
 
 
-def _require_one_robot(given: dict[str, Any]) -> None:
+def _require_one_robot(
+    *, actual: object, plan: object, candidates: object, measurements: object, columns: object
+) -> None:
     """Refuse options that do not go together."""
-    actual, plan, candidates, measurements, columns = given.values()
     if (actual is None) == (measurements is None):
         raise typer.BadParameter("give either --actual or --measurements")
     if measurements is not None and (plan is not None or candidates is not None):

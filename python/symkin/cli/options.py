@@ -81,6 +81,12 @@ def option(metavar: str, help: str, **limits: Any) -> Any:  # noqa: A002  # as t
     return typer.Option(metavar=metavar, help=help, **limits)
 
 
+def refuse_unless(goes: bool, sentence: str) -> None:
+    """Refuse an option that would be passed over in silence beside the others."""
+    if not goes:
+        raise typer.BadParameter(sentence)
+
+
 def folder_of(files: str) -> Any:
     """The option of a folder in which these files are written."""
     return option("DIR", f"Folder for {files}.")
@@ -248,14 +254,16 @@ class Observing:
     anchor: Annotated[
         list[str] | None, option("POINT", "Where distances are measured from; several.")
     ] = None
-    plane: Annotated[str, option("C", "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights.")] = (
-        "0, 0, 0"
-    )
+    plane: Annotated[
+        str | None,
+        option("C", "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights; by default 0, 0, 0."),
+    ] = None
 
     def observed(self, mechanism: Mechanism, missing: float = 0.0, spread: float = 0.0) -> Observed:
         """Read it; points and anchors that are not given are the mechanism's."""
         own = mechanism.frames or Frames()
         wanted = self.observe or ["pose"]
+        self._refuse_unused(wanted)
         size = mechanism.space.size
         frame = ("m",) * size + ("rad",) * (len(mechanism.space.frame_components) - size)
         given = Frames(
@@ -263,7 +271,7 @@ class Observing:
             target=quantities_of(self.target, frame, "--target") if self.target else (),
             points=tuple(quantities_of(e, frame[:size], "--point") for e in self.point or ()),
             anchors=tuple(quantities_of(e, frame[:size], "--anchor") for e in self.anchor or ()),
-            plane=quantities_of(self.plane, ("m", "1", "1"), "--plane"),
+            plane=quantities_of(self.plane or "0, 0, 0", ("m", "1", "1"), "--plane"),
         )
         given = own_frames_of(mechanism, given)
         return Observed(
@@ -276,6 +284,20 @@ class Observing:
             missing,
             spread,
         )
+
+    def _refuse_unused(self, wanted: Sequence[str]) -> None:
+        """Refuse frames that nothing observed depends on; Observed refuses points and anchors."""
+        device = {"pose", "position", "orientation", "distance"}
+        for option, given, kinds in (
+            ("--base", self.base, device | {"points"}),
+            ("--target", self.target, device | {"height"}),
+            ("--plane", self.plane, {"height"}),
+        ):
+            refuse_unless(
+                given is None or not kinds.isdisjoint(wanted),
+                f"{option} says nothing of what is observed, {', '.join(wanted)}; it goes with "
+                f"--observe {' or '.join(sorted(kinds))}",
+            )
 
     def planned(self, mechanism: Mechanism) -> Observed | None:
         """Read what will be observed; None if nothing is said of it."""

@@ -38,6 +38,7 @@ from symkin.cli.options import (
     folder_of,
     length_of,
     option,
+    refuse_unless,
     region_of,
 )
 from symkin.io.output_files import OutputFiles
@@ -104,8 +105,9 @@ def plan(
         option("N", "Spares of each selection; by default half as many as poses.", min=0),
     ] = None,
     time_limit: Annotated[
-        float, option("S", "Seconds for the proof of the method exhaustive.", min=0)
-    ] = 10.0,
+        float | None,
+        option("S", "Seconds for the proof of the method exhaustive; by default 10.", min=0),
+    ] = None,
     threads: ThreadsOption = 0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -126,6 +128,15 @@ def plan(
     """
     from symkin.io.plans import read_pose_list
 
+    _refuse_unused_count(choosing, pose_count, spares)
+    refuse_unless(
+        columns is None or measured is not None,
+        "--columns says how to read measurements; it goes with --measured alone",
+    )
+    refuse_unless(
+        time_limit is None or choosing.method == "exhaustive",
+        "--time-limit goes with --method exhaustive alone",
+    )
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
@@ -136,6 +147,11 @@ def plan(
         distance = length_of(minimum_distance, "--minimum-distance")
         observe = seen.planned(loaded)
         probing = observe is not None and is_probing(loaded, observe)
+        refuse_unless(
+            symmetry or (choosing.design == "legs" and not probing),
+            "--no-symmetry chooses a set of poses for every leg by itself; it goes with --design "
+            "legs alone",
+        )
         files = (*_PLAN_FILES, _POINTS) if probing else _PLAN_FILES
         with OutputFiles([*loaded.files, required, measured, columns], overwrite) as outputs:
             folder = outputs.folder(out, *files)
@@ -154,7 +170,7 @@ def plan(
                 use_symmetry=symmetry,
                 visit=visit,
                 spares=spares,
-                time_limit=time_limit,
+                time_limit=10.0 if time_limit is None else time_limit,
                 threads=threads,
                 observe=observe,
                 **vars(choosing),
@@ -228,6 +244,16 @@ def pose_count(
     print_result(result, document, as_json=as_json, after=after)
 
 
+def _refuse_unused_count(
+    choosing: ChoosingForPlan, pose_count: int | None, spares: int | None = None
+) -> None:
+    """Refuse numbers of poses beside the method that takes whatever may be measured."""
+    refuse_unless(
+        choosing.method != "all" or (pose_count is None and not spares),
+        "--method all takes every candidate; --pose-count and --spares go with the other methods",
+    )
+
+
 def _written(folder: Path, files: Sequence[str]) -> str:
     return f"Written: {', '.join(str(folder / name) for name in files)}"
 
@@ -293,6 +319,7 @@ def run(
     Writes plan.csv, measurements.csv, actual.toml (the simulated robot), calibrated.toml,
     results.json and report.html. The last line printed is the report's path.
     """
+    _refuse_unused_count(choosing, pose_count)
     with progress() as stage:
         stage("reading the mechanism")
         nominal = symkin.load_mechanism(mechanism)
@@ -372,10 +399,13 @@ def study(
     from symkin.study import StudyResult, builtin_text, load_study, run_study
 
     if show is not None:
-        if name is not None or out is not None:
-            raise typer.BadParameter(
-                "prints a study; expected no other study and no --out", param_hint="--show"
-            )
+        others = (
+            name, out, mechanism, robots, accuracy, workers > 1, scheduler, format != "csv",
+            overwrite, as_json,
+        )  # fmt: skip
+        refuse_unless(
+            not any(others), "--show prints a study; expected no other study and no other option"
+        )
         sys.stdout.write(builtin_text(show))
         return
     if name is None:
@@ -383,6 +413,10 @@ def study(
     if out is None:
         raise typer.BadParameter("is missing: expected a folder", param_hint="--out")
     definition = load_study(name)
+    refuse_unless(
+        robots is None or definition.kind != "cost",
+        f"--robots simulates robots, and {definition.name} is a study of cost, which has none",
+    )
     changes = {"mechanisms": tuple(mechanism) if mechanism else None, "robots": robots}
     definition = definition.replace(**{key: each for key, each in changes.items() if each})
     wanted = accuracies_of(accuracy)

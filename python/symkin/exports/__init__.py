@@ -147,6 +147,12 @@ FORMATS = {
     "c-header": Format("parameters", "write_c_header", "constants of C and C++"),
     "table": Format("parameters", "write_table", "pose wanted, pose to command"),
 }
+# Which formats use what else may be said; others refuse it.
+_TAKEN_BY = {
+    "endstops": ("klipper", "marlin", "reprapfirmware", "linuxcnc"),
+    "nominal": ("table",),
+    "grid": ("table",),
+}
 
 
 def export(
@@ -193,6 +199,11 @@ def export(
     chosen: Format = one_of("to", to, FORMATS)
     stops = tuple(np.atleast_1d(np.asarray(endstops, dtype=np.float64)).tolist())
     options = ExportOptions(stops, nominal, grid)
+    for name, formats in _TAKEN_BY.items():
+        if getattr(options, name) and to not in formats:
+            raise SymkinError(
+                f'the format "{to}" has no use for {name}; expected only with {", ".join(formats)}'
+            )
     if mechanism.sensor_table is not None:
         raise MechanismError(
             f'the sensors of "{mechanism.name}" are made straight by a table, which no format has; '

@@ -49,6 +49,7 @@ _TILT = np.radians(10)  # that an upright tower or a level axis may have
 _DIGITS = 6  # of millimetres and degrees, as Klipper saves them
 _LINUXCNC_TOWERS = np.radians([90.0, 210.0, 330.0])
 _NEAR = np.radians(30)
+_FAR = 10  # times as far from the workspace's readings as these from each other
 TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
 _MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
 
@@ -147,9 +148,9 @@ def require_delta(mechanism: Mechanism, chain: str, unit: str, kind: str, firmwa
         )
 
 
-def endstop_readings(mechanism: Mechanism, options: ExportOptions, limits: Array) -> Array:
-    """Reading of each sensor at its endstop: as told, or its limit."""
-    given = options.endstops or tuple(limits.tolist())
+def endstop_readings(mechanism: Mechanism, options: ExportOptions, *, upper: bool) -> Array:
+    """Reading of each sensor at its endstop: as told, or its upper or lower limit."""
+    given = options.endstops or tuple(mechanism.reading_limits[int(upper)].tolist())
     if len(given) not in (1, 3):
         raise SymkinError(f"{len(given)} endstops; expected one for all legs, or 3")
     if not np.isfinite(given).all():
@@ -157,7 +158,27 @@ def endstop_readings(mechanism: Mechanism, options: ExportOptions, limits: Array
             f'where the endstops of "{mechanism.name}" are is not known: firmware counts from '
             "them. Say what the sensors read there (--endstops, or [joint_limits] in the file)"
         )
-    return np.array(given * (3 // len(given)))
+    stops = np.array(given * (3 // len(given)))
+    if options.endstops and mechanism.workspace is not None:
+        _require_near(mechanism, stops, upper=upper)
+    return stops
+
+
+def _require_near(mechanism: Mechanism, stops: Array, *, upper: bool) -> None:
+    """Refuse endstops that were told in another unit, or with the other sign."""
+    taken = mechanism.inverse_kinematics(workspace_poses(mechanism))
+    low, high = np.nanmin(taken, axis=0), np.nanmax(taken, axis=0)
+    beyond = np.maximum(low - stops, stops - high)
+    passed = stops < low if upper else stops > high
+    wrong = np.flatnonzero((beyond > _FAR * (high - low)) | passed)
+    if len(wrong):
+        leg, unit = int(wrong[0]), mechanism.reading_unit
+        raise SymkinError(
+            f"the endstop of leg {leg + 1} is at {stops[leg]:g} {unit}, and the workspace has "
+            f"readings from {low[leg]:.4g} to {high[leg]:.4g} {unit}; expected it near the "
+            f"{'upper' if upper else 'lower'} end of these, or beyond. Say its unit, such as "
+            '"400 mm"'
+        )
 
 
 def linear_delta(
@@ -183,7 +204,7 @@ def linear_delta(
             "guide_elevation near 90 deg, guide_swing near 0 and working_mode -1 in every leg of "
             f'"{mechanism.name}"'
         )
-    readings = endstop_readings(mechanism, options, mechanism.reading_limits[1])
+    readings = endstop_readings(mechanism, options, upper=True)
     arms = own["distal_length"]
     start = LinearDelta(
         float(own["base_radius"].mean()),
@@ -269,7 +290,7 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
     model = nearest(mechanism, start, unknowns, poses)
     found = named_columns(model)
     # Cranks turn up to their endstops, which is towards smaller angles.
-    readings = endstop_readings(mechanism, options, mechanism.reading_limits[0])
+    readings = endstop_readings(mechanism, options, upper=False)
     raised = -(found["sensor_offset"] + found["sensor_gain"] * readings)
     radius, height = float(found["base_radius"][0]), float(found["base_height"][0]) - bed
     if min(radius, height) <= 0:
@@ -384,6 +405,11 @@ def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
             "LinuxCNC has kinematics for hexapods, 6 legs U[P]S, and linear deltas, 3 legs [P]US "
             f'with a translating platform; "{mechanism.name}" has {len(mechanism.legs)} legs '
             f"{mechanism.chain}, {mechanism.pose_space}"
+        )
+    if options.endstops:
+        raise SymkinError(
+            f'endstops say nothing of the struts of "{mechanism.name}"; LinuxCNC counts from them '
+            "in linear deltas alone"
         )
     structure = structure_of(mechanism)
     bases = [body.position for body in structure.bodies if not body.parent][:6]

@@ -312,8 +312,10 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
     unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
     if unmeasured:
         whose = "its" if len(unmeasured) == 1 else "their"
+        origin = f"{measurements.source}: " if measurements.source else ""
         raise NotIdentifiableError(
-            f"no readings of {named_legs(unmeasured)}: {whose} parameters cannot be identified"
+            f"{origin}no readings of {named_legs(unmeasured)}: {whose} parameters cannot be "
+            "identified"
         )
     used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 

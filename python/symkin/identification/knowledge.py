@@ -21,7 +21,7 @@ from symkin.result import Value, field, record
 if TYPE_CHECKING:
     from symkin.identification.joint import JointIdentification
     from symkin.mechanism import Mechanism
-    from symkin.planning.observing import Survey
+    from symkin.planning.observing import HeldByPriors, Survey
     from symkin.simulation import Observable
 
 __all__ = [
@@ -113,6 +113,8 @@ class Expected(Value):
         That pose: coordinates as in the measurements.
     poses : int
         Poses of the workspace in the figures.
+    held : HeldByPriors or None
+        The part that priors leave, since the observations say next to nothing of it, if any.
     """
 
     position: float = field(unit="rms_m")
@@ -120,6 +122,7 @@ class Expected(Value):
     worst: float = field(unit="rms_m")
     where: Array
     poses: int
+    held: HeldByPriors | None = None
 
     @classmethod
     def of(cls, found: JointIdentification) -> Expected | None:
@@ -131,7 +134,8 @@ class Expected(Value):
             return None
         try:
             poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
-            effects, good = survey_of(found, robot).effects(poses)
+            survey = survey_of(found, robot)
+            effects, good = survey.effects(poses)
         except SymkinError:
             return None
         if not len(effects):
@@ -139,12 +143,19 @@ class Expected(Value):
         variances = np.einsum("nik,kl,nil->ni", effects, found.covariance, effects)
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
         worst = int(np.argmax(position))
+        held = None
+        if found.gauge and found.options.gauge == "prior":
+            priors = survey.layout.with_prior("tolerances").prior
+            survey = dataclasses.replace(survey, priors=priors)
+        if np.isfinite(survey.priors).any():
+            held = survey.held(poses, found.covariance)
         return cls(
             position=float(np.sqrt(position.mean())),
             orientation=float(np.sqrt(orientation.mean())),
             worst=float(np.sqrt(position[worst])),
             where=poses[good][worst],
             poses=len(effects),
+            held=held if held and held.combinations else None,
         )
 
 

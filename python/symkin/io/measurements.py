@@ -7,13 +7,13 @@ import itertools
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.drawing import as_drawn, from_drawing
+from symkin.errors import MeasurementError
 from symkin.io.columns import (
     PoseValues,
     StatedUnit,
@@ -30,10 +30,9 @@ from symkin.io.columns import (
     reading_column_names,
     stated_units,
 )
-from symkin.io.output_files import OutputFiles
 from symkin.io.quantities import unit_factor
 from symkin.io.sensor_tables import as_shown, read_straight_readings
-from symkin.io.tables import Table, TableSource, read_table, write_table
+from symkin.io.tables import Table, TableSource, read_table
 from symkin.measurements import ALL_LEGS, Measurements
 from symkin.poses import unframed
 from symkin.settings import MeasurementColumns
@@ -49,6 +48,10 @@ _MUCH_BETTER = 10.0
 # Small enough units make every pose and reading nearly zero, which fits a mechanism whose home is
 # there: a fit is one only if the readings of other poses would not do as well.
 _BETTER_THAN_MIXED_UP = 5.0
+_LOST = (
+    "has a reported position without an orientation; the mechanism's file has its platform's frame "
+    "elsewhere than symkin, so that expected are both or neither"
+)
 _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm", "inch")}
 
 
@@ -136,7 +139,11 @@ def _measurements_of(
     values = read_pose_values(table, columns, space)
     others = read_observed(table, columns, space, legs, mechanism.reading_unit)
     if others.get("reported") is not None:
-        others["reported"] = from_drawing(mechanism, others["reported"])
+        given = others["reported"]
+        others["reported"] = from_drawing(mechanism, given)
+        lost = _lost_row(given, others["reported"])
+        if lost is not None:
+            raise table.row_error(lost, _LOST)
     readings, slopes = read_straight_readings(table, columns, mechanism)
     if others.get("reading_deviations") is not None:
         others["reading_deviations"] = others["reading_deviations"] * np.abs(slopes)
@@ -168,20 +175,29 @@ def write_measurements(
 ) -> None:
     """Write measurements as CSV or Parquet, by extension; they read back to the same numbers.
 
-    A file that exists is replaced only with `overwrite`.
+    A file that exists is replaced only with `overwrite`. The same as `Measurements.save`.
     """
-    with OutputFiles(overwrite=overwrite) as outputs:
-        if measurements.reported is not None:
-            reported = as_drawn(mechanism, measurements.reported)
-            measurements = replace(measurements, reported=reported)
-        columns = measurement_columns(measurements, mechanism.reading_unit)
-        write_table(outputs.file(Path(path)), columns)
+    measurements.save(path, mechanism, overwrite=overwrite)
 
 
 def measurement_columns(
-    measurements: Measurements, reading_unit: str
+    measurements: Measurements, of: Mechanism | str
 ) -> dict[str, NDArray[np.generic]]:
-    """Return the columns of a table of measurements; ``leg`` only if the rows differ in it."""
+    """Return the columns of a table of measurements; ``leg`` only if the rows differ in it.
+
+    `of` is the mechanism, or the unit of the readings where there are no reported poses.
+    """
+    if isinstance(of, str):
+        reading_unit = of
+    else:
+        reading_unit = of.reading_unit
+        _require_measured(of, measurements)
+        if measurements.reported is not None:
+            drawn = as_drawn(of, measurements.reported)
+            lost = _lost_row(measurements.reported, drawn)
+            if lost is not None:
+                raise MeasurementError(f"row {measurements.row_numbers[lost]} {_LOST}")
+            measurements = replace(measurements, reported=drawn)
     measurements = as_shown(measurements)
     columns: dict[str, NDArray[np.generic]] = {}
     if (measurements.leg_sets != ALL_LEGS).any():
@@ -195,6 +211,26 @@ def measurement_columns(
     names = reading_column_names(measurements.readings.shape[1], reading_unit)
     columns |= dict(zip(names, measurements.readings.T, strict=True))
     return columns | observed_columns(measurements, reading_unit)
+
+
+def _require_measured(mechanism: Mechanism, measurements: Measurements) -> None:
+    """Refuse to write what would not be read with this mechanism as it is."""
+    measurements.require_legs(len(mechanism.legs))
+    for what, own, wanted in (
+        ("poses", measurements.pose_space, mechanism.pose_space),
+        ("readings", measurements.reading_unit or mechanism.reading_unit, mechanism.reading_unit),
+    ):
+        if own != wanted:
+            raise MeasurementError(
+                f'the {what} are {own}, and those of "{mechanism.name}" {wanted}; expected the '
+                "mechanism that was measured"
+            )
+
+
+def _lost_row(given: NDArray[np.float64], carried: NDArray[np.float64]) -> int | None:
+    """The first row, from 0, of which a value got lost between the frames; None without one."""
+    rows = np.flatnonzero((np.isfinite(given) & ~np.isfinite(carried)).any(axis=1))
+    return int(rows[0]) if len(rows) else None
 
 
 def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:

@@ -69,15 +69,20 @@ def _limit(unit: str) -> Kind:
 def _coordinates(*units: str) -> Kind:
     """A list of quantities, each in its own unit."""
     kinds = [quantity(unit, direction=unit == "rad") for unit in units]
+    return _row(kinds, ", ".join(units))
+
+
+def _row(kinds: Sequence[Kind], units: str) -> Kind:
+    """A list of so many values, each of its own kind."""
+    count = len(kinds)
 
     def read(raw: Any) -> tuple[float, ...]:
-        if not isinstance(raw, list) or len(raw) != len(units):
-            count = len(raw) if isinstance(raw, list) else "no list of"
-            raise QuantityError(f"has {count} values; expected {len(units)}, in {', '.join(units)}")
+        if not isinstance(raw, list) or len(raw) != count:
+            found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
+            raise QuantityError(f"has {found}; expected {count}, in {units}")
         return tuple(kind.read(item) for kind, item in zip(kinds, raw, strict=True))
 
     items = [kind.schema for kind in kinds]
-    count = len(units)
     return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
 
 
@@ -452,17 +457,10 @@ def _point(size: int, estimated: bool) -> Kind:
 def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
     kind = quantity(unit, note=note)
 
-    def read(raw: Any) -> tuple[float, ...]:
-        if not isinstance(raw, list) or len(raw) != count:
-            found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
-            raise QuantityError(f"has {found}; expected {count}, in {unit}")
-        return tuple(
-            math.nan if nan and isinstance(each, float) and math.isnan(each) else kind.read(each)
-            for each in raw
-        )
+    def read(raw: Any) -> Any:
+        return math.nan if nan and isinstance(raw, float) and math.isnan(raw) else kind.read(raw)
 
-    items = {"type": "array", "items": kind.schema, "minItems": count, "maxItems": count}
-    return Kind(read, items)
+    return _row([Kind(read, kind.schema)] * count, unit)
 
 
 def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArray[np.float64]:

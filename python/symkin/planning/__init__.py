@@ -2,7 +2,7 @@
 """Planning: which poses to measure, and how many."""
 
 from symkin.planning.making import make_plan
-from symkin.planning.observing import PlannedUnknown, Survey
+from symkin.planning.observing import HeldByPriors, PlannedUnknown, Survey
 from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, travel_length
 from symkin.planning.prediction import (
     NeededPoses,
@@ -17,6 +17,7 @@ __all__ = [
     "ChosenPoses",
     "Clearance",
     "Design",
+    "HeldByPriors",
     "NeededPoses",
     "Plan",
     "PlanBasis",

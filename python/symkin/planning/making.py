@@ -301,6 +301,11 @@ class _Demands:
                 "the paper's rows know full poses and all parameters alone, so what is observed or "
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
+        if self.method == "all" and self.minimum_distance:
+            raise SymkinError(
+                'the method "all" takes every candidate, however near to each other; a minimum '
+                'distance goes with the methods "exchange", "sun_hollerbach" and "random"'
+            )
         check_regions(self.mechanism, self.avoid)
         beyond = np.argwhere(np.isnan(self.mechanism.inverse_kinematics(self.required)))
         if len(beyond):
@@ -338,8 +343,7 @@ class _Chosen:
 def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     """Select the poses of a task and their spares."""
     required = demands.required
-    conditions = None if demands.sample is None else demands.sample.conditions
-    allowed = allowed_candidates(task, demands.candidates, conditions, demands.avoid, kept)
+    allowed = _allowed(demands, task, kept)
     excluded = int(np.count_nonzero(~allowed))
     if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
         raise SymkinError(
@@ -347,7 +351,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
             f"{len(allowed)} candidates may be measured: the others, or their images under the "
             "symmetry, lie outside the workspace's box, in a region to avoid, within "
             f"{kept.reach_margin:.3g} {kept.closure_unit} of the end of a leg's reach, or are "
-            f"conditioned worse than {kept.conditioning_limit:.3g}"
+            f"conditioned worse than {kept.conditioning_limit:.3g}{_without_images(demands, kept)}"
         )
     poses = demands.candidates
     if len(required):  # behind the candidates: nobody else may choose them
@@ -394,6 +398,24 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
         spares = poses[found]
     return _Chosen(task, selection, poses[chosen], spares, excluded)
+
+
+def _allowed(demands: _Demands, task: Task, kept: Clearance) -> NDArray[np.bool_]:
+    """The candidates that may be measured, with all images that the task has of them."""
+    conditions = None if demands.sample is None else demands.sample.conditions
+    return allowed_candidates(task, demands.candidates, conditions, demands.avoid, kept)
+
+
+def _without_images(demands: _Demands, kept: Clearance) -> str:
+    """What to say if poses without images would be enough, as in a box without the symmetry."""
+    tasks = design_tasks(demands.mechanism, "legs", use_symmetry=False)
+    left = min(int(_allowed(demands, task, kept).sum()) for task in tasks)
+    if left < demands.count - len(demands.required):
+        return ""
+    return (
+        f". Without images {left} may be: choose for all legs at once (design mechanism), or for "
+        "each by itself (symkin plan --no-symmetry, in Python use_symmetry=False)"
+    )
 
 
 def _spares(

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from symkin.planning.plan import Plan
 
 __all__ = [
+    "SILENT",
+    "HeldByPriors",
     "Observing",
     "PlannedUnknown",
     "Survey",
@@ -48,6 +50,7 @@ Observing = Observed | Observable | Sequence[Observable]
 
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
 _BLOCK = 4096  # poses whose effects are held together
+SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
 _PRIORS = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
@@ -82,6 +85,24 @@ class PlannedUnknown(Value):
     deviation: float
     tolerance: float
     prior: float
+
+
+@record
+class HeldByPriors(Value):
+    """What observations will say next to nothing of: the priors hold it.
+
+    Attributes
+    ----------
+    combinations : tuple of str
+        Of the unknowns, in tolerances.
+    position, orientation : float
+        The part of the expected end-effector error that comes from them, m and rad: no more poses
+        of this kind make it smaller, and it is as right as the priors are.
+    """
+
+    combinations: tuple[str, ...]
+    position: float = field(unit="m")
+    orientation: float = field(unit="rad")
 
 
 @record
@@ -221,6 +242,23 @@ class Survey(Value):
         """Combinations of unknowns, in tolerances, that the observations alone do not show."""
         values, vectors = self._decomposed(rows)
         return self._named(vectors[len(values) :])
+
+    def held(self, workspace: ArrayLike | Any, covariance: Array) -> HeldByPriors:
+        """What of this covariance is the priors' own; see `HeldByPriors`.
+
+        Combinations of unknowns that have priors, each in units of its own, whose deviation is not
+        a tenth smaller than before.
+        """
+        known = np.flatnonzero(np.isfinite(self.priors))
+        units = self.priors[known]
+        shares, vectors = np.linalg.eigh(covariance[np.ix_(known, known)] / np.outer(units, units))
+        kept = shares > SILENT**2
+        # What goes with each of these, which are independent of the other combinations.
+        moves = (covariance[:, known] / units) @ vectors[:, kept] / np.sqrt(shares[kept])
+        named = np.zeros((int(kept.sum()), len(self.scale)))
+        named[:, known] = (vectors[:, kept] * (units / self.scale[known])[:, None]).T
+        expected = self.expected(workspace, moves @ moves.T)
+        return HeldByPriors(self._named(named), expected.position, expected.orientation)
 
     def _decomposed(self, rows: Sequence[Array]) -> tuple[Array, Array]:
         """Singular values above zero, and all directions of the unknowns in their scale."""

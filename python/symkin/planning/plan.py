@@ -17,7 +17,7 @@ from symkin.errors import MeasurementError, SymkinError
 from symkin.measurements import ALL_LEGS, Measurements, make_arrays, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, Observability, RowKind, analyse_observability
-from symkin.planning.observing import PlannedUnknown, Survey
+from symkin.planning.observing import HeldByPriors, PlannedUnknown, Survey
 from symkin.planning.selection import Clearance, Criterion, Design, Selection, SelectionMethod
 from symkin.result import Result, Value, field, record
 
@@ -221,6 +221,18 @@ class Plan(Result):
         """Combinations of unknowns, in tolerances, that priors alone hold."""
         return () if self._survey is None else self._survey.unseen(self._survey_rows)
 
+    @cached_property
+    def held(self) -> HeldByPriors | None:
+        """What the priors hold, as the observations will say next to nothing of it, if anything.
+
+        None too where the end-effector error to expect cannot be told.
+        """
+        if self._survey is None or self.expected is None or self.candidates is None:
+            return None
+        cloud = thinned(pose_rows(self.candidates))
+        found = self._survey.held(cloud, self._survey.covariance(self._survey_rows))
+        return found if found.combinations else None
+
     @property
     def _survey(self) -> Survey | None:
         return None if self.basis is None else self.basis.survey
@@ -282,6 +294,7 @@ class Plan(Result):
             "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
             "unknowns": [each.to_dict() for each in self.unknowns],
             "unseen": list(self.unseen),
+            "held_by_priors": self.held and self.held.to_dict(),
             "legs": [
                 {
                     "poses": len(self.rows_of(shown.leg)),

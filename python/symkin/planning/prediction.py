@@ -17,7 +17,14 @@ from symkin.measurements import Measurements, pose_rows
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
 from symkin.planning.making import make_plan
-from symkin.planning.observing import Observing, Survey, Unknowns
+from symkin.planning.observing import (
+    HeldByPriors,
+    Observing,
+    Survey,
+    Unknowns,
+    is_probing,
+    probing_unknowns,
+)
 from symkin.planning.plan import Plan, survey_rows, thinned
 from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.result import Result, Value, plain, record
@@ -133,6 +140,8 @@ class PoseCountCurve(Result):
         Another pose is worth while if it makes the position error smaller by this share.
     enough : int or None
         The first count from which on another pose is not; None if all are.
+    held : HeldByPriors or None
+        What priors hold even with the most poses, if anything.
     """
 
     mechanism: Mechanism
@@ -145,6 +154,7 @@ class PoseCountCurve(Result):
     efficiency: NDArray[np.float64]
     least_gain: float
     enough: int | None
+    held: HeldByPriors | None = None
 
     PAGE: ClassVar[str] = "plan.pose_count_page"
 
@@ -230,6 +240,7 @@ class PoseCountCurve(Result):
             **{name: np.asarray(column).tolist() for name, column in self.columns().items()},
             "least_gain": self.least_gain,
             "enough": self.enough,
+            "held_by_priors": self.held and self.held.to_dict(),
         }
 
 
@@ -289,7 +300,8 @@ class NeededPoses(Result):
     def excess(self) -> float:
         """How many times the expected error is what is wanted; at most 1 if it is reached.
 
-        To first order all errors are proportional to the noise: so many times smaller it must be.
+        Without priors all errors are to first order proportional to the noise: so many times
+        smaller it must be.
         """
         wanted, expected = (self.position, self.orientation), self.expected
         errors = zip((expected.position, expected.orientation), wanted, strict=True)
@@ -389,6 +401,7 @@ def pose_count_curve(
         efficiency=np.array([point.efficiency for point in points]),
         least_gain=least_gain,
         enough=_enough(numbers, errors[first], least_gain),
+        held=points[-1].plan.held,
     )
 
 
@@ -485,8 +498,11 @@ def _survey_of(
     mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]
 ) -> Survey | None:
     """What the settings of a curve say of what is observed and unknown."""
-    asked = {name: settings[name] for name in Unknowns.__annotations__ if name in settings}
-    return Survey.of(mechanism, cloud, settings.get("observe"), asked)
+    asked: Unknowns = {n: settings[n] for n in Unknowns.__annotations__ if n in settings}  # type: ignore[assignment]
+    observe = settings.get("observe")
+    if observe is not None and is_probing(mechanism, observe):
+        asked = probing_unknowns(mechanism, asked)
+    return Survey.of(mechanism, cloud, observe, asked)
 
 
 def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:

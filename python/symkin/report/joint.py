@@ -33,6 +33,7 @@ from symkin.report.wording import (
     chain_subtitle,
     decimals_of,
     fixed,
+    left_by_priors,
     milli,
     plural,
     quoted,
@@ -69,6 +70,8 @@ def joint_summary(found: JointIdentification) -> Page:
     """Tell the answer, and whether to trust it."""
     nominal = found.nominal
     verdict, words = judgement(found)
+    if found.trustworthy and found.heights is None:
+        words += _known_before(found)
     step = next_step(
         found, "fix what is known, or give priors.", "observations are", "on poses measured anew."
     )
@@ -85,6 +88,20 @@ def joint_summary(found: JointIdentification) -> Page:
         paragraphs=_done(found),
         next_step=step,
         inputs=sources(nominal.source, found.measurements.source),
+    )
+
+
+def _known_before(found: JointIdentification) -> str:
+    """What to add where much of the errors to expect is what the priors leave."""
+    expected = found.expected
+    if expected is None or expected.held is None:
+        return ""
+    parts = left_by_priors(found.nominal, expected.held, expected)
+    if not parts:
+        return ""
+    return (
+        f" But {' and '.join(parts)} is what the priors leave: the observations say next to "
+        "nothing of it."
     )
 
 

@@ -12,12 +12,21 @@ from symkin.chains import legs_in_words
 from symkin.errors import named_legs
 from symkin.mechanism import Mechanism
 from symkin.observability import ExpectedAccuracy
-from symkin.planning import NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
+from symkin.planning import HeldByPriors, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
+from symkin.planning.observing import SILENT
 from symkin.planning.plan import set_name
 from symkin.report.content import Group, Headline, Image, Page, Section, Table, plotted
 from symkin.report.mechanism import mechanism_section
 from symkin.report.observability import observability_section
-from symkin.report.wording import count, milli, plural, quantity, setting, significant
+from symkin.report.wording import (
+    count,
+    left_by_priors,
+    milli,
+    plural,
+    quantity,
+    setting,
+    significant,
+)
 from symkin.report.workspace import workspace_section
 from symkin.simulation import Simulation
 from symkin.workspace import WorkspaceSample
@@ -35,7 +44,6 @@ _DESIGNS = {
     "orbits": "whole orbits of poses, which every leg uses",
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
-_SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
 _PERCENT = "\N{NO-BREAK SPACE}%"
@@ -59,6 +67,10 @@ def plan_page(plan: Plan) -> Page:
     if expected is not None:
         remark = f"expected, rms ({plan.estimator}, all poses)"
         headlines += _expected_headlines(mechanism, expected, remark)
+    doubts, remark = _held(mechanism, basis.survey if basis else None, plan.held, expected)
+    if plan.unseen and expected is None:
+        doubts = ["what priors alone hold, these observations will not show; see the notes"]
+    judgement += remark
     way = quantity(plan.travel, mechanism.space.closure_unit)
     headlines.append(("Way", way, "from home through the poses"))
     notes = []
@@ -68,7 +80,7 @@ def plan_page(plan: Plan) -> Page:
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     surveyed = basis is not None and basis.survey is not None
-    silent = [each.name for each in plan.unknowns if each.deviation > _SILENT * each.prior]
+    silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
     if silent:
         notes.append(f"no better known than their priors say: {_few(silent)}")
     if plan.unseen:
@@ -97,8 +109,9 @@ def plan_page(plan: Plan) -> Page:
         title=f"{mechanism.name}: plan",
         subtitle=legs_in_words(mechanism.legs),
         headlines=headlines,
-        verdict="" if basis is None else "good",
+        verdict="" if basis is None else "doubtful" if doubts else "good",
         judgement=judgement,
+        doubts=doubts,
         notes=notes,
         paragraphs=[errors] if expected is not None else [],
         next_step="take the poses in their order, spares only in place of those that the robot "
@@ -106,6 +119,39 @@ def plan_page(plan: Plan) -> Page:
         + (", with the same unknowns" if surveyed else ""),
         sections=sections,
     )
+
+
+def _held(
+    mechanism: Mechanism,
+    survey: Survey | None,
+    held: HeldByPriors | None,
+    expected: ExpectedAccuracy | None,
+) -> tuple[list[str], str]:
+    """What to doubt, and to add to a judgement, where priors hold what observations do not show."""
+    if survey is None or held is None or expected is None:
+        return [], ""
+    priors = _priors(survey)
+    combinations = plural(len(held.combinations), "combination")
+    parts = left_by_priors(mechanism, held, expected)
+    known = "is" if len(held.combinations) == 1 else "are"
+    remark = (
+        f", but {combinations} of the unknowns {known} known from {priors}, hardly from the "
+        "observations"
+    )
+    if not parts:
+        return [], f"{remark} (they hardly move the end-effector)"
+    doubt = (
+        f"{' and '.join(parts)} is what {priors} leave: the observations will say next to nothing "
+        f"of it, more such poses hardly help, and it is larger if {priors} are wrong"
+    )
+    return [doubt], remark
+
+
+def _priors(survey: Survey) -> str:
+    """What the priors are."""
+    tolerances = survey.layout.column_tolerances
+    drawn = np.isinf(survey.priors) | np.isclose(survey.priors, tolerances, rtol=1e-9, atol=0)
+    return "the drawing's tolerances" if drawn.all() else "the priors"
 
 
 def _expected_headlines(
@@ -224,6 +270,8 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         if curve.enough is not None
         else f"Every further pose saves at least {gain} of the {kind} error"
     )
+    most = ExpectedAccuracy(float(curve.position[-1]), float(curve.orientation[-1]), 0, 0)
+    doubts, remark = _held(mechanism, curve.survey, curve.held, most)
     paragraph = ["Errors are predicted to first order from the declared noise."]
     paragraph += [] if curve.survey is None else [_survey_text(curve.survey)]
     ends: list[Headline] = [
@@ -234,8 +282,9 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         title=f"{mechanism.name}: number of poses",
         subtitle=legs_in_words(mechanism.legs),
         headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
-        verdict="good",
-        judgement=enough,
+        verdict="doubtful" if doubts else "good",
+        judgement=enough + remark,
+        doubts=doubts,
         paragraphs=[" ".join(paragraph)],
         next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
         sections=[_curve_section(curve)],
@@ -257,6 +306,12 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
         "accuracy that much coarser"
     )
+    if curve.survey is not None and np.isfinite(curve.survey.priors).any():
+        doubt = (
+            f"the errors are {significant(needed.excess, 2)} times what is wanted; less noise "
+            "makes that part of them alone smaller which the priors do not leave"
+        )
+    doubts, remark = _held(mechanism, curve.survey, curve.held, expected)
     headlines = [
         ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
         *_expected_headlines(mechanism, expected, "expected, rms"),
@@ -265,9 +320,9 @@ def needed_poses_page(needed: NeededPoses) -> Page:
     return dataclasses.replace(
         pose_count_page(curve),
         headlines=headlines,
-        verdict="good" if reached else "bad",
-        judgement=judgement,
-        doubts=[] if reached else [doubt],
+        verdict="bad" if not reached else "doubtful" if doubts else "good",
+        judgement=judgement + remark,
+        doubts=[*([] if reached else [doubt]), *doubts],
         next_step=_plan(curve, needed.tried) if reached else "",
         sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
     )

@@ -5,13 +5,20 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from symkin.errors import printable
 from symkin.mechanism import Mechanism
 from symkin.poses import PoseSpace
 
+if TYPE_CHECKING:
+    from symkin.identification.knowledge import Expected
+    from symkin.observability import ExpectedAccuracy
+    from symkin.planning import HeldByPriors
+
 NONE = "\N{EN DASH}"
 _SPACE = "\N{NO-BREAK SPACE}"
+_MUCH = 0.3  # of an expected error: the rest is then 5% smaller than all of it
 _MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPTS = str.maketrans(
     "-0123456789", "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079"
@@ -59,6 +66,18 @@ def setting(value: float, unit: str = "", digits: int = 5) -> str:
 def milli(value: float, unit: str) -> str:
     """A small length or angle in thousandths of its unit: ``0.0821 mm``."""
     return quantity(1e3 * value, f"m{unit}")
+
+
+def left_by_priors(
+    mechanism: Mechanism, held: HeldByPriors, expected: Expected | ExpectedAccuracy
+) -> list[str]:
+    """How much of the errors to expect priors leave, of those of which it is much."""
+    return [
+        f"{milli(getattr(held, kind), unit)} of the expected {kind} error of "
+        f"{milli(getattr(expected, kind), unit)}"
+        for kind, unit in mechanism.space.errors
+        if getattr(held, kind) > _MUCH * getattr(expected, kind)
+    ]
 
 
 def ratio(before: float, after: float) -> str:

@@ -24,7 +24,7 @@ from symkin.planning.selection import LegRows, select_poses
 from symkin.result import FolderResult, Value, record
 from symkin.settings import DeclaredSymmetry
 from symkin.simulation import simulate_observed
-from symkin.study.definition import StudyDefinition
+from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.robots import NORMAL_95
 from symkin.symmetry import generate_legs
 from symkin.workspace import sample_workspace
@@ -153,7 +153,8 @@ def measure_cost(definition: StudyDefinition, progress: Callable[[str, float], N
     rows = []
     for done, (name, mechanism, count) in enumerate(cases):
         progress(f"{name} with {count} legs", done / len(cases))
-        times = _times(_noisy(with_legs(mechanism, count)), definition)
+        cell = next(each for each in definition.cells if each.mechanism == name)
+        times = _times(_noisy(with_legs(mechanism, count)), definition, cell)
         rows.append({"mechanism": name, "legs": count, **times})
     return CostResult(definition, {name: np.array([row[name] for row in rows]) for name in rows[0]})
 
@@ -164,9 +165,9 @@ def _noisy(mechanism: Mechanism) -> Mechanism:
     return mechanism.replace(noise=dataclasses.replace(noise, reading=noise.reading or size))
 
 
-def _times(mechanism: Mechanism, definition: StudyDefinition) -> dict[str, float]:
+def _times(mechanism: Mechanism, definition: StudyDefinition, cell: Cell) -> dict[str, float]:
     """Median times of all tasks, s; tasks take turns, so that a busy machine hits all alike."""
-    cell, seed, legs = definition.cells[0], definition.seed, range(len(mechanism.legs))
+    seed, legs = definition.seed, range(len(mechanism.legs))
     candidates = definition.candidates or mechanism.protocol.candidates
     poses = sample_workspace(mechanism, candidates, seed).poses
     settings: dict[str, Any] = {"rows": cell.rows, "criterion": cell.criterion, "threads": 1}

@@ -109,7 +109,7 @@ def _pose_count() -> Kind:
         if not _PER_PARAMETER.fullmatch(raw):
             raise WrongValueError(
                 f'is "{raw}"; expected a number, or a text such as "3p" for three times as many as '
-                "a leg has parameters"
+                "a leg has parameters that are estimated"
             )
         return raw
 
@@ -181,10 +181,30 @@ _SETTINGS: dict[str, Kind] = {
     "reading_noises": _several(quantity("1", "not negative", "in the sensor's unit")),
     "repetitions": whole(1, 1000),
 }
+_OF_COST = ("legs", "repetitions")
+_NOT_OF_COST = (
+    "designs", "methods", "use_symmetry", "margin_sigmas", "noise_levels", "tolerance_levels",
+    "estimators", "use", "losses", "cell", "robots", "evaluation_poses",
+)  # fmt: skip
 _STUDY = table(
     _SETTINGS | _FACTORS | {"cell": list_of(table({"id": text(200)} | _FACTORS), 1, _MOST_CELLS)},
     ("mechanisms",),
 )
+
+
+def _refuse_unused(given: Mapping[str, Any]) -> None:
+    """Refuse what the kind of study would pass over in silence."""
+    kind = given.get("kind", "accuracy")
+    unused = _NOT_OF_COST if kind == "cost" else _OF_COST
+    for name in given:
+        if name in unused or (name == "reading_noises" and kind != "symmetry"):
+            raise WrongValueError(f"changes nothing in a study of {kind}", (name,))
+        if kind == "cost" and name in ("rows", "criteria", "pose_counts") and len(given[name]) > 1:
+            raise WrongValueError(
+                f"has {len(given[name])} values; a study of cost times one combination of each "
+                "mechanism",
+                (name,),
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +227,7 @@ class StudyDefinition:
         As `make_plan` takes them, each a tuple.
     pose_counts : tuple of int or str
         Poses that each leg is identified from; ``"3p"`` is three times as many as a leg has
-        parameters. By default the mechanism's.
+        parameters that are estimated, those that are held left out. By default the mechanism's.
     noise_levels, tolerance_levels : tuple of float
         Multiples of the mechanism's noise and tolerances.
     estimators, use, losses
@@ -274,6 +294,8 @@ class StudyDefinition:
         given |= {"cell": [dict(each) for each in self.cell]} if self.cell else {}
         try:
             values = _STUDY.read(given)
+            usual = {each.name: each.default for each in dataclasses.fields(self)}
+            _refuse_unused({n: each for n, each in values.items() if each != usual[n]})
         except WrongValueError as error:
             raise SymkinError(f"{dotted(error.keys)}: {error}") from error
         values["cell"] = tuple(map(MappingProxyType, values.get("cell", ())))
@@ -410,7 +432,7 @@ def _counted(count: int | str | None, mechanism: Mechanism) -> int:
         return count
     factor = _PER_PARAMETER.fullmatch(count)
     assert factor is not None  # it was checked
-    return max(1, round(float(factor[1]) * max(len(leg.parameters) for leg in mechanism.legs)))
+    return max(1, round(float(factor[1]) * max(mechanism.estimated_counts)))
 
 
 def _identifier(cell: Cell) -> str:
@@ -468,6 +490,7 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
     source = read_toml(path, StudyFileError)
     try:
         values = _STUDY.read(source.values)
+        _refuse_unused(values)
     except WrongValueError as error:
         raise source.error(error.keys, str(error)) from error
     for lists in (values, *values.get("cell", ())):

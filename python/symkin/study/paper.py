@@ -466,10 +466,13 @@ def _step_figures(mechanism: Mechanism, plan: Plan, traditional: Plan) -> dict[s
 
 def _saving(
     long: Callable[[], object], short: Callable[[], object], repetitions: int = _REPETITIONS
-) -> float:
+) -> Ratio:
     """Processor time of one task over another's, of each its fastest repetition.
 
-    They take turns, so that what else the machine does hits both alike.
+    They take turns, so that what else the machine does hits both alike. The interval is that of the
+    middle half of the turns, and has the ratio in it.
     """
-    runs = [(seconds_of(long), seconds_of(short)) for _ in range(repetitions)]
-    return min(run[0] for run in runs) / min(run[1] for run in runs)
+    runs = np.array([(seconds_of(long), seconds_of(short)) for _ in range(repetitions)])
+    found = float(runs[:, 0].min() / runs[:, 1].min())
+    low, high = np.quantile(runs[:, 0] / runs[:, 1], [0.25, 0.75]).tolist()
+    return Ratio(found, min(low, found), max(high, found))

@@ -7,6 +7,7 @@ import contextlib
 import functools
 import itertools
 import json
+import logging
 import os
 import pickle
 import shutil
@@ -321,7 +322,8 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
         if scheduler is None:
             # Any free port, since the usual one may be another's, and no dashboard, which needs
             # packages that nobody asked for. Nor does anybody see what is found by interrupting the
-            # work for it.
+            # work for it. What a worker logs, such as that its scheduler has closed before it, is
+            # not for the user: a call that fails raises its exception here.
             opened.enter_context(dask.config.set(_UNDISTURBED))
             address = opened.enter_context(
                 LocalCluster(
@@ -331,6 +333,7 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
                     dashboard_address=":0",
                     scheduler_kwargs={"dashboard": False},
                     memory_limit=0,
+                    silence_logs=logging.CRITICAL,
                 )
             )
         try:

@@ -52,6 +52,15 @@ def test_debug_may_stand_anywhere(symkin: Callable) -> None:
     assert "--debug" in symkin("--help").out
 
 
+@pytest.mark.parametrize("last", [["--out", ""], ["--out="]])
+def test_an_empty_argument_is_not_the_folder_that_one_is_in(
+    refused: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, last: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused("check", "3RRR", *last, words="an argument is empty")
+    assert not list(tmp_path.iterdir())
+
+
 def test_pipes_devices_and_loops_are_refused(refused: Callable, tmp_path: Path) -> None:
     pipe, loop = tmp_path / "pipe", tmp_path / "loop.toml"
     os.mkfifo(pipe)

@@ -79,6 +79,16 @@ def test_a_full_disk_behind_stdout_is_told_in_one_sentence() -> None:
     assert shown.stderr == "Error: [Errno 28] No space left on device\n"
 
 
+@pytest.mark.parametrize("arguments", ["check 3RRR", "list", "--help", "study --show paper"])
+def test_a_closed_pipe_is_not_told_as_a_result_that_did_not_converge(arguments: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "symkin", *arguments.split()]
+    ended = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert (ended.returncode, ended.stderr) == (141, b"")
+
+
 def test_a_closed_stderr_leaves_the_exit_code() -> None:
     command = f"{sys.executable} -m symkin check nosuch 2>&-"
     assert subprocess.run(command, shell=True, check=False).returncode == 2

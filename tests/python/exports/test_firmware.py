@@ -316,6 +316,13 @@ def test_a_delta_that_firmware_does_not_know_is_refused_in_words() -> None:
         symkin.export(changed("guide_elevation", 1.2), "klipper", endstops=END)
     with pytest.raises(SymkinError, match="leg 2 has sensor_gain -1; expected a positive"):
         symkin.export(changed("sensor_gain", -1.0), "marlin", endstops=END)
+    with pytest.raises(SymkinError, match=r"endstop of leg 1 is at 420 m, .* Say its unit"):
+        symkin.export(changed("sensor_gain", 1.001), "marlin", endstops=1e3 * END)
+    with pytest.raises(SymkinError, match=r"endstop of leg 2 is at -0.42 m, .* near the upper end"):
+        symkin.export(changed("sensor_gain", 1.001), "marlin", endstops=[END, -END, END])
+    crank = symkin.load_mechanism("rotary_delta")
+    with pytest.raises(SymkinError, match=r"endstop of leg 1 is at -30 rad, .* near the lower end"):
+        symkin.export(crank, "klipper", endstops=-30)
     with pytest.raises(SymkinError, match="2 endstops; expected one for all legs, or 3"):
         symkin.export(changed("sensor_gain", 1.001), "marlin", endstops=[0.4, 0.4])
     turned = symkin.load_mechanism("linear_delta").replace(symmetry=None)

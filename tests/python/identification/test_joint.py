@@ -207,6 +207,31 @@ def test_what_a_prior_alone_says_is_not_called_found(paper, plan):
     assert any("leg1.platform_angle" in note for note in found.notes)
 
 
+def test_a_leg_that_nothing_was_read_of_is_no_sound_one_though_priors_hold_it(paper, taken):
+    readings = np.array(taken.measurements.readings)
+    readings[:, 2] = np.nan  # as of a column whose name is misspelt
+    seen = dataclasses.replace(taken.measurements, readings=readings)
+    found = symkin.identify(paper, seen, prior="tolerances")
+    assert found.doubts == ("leg 3 has no reading: its parameters stay where the priors have them",)
+    assert not found.trustworthy
+    assert found.page().verdict == "doubtful"
+    held = symkin.identify(paper, seen, prior="tolerances", fixed=["leg3.*"])
+    assert held.trustworthy  # since nobody asks for them
+
+
+@pytest.mark.parametrize("options", [{"prior": "tolerances"}, {}])
+def test_a_verdict_says_how_much_of_the_error_priors_leave(paper, plan, options):
+    seen = simulated(paper, plan, "position").measurements
+    found = symkin.identify(paper, seen, **options)
+    assert found.trustworthy
+    assert found.expected.held.orientation == pytest.approx(found.expected.orientation, rel=0.1)
+    assert found.expected.held.position < 0.3 * found.expected.position
+    words = found.page().judgement
+    assert "of the expected orientation error of" in words
+    assert "is what the priors leave" in words
+    assert "position" not in words
+
+
 def test_what_nothing_shows_and_no_prior_holds_is_refused_by_name(paper, plan):
     observe = Observed("position", target=(0.05, 0.0, 0.0))
     with pytest.raises(NotIdentifiableError, match=r"target\.phi"):

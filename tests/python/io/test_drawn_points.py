@@ -16,7 +16,7 @@ import symkin
 from symkin.alignment import poses_of_mechanism
 from symkin.cli.options import Observing
 from symkin.drawing import as_drawn, axis_of_drawing, cartesian, from_drawing, jacobian, polar
-from symkin.errors import MechanismFileError
+from symkin.errors import MeasurementError, MechanismFileError
 from symkin.io.mechanism_schema import ends_of
 from symkin.io.mechanism_writer import mechanism_text, toml_value
 from symkin.io.plans import read_pose_list
@@ -411,7 +411,8 @@ def test_check_says_where_the_parameters_have_their_centre(tmp_path: Path) -> No
 
 def test_frames_on_the_command_line_are_those_of_the_drawing() -> None:
     nominal = symkin.load_mechanism("hangprinter")
-    seen = Observing(base="1 m, 0, 0, 0, 0, 0", plane="20 mm, 0, 0.1").observed(nominal)
+    given = {"observe": ["pose", "height"], "base": "1 m, 0, 0, 0, 0, 0"}
+    seen = Observing(**given, plane="20 mm, 0, 0.1").observed(nominal)
     x, y, z = nominal.points.base
     assert seen.base == pytest.approx((1 + x, y, z, 0, 0, 0))
     assert seen.plane == pytest.approx((0.02 + 0.1 * y - z, 0, 0.1))
@@ -438,6 +439,80 @@ def test_reported_poses_and_frames_that_are_found_are_those_of_the_drawing(tmp_p
     np.testing.assert_allclose(again.reported, poses, atol=1e-12)
     _, own = poses_of_mechanism(nominal, tmp_path / "reported.csv")
     np.testing.assert_allclose(own, as_drawn(nominal, poses), atol=1e-12)
+
+
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.sampled_from(["hangprinter", "3RRR", "hexapod_jugglebot"]),
+    st.integers(0, 2**32),
+    st.booleans(),
+)
+def test_measurements_that_are_saved_with_the_mechanism_read_back(
+    tmp_path: Path, name: str, seed: int, partial: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    polar = nominal = symkin.load_mechanism(name)
+    if name != "hangprinter":  # whose file has frames of its own
+        there = [Transform(np.eye(3), np.array([*random.normal(size=2), 0.0])) for _ in range(2)]
+        motions = dict(zip(HERE, there, strict=True))
+        nominal = loaded(tmp_path, typed(polar, motions, workspace=False))
+    poses = polar.sample_workspace(8, seed=1).poses
+    reported = poses[random.permutation(8)]
+    if partial:
+        reported[random.random(8) < 0.4] = np.nan
+    taken = symkin.Measurements.of(
+        poses,
+        polar.inverse_kinematics(poses),
+        reading_unit=nominal.reading_unit,
+        pose_space=nominal.pose_space,
+        reported=reported,
+        reported_deviations=np.abs(random.normal(size=(8, nominal.core.dof))),
+    )
+    path = taken.save(tmp_path / "saved.csv", nominal, overwrite=True)
+    read = symkin.read_measurements(path, nominal)
+    np.testing.assert_allclose(read.reported, reported, atol=1e-12)
+    exact = {"row_numbers": taken.row_numbers, "source": None, "reported": reported}
+    assert dataclasses.replace(read, **exact) == taken
+    symkin.write_measurements(taken, tmp_path / "written.csv", nominal, overwrite=True)
+    assert (tmp_path / "written.csv").read_bytes() == path.read_bytes()
+
+
+def test_reported_poses_are_not_saved_without_the_mechanism_that_knows_their_frames(
+    tmp_path: Path,
+) -> None:
+    nominal = symkin.load_mechanism("hangprinter")
+    poses = symkin.sample_workspace(nominal, 6, seed=1).poses
+    taken = symkin.Measurements.of(
+        poses,
+        nominal.inverse_kinematics(poses),
+        reading_unit=nominal.reading_unit,
+        pose_space="translating",
+    )
+    with pytest.raises(MeasurementError, match="give the mechanism"):
+        dataclasses.replace(taken, reported=poses).save(tmp_path / "m.csv")
+    other = symkin.load_mechanism("linear_delta")
+    with pytest.raises(MeasurementError, match="readings of 4 legs; the mechanism has 3"):
+        taken.save(tmp_path / "m.csv", other)
+    assert not (tmp_path / "m.csv").exists()
+    read = symkin.read_measurements(taken.save(tmp_path / "m.csv"), nominal)
+    assert np.array_equal(read.poses, taken.poses)
+
+
+def test_a_position_that_cannot_be_carried_between_frames_is_refused(tmp_path: Path) -> None:
+    motions = {**HERE, "platform": Transform(np.eye(3), np.array([0.1, 0.2, 0.0]))}
+    polar = symkin.load_mechanism("3RRR")
+    nominal = loaded(tmp_path, typed(polar, motions, workspace=False))
+    poses = polar.sample_workspace(6, seed=1).poses
+    half = poses.copy()
+    half[2, 2] = np.nan
+    taken = symkin.Measurements.of(poses, polar.inverse_kinematics(poses), reported=half)
+    with pytest.raises(MeasurementError, match="row 3 has a reported position without"):
+        taken.save(tmp_path / "m.csv", nominal)
+    taken.save(tmp_path / "m.csv", polar)
+    with pytest.raises(MeasurementError, match=r"m.csv: row 4 has a reported position without"):
+        symkin.read_measurements(tmp_path / "m.csv", nominal)
 
 
 @pytest.mark.parametrize(("axis", "turn"), [("", [0, 0, 0]), ("x", [0, 1, 0]), ("y", [-1, 0, 0])])

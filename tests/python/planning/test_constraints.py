@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a laboratory asks of a plan."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -161,6 +162,21 @@ def test_a_plan_is_the_same_on_any_number_of_threads(paper, candidates):
 def test_demands_that_cannot_be_met_are_refused_in_words(paper, candidates, demands, words):
     with pytest.raises(symkin.SymkinError, match=words):
         symkin.make_plan(paper, candidates, **demands)
+
+
+@pytest.mark.parametrize("design", ["legs", "orbits"])
+def test_where_images_leave_no_poses_it_is_said_that_legs_by_themselves_would_have_them(
+    paper, design
+):
+    half = dataclasses.replace(paper.workspace, lower=(0.0, 0.05, -0.4))  # not symmetrical
+    narrow = paper.replace(workspace=half)
+    poses = symkin.sample_workspace(narrow, 300, 1)
+    with pytest.raises(symkin.SymkinError, match=r"Without images \d+ may be: .*--no-symmetry"):
+        symkin.make_plan(narrow, poses, 24, design=design)
+    assert len(symkin.make_plan(narrow, poses, 24, use_symmetry=False, spares=0).poses) == 72
+    with pytest.raises(symkin.SymkinError) as caught:  # which has no images
+        symkin.make_plan(narrow, poses, 300, design="mechanism")
+    assert "--no-symmetry" not in str(caught.value)
 
 
 @settings(max_examples=50)

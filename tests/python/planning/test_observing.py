@@ -18,7 +18,7 @@ from symkin.poses import (
     transforms,
     vectors_from_rotations,
 )
-from symkin.settings import Frames
+from symkin.settings import Frames, NoiseSettings
 from symkin.simulation import Observed
 
 PRIORS = {"observe": "position", "prior": "tolerances"}
@@ -220,6 +220,81 @@ def test_a_plan_and_its_files_say_what_will_be_observed_and_what_is_unknown(plan
     text = " ".join(words for section in plan.page().sections for words in section.paragraphs)
     assert "Observed will be the readings and position of the target" in text
     assert "Priors of 24 of them" in text
+
+
+def test_a_plan_whose_observations_do_not_see_what_moves_the_platform_is_no_good_one(paper, plan):
+    page, held = plan.page(), plan.held
+    assert page.verdict == "doubtful"
+    assert "are known from the drawing's tolerances, hardly from the observations" in page.judgement
+    (doubt,) = page.doubts
+    assert "of the expected orientation error of" in doubt
+    assert "position" not in doubt
+    assert plan.to_dict()["held_by_priors"]["combinations"] == list(held.combinations)
+    # Whatever the noise, the platform's angle against the drawing's is not seen.
+    precise = paper.replace(noise=NoiseSettings(1e-9, 1e-9, 0))
+    exact = symkin.make_plan(precise, plan.candidates, 30, design="mechanism", spares=0, **PRIORS)
+    assert len(exact.held.combinations) == len(exact.unseen) == 1
+    assert exact.held.orientation == pytest.approx(exact.expected.orientation, rel=1e-3)
+    assert exact.held.orientation < held.orientation < plan.expected.orientation
+
+
+def test_what_priors_hold_is_a_part_of_what_is_not_known(sample, plan):
+    survey = plan.basis.survey
+    covariance = survey.covariance([survey.rows(plan.poses)])
+    expected, held = survey.expected(sample, covariance), survey.held(sample, covariance)
+    assert 0 < held.position < expected.position
+    assert 0 < held.orientation < expected.orientation
+    unknown = survey.held(sample, np.diag(survey.priors**2))  # as long as nothing is measured
+    assert len(unknown.combinations) == len(survey.unknowns)
+    drawn = survey.expected(sample, np.diag(survey.priors**2))
+    assert unknown.position == pytest.approx(drawn.position, rel=1e-9)
+    assert unknown.orientation == pytest.approx(drawn.orientation, rel=1e-9)
+
+
+def test_what_priors_hold_and_nothing_moves_with_is_said_but_does_no_harm(paper, sample):
+    asked = {"observe": "pose", "prior": "tolerances", "frames": ["base", "target"]}
+    plan = symkin.make_plan(paper, sample, 60, design="mechanism", spares=0, **asked)
+    assert len(plan.unseen) == 6
+    page = plan.page()
+    assert (page.verdict, list(page.doubts)) == ("good", [])
+    assert "known from the drawing's tolerances" in page.judgement
+    assert "hardly move the end-effector" in page.judgement
+
+
+@pytest.mark.parametrize(("name", "prior"), [("5bar", "tolerances"), ("3RRR", None)])
+def test_a_plan_that_shows_everything_is_a_good_one(name, prior):
+    mechanism = symkin.load_mechanism(name)
+    sample = symkin.sample_workspace(mechanism, 500, seed=1)
+    asked = {"observe": "pose", "design": "mechanism", "prior": prior}
+    plan = symkin.make_plan(mechanism, sample, 40, spares=0, **asked)
+    assert plan.held is None
+    assert plan.page().verdict == "good"
+    assert plan.page().judgement == "The poses come with a certificate"
+
+
+def test_less_noise_is_no_remedy_for_what_priors_hold(paper, sample):
+    curve = symkin.pose_count_curve(paper, sample, [30, 60], design="mechanism", **PRIORS)
+    assert curve.page().verdict == "doubtful"
+    assert curve.held.orientation < curve.orientation[-1]
+    needed = curve.for_accuracy(orientation=3e-4)
+    page = needed.page()
+    assert page.verdict == "bad"
+    first, second = page.doubts
+    assert "which the priors do not leave" in first
+    assert "the noise would have to be" not in first
+    assert "hardly help" in second
+    assert curve.for_accuracy(orientation=1e-2).page().verdict == "doubtful"
+
+
+def test_a_curve_of_a_delta_that_probes_its_bed_knows_that_the_plane_is_unknown():
+    delta = symkin.load_mechanism("linear_delta")
+    sample = symkin.sample_workspace(delta, 500, seed=1)
+    asked = {"observe": "height", "design": "mechanism"}
+    curve = symkin.pose_count_curve(delta, sample, [30], **asked)
+    plan = symkin.make_plan(delta, sample, 30, **asked)
+    assert curve.survey.unknowns == plan.basis.survey.unknowns
+    assert "plane.c0" in curve.survey.unknowns
+    assert "tolerances" in curve.page().judgement
 
 
 def test_counts_are_for_what_is_observed(paper, sample):

@@ -65,6 +65,14 @@ def test_pose_counts_may_be_multiples_of_the_number_of_parameters() -> None:
     assert [cell.pose_count for cell in study.cells] == [12, 24, 9, 18]
 
 
+def test_parameters_that_are_held_need_no_poses() -> None:
+    delta = symkin.load_mechanism("linear_delta")
+    assert len(delta.legs[0].parameters) == 9
+    assert delta.estimated_counts == (7, 7, 7)
+    (cell,) = StudyDefinition(mechanisms=(delta,), pose_counts=("3p",)).cells
+    assert cell.pose_count == 21
+
+
 @pytest.mark.parametrize("name", builtin_studies())
 def test_built_in_studies_can_be_loaded_and_copied(name: str, tmp_path: Path) -> None:
     assert load_study(name).cells
@@ -92,6 +100,17 @@ def test_built_in_studies_can_be_loaded_and_copied(name: str, tmp_path: Path) ->
         ('mechanisms = ["3RRR"]\n[[cell]]\n[[cell]]', ["two cells", "each combination once"]),
         ('mechanisms = ["3RRR"]\nkind = "cots"', [":2: kind", '"cost"']),
         ('mechanisms = ["4RR"]', ["4RR", '"4RRR"']),
+        (
+            'mechanisms = ["3RRR"]\nkind = "cost"\ndesigns = ["legs"]',
+            [":3: designs: changes nothing in a study of cost"],
+        ),
+        ('mechanisms = ["3RRR"]\nkind = "cost"\n[[cell]]', [":3: cell: changes nothing"]),
+        (
+            'mechanisms = ["3RRR"]\nkind = "cost"\npose_counts = [9, 10]',
+            [":3: pose_counts: has 2 values"],
+        ),
+        ('mechanisms = ["3RRR"]\nrepetitions = 3', ["study of accuracy"]),
+        ('mechanisms = ["3RRR"]\nreading_noises = [1e-5]', ["study of accuracy"]),
     ],
 )
 def test_a_wrong_study_is_refused(
@@ -110,6 +129,8 @@ def test_a_misspelt_study_names_the_nearest_one() -> None:
 def test_a_wrong_definition_in_python_names_the_argument() -> None:
     with pytest.raises(symkin.SymkinError, match=r"criteria\[1\]: is 'O7'; expected 'O1'"):
         StudyDefinition(mechanisms=("3RRR",), criteria=("O7",))  # type: ignore[arg-type]
+    with pytest.raises(symkin.SymkinError, match="robots: changes nothing in a study of cost"):
+        StudyDefinition(mechanisms=("3RRR",), kind="cost", robots=20)
 
 
 def test_a_mechanism_file_is_looked_for_beside_the_study(

@@ -1,6 +1,7 @@
 """The same table, however and wherever it is computed, and after whatever interrupts it."""
 
 import builtins
+import logging
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 import symkin
 from symkin.io.tables import read_table
 from symkin.study import StudyDefinition, StudyResult, run_study
+from symkin.study.running import dask_client
 
 
 def _command(study: Path, out: Path, *options: str) -> list[str]:
@@ -24,6 +26,20 @@ def _command(study: Path, out: Path, *options: str) -> list[str]:
 
 def _table(folder: Path) -> bytes:
     return (folder / "table.csv").read_bytes()
+
+
+def _complain() -> None:
+    """Log as a worker does whose scheduler has closed before it, then fail."""
+    logging.getLogger("distributed.worker").error("no heartbeat")
+    raise ValueError("told")
+
+
+def test_what_workers_log_is_not_shown_but_what_fails_is_raised(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    with dask_client(1) as client, pytest.raises(ValueError, match="told"):
+        client.submit(_complain).result()
+    assert capfd.readouterr().err == ""
 
 
 def test_two_processes_make_the_same_table(
