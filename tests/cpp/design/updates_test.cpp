@@ -146,7 +146,7 @@ TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminantAndNotOfAHiddenCandidate
         lane = j;
       }
     }
-    EXPECT_EQ(best.lane, lane);
+    EXPECT_EQ(best.candidate, lane);
     EXPECT_NEAR(best.ratio, ratio, 1e-6 * ratio);
     products.hide(lane);
     hidden = lane;

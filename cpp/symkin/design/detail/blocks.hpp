@@ -51,7 +51,7 @@ inline std::string counted(Index count, const std::string& noun) {
 
 constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
-constexpr Index kGroup = 32;    // candidates that a kernel skips at once
+constexpr Index kGroup = 32;    // candidates that are skipped at once
 constexpr Index kGroups = kBlock / kGroup;
 
 // What a candidate brings.
@@ -63,7 +63,7 @@ struct Shape {
   Index gram_size() const { return rows * (rows + 1) / 2; }
 };
 
-// Zeroed doubles that start at a cache line, as wide loads need.
+// Zeroed doubles that start at a cache line: wide loads across two take twice as long.
 class AlignedArray {
  public:
   explicit AlignedArray(Index size = 0) : lines_(static_cast<std::size_t>((size + 7) / 8)) {}
@@ -80,10 +80,8 @@ class AlignedArray {
 };
 
 // Candidates in blocks of columns: the 256 values of one column lie together, then those of the
-// next. Lanes beyond the last candidate are zero. Keeping candidates so, and the kernels below, by
-// hand makes a whole selection 1.9 to 2.5 times as fast as Eigen's products over the same blocks
-// (30 000 to 1 000 000 candidates of 8 parameters, AVX-512), and 1.1 to 1.2 times as fast as loops
-// over lanes that the compiler vectorises.
+// next. Lanes beyond the last candidate are zero. Loops over such lanes make a whole selection 1.9
+// to 2.5 times as fast as Eigen's products over the same blocks.
 class ColumnBlocks {
  public:
   ColumnBlocks() = default;
@@ -134,45 +132,5 @@ using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
 inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
   return {block + row * parameters * kBlock, kBlock, parameters};
 }
-
-// A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
-// after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
-struct Leaving {
-  RowMatrix y;   // rows x parameters: C_i A, in the coordinates of x
-  RowMatrix s;   // rows x rows: (I - D_ii)^-1; empty with one row
-  double base;   // det(I - D_ii)
-  double trace;  // d_i
-};
-
-// The best exchange so far; `lane` is set only where the kernel finds a better one.
-struct BestPair {
-  double ratio = 1;
-  Index lane = -1;
-};
-
-// One block of candidates and its products. x holds the rows (rows r x parameters p columns),
-// `gram` r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces d_j,
-// `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers and
-// gram is not used; a null gram stands for the traces alone.
-struct BlockProducts {
-  const double* x;
-  Shape shape;
-  double* gram;
-  double* trace;
-  double* group_max;
-};
-
-// The arithmetic over a block.
-struct Kernels {
-  // The products for A = T^T T, T lower triangular (p x p by rows).
-  void (*compute)(const BlockProducts& block, const double* t);
-  // gram += scale (x u) (x u)^T, trace likewise.
-  void (*update)(const BlockProducts& block, const double* u, double scale);
-  // The best candidate of the block to take the place of `leaving`; none of negative trace.
-  void (*best_pair)(const BlockProducts& block, const Leaving& leaving, BestPair& best);
-};
-
-// The widest variant that this processor runs.
-const Kernels& kernels();
 
 }  // namespace symkin::design::detail

@@ -218,8 +218,8 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
       [&](Index chunk, Index first, const double* columns) {
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          alignas(64) double traces[kBlock];
-          alignas(64) double losses[kBlock] = {};
+          double traces[kBlock];
+          double losses[kBlock] = {};
           compute_traces(columns, shape, screen.transform, traces);
           if (screen.loss.size() != 0) {
             compute_traces(columns, shape, screen.loss, losses);

@@ -158,7 +158,7 @@ void DeterminantSearch::rebuild() {
 }
 
 void DeterminantSearch::exchange(const Pair& pair) {
-  const Index entering = pair.best.lane;
+  const Index entering = pair.best.candidate;
   const Index leaving = std::exchange(at(chosen_, pair.place), entering);
   ++exchanges_;
   if (++since_rebuild_ >= kExchangesKept || problem_.spacing.active()) {
@@ -187,7 +187,7 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() {
   const double least_gain = r == 1 ? kGain : std::log1p(kGain);
   const bool spaced = problem_.spacing.active();
   Pair pair{-1, {1 + kGain, -1}};
-  for (Index tried = 0; tried < untried.size() && pair.best.lane < 0; ++tried) {
+  for (Index tried = 0; tried < untried.size() && pair.best.candidate < 0; ++tried) {
     if (untried.minCoeff(&pair.place) + least_gain >= largest && !spaced) {
       break;
     }
@@ -222,7 +222,7 @@ void DeterminantSearch::descend(double known) {
   while (information_.positive_definite() && !(std::abs(merit() - known) < kSame)) {
     check_interrupt();
     const Pair pair = next_pair();
-    if (pair.best.lane < 0) {
+    if (pair.best.candidate < 0) {
       return;
     }
     exchange(pair);
