@@ -267,13 +267,9 @@ Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, 
   Vector weights = Vector::Zero(n);
   for (Index k = 0; k < static_cast<Index>(total); ++k) {
     check_interrupt();
-    Index best = -1;
-    for (Index j = 0; j < n; ++j) {
-      if (weights[j] == 0 && (best < 0 || products.trace(j) > products.trace(best))) {
-        best = j;
-      }
-    }
+    const Index best = products.largest();
     weights[best] = 1;
+    products.hide(best);
     information.add(candidates.rows(best).data(), candidates.shape().rows, 1, &products);
   }
   // The ridge alone would make the smallest eigenvalue kGreedyRidge.

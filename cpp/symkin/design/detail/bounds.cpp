@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "symkin/support/dense.hpp"
@@ -16,11 +17,12 @@ constexpr Index kLargestPool = 4000;  // of largest d_j, for the design without 
 constexpr Index kThinnest = 75;       // one of so many candidates is in the pool
 constexpr Index kRepeatsPool = 200;   // and for that with repeats
 constexpr int kPasses = 6;
-constexpr Index kFirstBlocks = 256;   // of the first pass over some of the blocks
-constexpr Index kThickening = 16;     // as many blocks in the next
-constexpr double kSampleGap = 5e-2;   // of log det, for the sample
-constexpr double kConverged = 1e-12;  // relative, of a ratio
-constexpr int kRatioPasses = 30;      // it converges faster than linearly
+constexpr Index kFirstBlocks = 256;         // of the first pass over some of the blocks
+constexpr Index kThickening = 16;           // as many blocks in the next
+constexpr double kSampleGap = 5e-2;         // of log det, for the sample
+constexpr double kVarianceRounding = 1e-6;  // of a variance, generously
+constexpr double kConverged = 1e-12;        // relative, of a ratio
+constexpr int kRatioPasses = 30;            // it converges faster than linearly
 
 // trace(T F T^T): what the information F (p x p) adds to the trace of a bound.
 double fixed_trace(const RowMatrix& transform, const RowMatrix& fixed) {
@@ -81,9 +83,16 @@ class BoundingDesigns {
     const Index screened = problem_.candidates.available() / stride;
     const Index keep =
         std::max(std::clamp(screened / kThinnest, kSearch, kLargestPool), 4 * problem_.free_count);
-    // The pool itself has as many above `least` as the bounds count; far below it nothing matters.
+    // The pool itself has as many above `least` as the bounds count; far below it nothing matters,
+    // nor does, of all candidates, what is below as many of the pool as are kept.
     const auto screen_of = [&](const ApproximateDesign& design, Index kept) {
-      return Screen{problem_.own_transform(design.factor), kept, design.least / 2};
+      double floor = design.least / 2;
+      if (stride <= 1 && kept < design.variances.size()) {
+        Vector values = design.variances;
+        std::nth_element(values.begin(), values.begin() + kept, values.end(), std::greater<>());
+        floor = std::max(floor, values[kept]);
+      }
+      return Screen{problem_.own_transform(design.factor), kept, (1 - kVarianceRounding) * floor};
     };
     return screen_candidates(
         problem_.candidates,

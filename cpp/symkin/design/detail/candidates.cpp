@@ -166,10 +166,14 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
     source_.fill(first, count, rows.data());
     values = rows.data();
   }
+  for (Index c = 0; c < width; ++c) {
+    for (Index lane = 0; lane < count; ++lane) {
+      columns[c * kBlock + lane] = values[lane * width + c];
+    }
+  }
   for (Index lane = 0; lane < kBlock; ++lane) {
-    const bool is_known = lane < count && !excluded(first + lane);
-    for (Index c = 0; c < width; ++c) {
-      columns[c * kBlock + lane] = is_known ? values[lane * width + c] : 0;
+    for (Index c = 0; c < width && (lane >= count || excluded(first + lane)); ++c) {
+      columns[c * kBlock + lane] = 0;
     }
   }
 }

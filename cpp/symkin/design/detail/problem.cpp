@@ -190,10 +190,11 @@ Indices Problem::rounded(const Indices& order) const {
 
 Indices Problem::available(Index stride) const {
   Indices result;
-  Index seen = 0;
+  Index next = 0;  // so many to pass over
   for (Index j = 0; j < candidates.size(); ++j) {
-    if (!candidates.excluded(j) && seen++ % stride == 0) {
+    if (!candidates.excluded(j) && next-- == 0) {
       result.push_back(j);
+      next = stride - 1;
     }
   }
   return result;

@@ -50,11 +50,12 @@ SYMKIN_INLINE double largest(const double* values) {
   for (Index k = 1; k < kEights; ++k) {
     most = eights(values)[k] > most ? eights(values)[k] : most;
   }
-  double result = most[0];
-  for (Index k = 1; k < 8; ++k) {
-    result = std::max(result, most[k]);
+  for (Index half = 4; half > 0; half /= 2) {  // each step waits for the one before
+    for (Index k = 0; k < half; ++k) {
+      most[k] = most[k + half] > most[k] ? most[k + half] : most[k];
+    }
   }
-  return result;
+  return most[0];
 }
 
 SYMKIN_WIDE void find_largest(const AlignedArray& values, std::vector<double>& of_groups) {
@@ -119,7 +120,7 @@ SYMKIN_INLINE void bordered_determinant(const double* gram, const Eight* e, cons
 }
 
 // base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the largest.
-SYMKIN_WIDE double find_ratios(const double* x, Shape shape, const double* gram,
+SYMKIN_INLINE double find_ratios(const double* x, Shape shape, const double* gram,
                                const double* trace, const Leaving& leaving, double* ratios) {
   const Index r = shape.rows;
   const Index p = shape.parameters;
@@ -174,6 +175,8 @@ Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
+      hidden_(RowMatrix::Constant(x_.shape().rows, x_.shape().rows,
+                                  -std::numeric_limits<double>::infinity())),
       group_max_(static_cast<std::size_t>(x_.blocks() * kGroups)) {}
 
 double* Products::gram(Index block) {
@@ -216,10 +219,7 @@ void Products::set(Index candidate, const RowMatrix& products) {
 }
 
 // Whatever is added to it, its trace stays below zero.
-void Products::hide(Index candidate) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  set(candidate, RowMatrix::Constant(x_.shape().rows, x_.shape().rows, -kInfinity));
-}
+void Products::hide(Index candidate) { set(candidate, hidden_); }
 
 RowMatrix Products::of(Index candidate) const {
   const Index r = x_.shape().rows;
@@ -232,13 +232,15 @@ RowMatrix Products::of(Index candidate) const {
   return result;
 }
 
-double Products::largest_trace() const {
-  return *std::max_element(group_max_.begin(), group_max_.end());
+Index Products::largest() const {
+  const auto group = std::max_element(group_max_.begin(), group_max_.end());
+  const double* first = trace_.data() + (group - group_max_.begin()) * kGroup;
+  return std::max_element(first, first + kGroup) - trace_.data();
 }
 
 // With one row the ratio is (1 + d_j)(1 - d_i) + d_ij^2, never above 1 + d_j - d_i. With more,
 // A = I + Z, Z of rank q = 2 r at most and trace d_j - d_i: det A <= (1 + (d_j - d_i) / q)^q.
-void Products::best_pair(const Leaving& leaving, BestPair& best) const {
+SYMKIN_WIDE void Products::best_pair(const Leaving& leaving, BestPair& best) const {
   const Index r = x_.shape().rows;
   const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, x_.shape().parameters));
   const auto least_excess = [&] {

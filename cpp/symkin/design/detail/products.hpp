@@ -42,7 +42,7 @@ class Products {
   void hide(Index candidate);                            // until it is set or all computed
   double trace(Index candidate) const { return trace_[candidate]; }  // d_j; negative if hidden
   RowMatrix of(Index candidate) const;                               // r x r
-  double largest_trace() const;
+  Index largest() const;  // the first candidate of largest trace
 
   // The candidate that is best to take the place of `leaving`, if any is better than `best`.
   void best_pair(const Leaving& leaving, BestPair& best) const;
@@ -53,6 +53,7 @@ class Products {
 
   const ColumnBlocks& x_;
   Index gram_size_;  // columns a block: the lower triangle, by rows; none with one row
+  RowMatrix hidden_;
   AlignedArray gram_, trace_;
   std::vector<double> group_max_;  // the largest trace of each group
 };

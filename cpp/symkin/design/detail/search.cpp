@@ -182,7 +182,7 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() {
   const RowMatrix solved = chosen_rows_ * information_.inverse();
   const Vector by_row = chosen_rows_.cwiseProduct(solved).rowwise().sum();
   Vector untried = Eigen::Map<const RowMatrix>(by_row.data(), size_of(chosen_), r).rowwise().sum();
-  const double largest = products_.largest_trace();
+  const double largest = products_.trace(products_.largest());
   // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for a pose and those after it.
   const double least_gain = r == 1 ? kGain : std::log1p(kGain);
   const bool spaced = problem_.spacing.active();
