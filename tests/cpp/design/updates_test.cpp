@@ -64,11 +64,8 @@ class Kernel : public ::testing::TestWithParam<Known> {
   Kernel()
       : shape{GetParam().rows, kParameters},
         rows(made_rows(kCandidates * shape.rows, 4)),
-        x(kCandidates, shape),
+        x(rows, shape.rows),
         products(x) {
-    for (Index j = 0; j < kCandidates; ++j) {
-      x.set(j, candidate(j).data());
-    }
     const RowMatrix start = made_rows(30, 5);
     matrix = start.transpose() * start;
   }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -13,7 +12,6 @@
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kLeastMove = 1e-10;   // less room for weight is none
 constexpr double kExcessLeft = 0.02;   // of the first step's, when a model is left
 constexpr Index kStepsEach = 10;       // on a model, for each of the active candidates at most
@@ -88,7 +86,7 @@ class DesignOptimiser {
     for (Index j = 0; j < result_.weights.size(); ++j) {
       at(of_group, group(j)).push_back(result_.variances[j]);
     }
-    result_.least = kNone;
+    result_.least = kInfinity;
     const auto take = [&](auto first, auto last) {
       for (; first != last; ++first) {
         result_.trace += problem_.upper * *first;
@@ -231,16 +229,7 @@ class DesignOptimiser {
       const Eigen::ArrayXd terms = 1 + share * values;
       return terms.minCoeff() > 0 && (values / terms).sum() > 0;
     };
-    if (rises(1)) {
-      return 1;
-    }
-    double share = 0;
-    double width = 1;
-    for (int i = 0; i < kHalvings; ++i) {
-      width /= 2;
-      share += rises(share + width) ? width : 0;
-    }
-    return share;
+    return highest_share(rises, kHalvings);
   }
 
   const DesignProblem& problem_;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -44,10 +46,33 @@ inline Indices named(const Indices& places, const Indices& list) {
   return result;
 }
 
+// The list by falling value; of equal ones as they are.
+inline Indices by_falling(const Vector& values, const Indices& list) {
+  Indices order(list.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return values[a] > values[b]; });
+  return named(order, list);
+}
+
+// The share in [0, 1] up to which something rises that then falls: by bisection.
+template <typename Rises>
+double highest_share(const Rises& rises, int bisections) {
+  double share = rises(1.0) ? 1 : 0;
+  double width = 1 - share;
+  for (int i = 0; i < bisections && width > 0; ++i) {
+    width /= 2;
+    share += rises(share + width) ? width : 0;
+  }
+  return share;
+}
+
 // "1 row", "2 rows".
 inline std::string counted(Index count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
@@ -87,6 +112,16 @@ class ColumnBlocks {
   ColumnBlocks() = default;
   ColumnBlocks(Index count, Shape shape)
       : count_(count), shape_(shape), data_(blocks() * shape.width() * kBlock) {}
+  // Of candidates with so many rows each, one below the other.
+  ColumnBlocks(const RowMatrix& rows, Index rows_per_pose)
+      : ColumnBlocks(rows.rows() / rows_per_pose, {rows_per_pose, rows.cols()}) {
+    for (Index i = 0; i < count_; ++i) {
+      double* lane = block(i / kBlock) + i % kBlock;
+      for (Index c = 0; c < shape_.width(); ++c) {
+        lane[c * kBlock] = rows.data()[i * shape_.width() + c];
+      }
+    }
+  }
 
   Index count() const { return count_; }
   Index blocks() const { return (count_ + kBlock - 1) / kBlock; }
@@ -95,12 +130,6 @@ class ColumnBlocks {
   double* block(Index b) { return data_.data() + b * shape_.width() * kBlock; }
   const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
 
-  void set(Index candidate, const double* values) {
-    double* lane = block(candidate / kBlock) + candidate % kBlock;
-    for (Index c = 0; c < shape_.width(); ++c) {
-      lane[c * kBlock] = values[c];
-    }
-  }
   void get(Index candidate, double* values) const {
     const double* lane = block(candidate / kBlock) + candidate % kBlock;
     for (Index c = 0; c < shape_.width(); ++c) {

@@ -108,10 +108,7 @@ class BoundingDesigns {
     };
     const double distinct = bound_of(result_.distinct, largest_sum(tops[0], problem_.free_count));
     const double repeats = bound_of(result_.repeats, total_ * largest_sum(tops[1], 1));
-    Certificate& certificate = result_.certificate;
-    certificate.log_det_bound_repeats = std::min(certificate.log_det_bound_repeats, repeats);
-    certificate.log_det_bound_distinct =
-        std::min({certificate.log_det_bound_distinct, distinct, certificate.log_det_bound_repeats});
+    result_.certificate.tighten(repeats, distinct);
     const double gap =
         std::max(distinct - result_.distinct.log_det, repeats - result_.repeats.log_det) -
         problem_.whitening.log_det;
@@ -166,7 +163,6 @@ LargestRatio largest_trace(const Problem& problem, const RowMatrix& transform, I
 }
 
 LargestRatio largest_ratio(const Problem& problem, const Ratio& ratio, Index keep) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   // No selection exceeds the value that its own best numerator less value times denominator makes
   // zero; each selection that shows a positive one raises the value to its own ratio.
   LargestRatio result{0, {}};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -36,7 +35,7 @@ class DesignSearch {
 
   CriterionDesign run() {
     const bool above = criterion() != Criterion::expected_error;
-    double best = above ? std::numeric_limits<double>::infinity() : 0;
+    double best = above ? kInfinity : 0;
     if (!(reached_ > 0)) {  // too ill-conditioned for anything to be said
       return {best, by_weight()};
     }
@@ -144,17 +143,10 @@ class DesignSearch {
   }
 
   Indices by_weight() const {
-    Indices order;
-    for (Index j = 0; j < size_of(active_); ++j) {
-      if (at(weights_, j) > 0) {
-        order.push_back(j);
-      }
-    }
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-      return std::make_pair(-at(weights_, a), at(active_, a)) <
-             std::make_pair(-at(weights_, b), at(active_, b));
-    });
-    return named(order, active_);
+    const Eigen::Map<const Vector> weights(weights_.data(), size_of(weights_));
+    Indices order = by_falling(weights, active_);
+    order.resize(static_cast<std::size_t>((weights.array() > 0).count()));
+    return order;
   }
 
   RowMatrix gradient_at(const RowMatrix& information) const {
@@ -169,7 +161,7 @@ class DesignSearch {
       const RowMatrix gradient = gradient_at(information_);
       std::size_t giver = active_.size();
       std::size_t taker = active_.size();
-      double least = std::numeric_limits<double>::infinity();
+      double least = kInfinity;
       double most = -least;
       for (std::size_t j = 0; j < active_.size(); ++j) {
         const double gain = gradient.cwiseProduct(outer_[j]).sum();
@@ -198,21 +190,12 @@ class DesignSearch {
 
   // Along a line the criterion rises and then falls: bisection of its slope.
   double best_step(const RowMatrix& direction, double limit) const {
-    const auto rises = [&](double step) {
-      const RowMatrix moved = information_ + step * direction;
+    const auto rises = [&](double share) {
+      const RowMatrix moved = information_ + share * limit * direction;
       return inverse_factor(moved).size() != 0 &&
              gradient_at(moved).cwiseProduct(direction).sum() > 0;
     };
-    if (rises(limit)) {
-      return limit;
-    }
-    double low = 0;
-    double high = limit;
-    for (int i = 0; i < kBisections; ++i) {
-      const double middle = (low + high) / 2;
-      (rises(middle) ? low : high) = middle;
-    }
-    return low;
+    return limit * highest_share(rises, kBisections);
   }
 
   const Problem& problem_;

@@ -30,7 +30,7 @@ void Information::refresh() {
     log_det_ = log_determinant(factor);
   } else {
     inverse_.setConstant(matrix_.rows(), matrix_.cols(), std::numeric_limits<double>::quiet_NaN());
-    log_det_ = -std::numeric_limits<double>::infinity();
+    log_det_ = -kInfinity;
   }
 }
 

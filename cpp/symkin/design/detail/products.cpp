@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/design/detail/products.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "symkin/design/detail/information.hpp"
 #include "symkin/support/dense.hpp"
 
 // Eight candidates side by side, in registers of two, four or eight: what follows is translated for
@@ -23,6 +23,7 @@ namespace {
 // I - D_ii is singular if the others do not do without the pose; this keeps its inverse finite and
 // the ratio right to as many digits.
 constexpr double kRidge = 1e-9;
+constexpr double kSlackOfTrace = 1e-12;  // of a determinant
 
 using Eight [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 constexpr Index kEights = kGroup / 8;
@@ -41,7 +42,9 @@ SYMKIN_INLINE void combine(const double* x, const double* coefficients, Index si
       total[k] += coefficients[c] * eights(x + c * kBlock)[k];
     }
   }
-  std::copy_n(total, kCount, sum);
+  for (Index k = 0; k < kCount; ++k) {
+    sum[k] = total[k];
+  }
 }
 
 // Of a group.
@@ -121,7 +124,7 @@ SYMKIN_INLINE void bordered_determinant(const double* gram, const Eight* e, cons
 
 // base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the largest.
 SYMKIN_INLINE double find_ratios(const double* x, Shape shape, const double* gram,
-                               const double* trace, const Leaving& leaving, double* ratios) {
+                                 const double* trace, const Leaving& leaving, double* ratios) {
   const Index r = shape.rows;
   const Index p = shape.parameters;
   const double* y = leaving.y.data();
@@ -175,8 +178,7 @@ Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
-      hidden_(RowMatrix::Constant(x_.shape().rows, x_.shape().rows,
-                                  -std::numeric_limits<double>::infinity())),
+      hidden_(RowMatrix::Constant(x_.shape().rows, x_.shape().rows, -kInfinity)),
       group_max_(static_cast<std::size_t>(x_.blocks() * kGroups)) {}
 
 double* Products::gram(Index block) {
@@ -227,6 +229,34 @@ RowMatrix Products::of(Index candidate) const {
   for (Index a = 0, pair = 0; pair < gram_size_; ++a) {
     for (Index b = 0; b <= a; ++b, ++pair) {
       result(a, b) = result(b, a) = gram_[lane(candidate) + pair * kBlock];
+    }
+  }
+  return result;
+}
+
+double Products::log_ratio(Index candidate, double sign) const {
+  const Index r = x_.shape().rows;
+  if (r == 1) {
+    return std::log1p(sign * trace(candidate));
+  }
+  const double ratio = determinant(RowMatrix::Identity(r, r) + sign * of(candidate));
+  return std::log(std::max(ratio, std::numeric_limits<double>::min()));
+}
+
+Index Products::best_addition(const std::function<bool(Index)>& allowed) const {
+  const auto r = static_cast<double>(x_.shape().rows);
+  double best = -1;
+  double least_trace = -1;
+  Index result = -1;
+  for (Index j = 0; j < x_.count(); ++j) {
+    if (trace(j) > least_trace && allowed(j)) {
+      const double gain = log_ratio(j, 1);
+      if (gain > best) {
+        best = gain;
+        result = j;
+        // det(I + D) <= (1 + trace D / r)^r: most need no determinant.
+        least_trace = (1 - kSlackOfTrace) * r * std::expm1(best / r);
+      }
     }
   }
   return result;
