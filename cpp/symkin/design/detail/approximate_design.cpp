@@ -229,7 +229,16 @@ class DesignOptimiser {
       const Eigen::ArrayXd terms = 1 + share * values;
       return terms.minCoeff() > 0 && (values / terms).sum() > 0;
     };
-    return highest_share(rises, kHalvings);
+    if (rises(1)) {
+      return 1;
+    }
+    double share = 0;
+    double width = 1;
+    for (int i = 0; i < kHalvings; ++i) {
+      width /= 2;
+      share += rises(share + width) ? width : 0;
+    }
+    return share;
   }
 
   const DesignProblem& problem_;

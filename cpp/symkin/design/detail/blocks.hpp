@@ -55,18 +55,6 @@ inline Indices by_falling(const Vector& values, const Indices& list) {
   return named(order, list);
 }
 
-// The share in [0, 1] up to which something rises that then falls: by bisection.
-template <typename Rises>
-double highest_share(const Rises& rises, int bisections) {
-  double share = rises(1.0) ? 1 : 0;
-  double width = 1 - share;
-  for (int i = 0; i < bisections && width > 0; ++i) {
-    width /= 2;
-    share += rises(share + width) ? width : 0;
-  }
-  return share;
-}
-
 // "1 row", "2 rows".
 inline std::string counted(Index count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");

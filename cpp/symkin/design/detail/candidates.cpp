@@ -214,9 +214,9 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
           const Screen& screen = screens[s];
           double traces[kBlock];
           double losses[kBlock] = {};
-          compute_traces(columns, shape, screen.transform, traces);
+          compute_products(columns, shape, screen.transform, traces);
           if (screen.loss.size() != 0) {
-            compute_traces(columns, shape, screen.loss, losses);
+            compute_products(columns, shape, screen.loss, losses);
           }
           for (Index lane = 0; lane < kBlock; ++lane) {
             if (traces[lane] > 0) {

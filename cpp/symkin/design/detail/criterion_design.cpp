@@ -143,10 +143,17 @@ class DesignSearch {
   }
 
   Indices by_weight() const {
-    const Eigen::Map<const Vector> weights(weights_.data(), size_of(weights_));
-    Indices order = by_falling(weights, active_);
-    order.resize(static_cast<std::size_t>((weights.array() > 0).count()));
-    return order;
+    Indices order;
+    for (Index j = 0; j < size_of(active_); ++j) {
+      if (at(weights_, j) > 0) {
+        order.push_back(j);
+      }
+    }
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+      return std::make_pair(-at(weights_, a), at(active_, a)) <
+             std::make_pair(-at(weights_, b), at(active_, b));
+    });
+    return named(order, active_);
   }
 
   RowMatrix gradient_at(const RowMatrix& information) const {
@@ -190,12 +197,21 @@ class DesignSearch {
 
   // Along a line the criterion rises and then falls: bisection of its slope.
   double best_step(const RowMatrix& direction, double limit) const {
-    const auto rises = [&](double share) {
-      const RowMatrix moved = information_ + share * limit * direction;
+    const auto rises = [&](double step) {
+      const RowMatrix moved = information_ + step * direction;
       return inverse_factor(moved).size() != 0 &&
              gradient_at(moved).cwiseProduct(direction).sum() > 0;
     };
-    return limit * highest_share(rises, kBisections);
+    if (rises(limit)) {
+      return limit;
+    }
+    double low = 0;
+    double high = limit;
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = (low + high) / 2;
+      (rises(middle) ? low : high) = middle;
+    }
+    return low;
   }
 
   const Problem& problem_;

@@ -8,10 +8,12 @@
 
 namespace symkin::design::detail {
 
-// d_j = trace(C_j A C_j^T) of a block of candidates for A = T^T T, T lower triangular.
-void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces);
+// For A = T^T T, T lower triangular, of a block of candidates: d_j = trace(C_j A C_j^T) and, unless
+// it is null, the lower triangle of C_j A C_j^T by rows.
+void compute_products(const double* columns, Shape shape, const RowMatrix& factor, double* traces,
+                      double* gram = nullptr);
 
-// Of all candidates.
+// d_j of all candidates.
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor);
 
 // A pose that may leave the selection. The ratio of the determinants after and before the exchange
@@ -60,8 +62,8 @@ class Products {
 
   const ColumnBlocks& x_;
   Index gram_size_;  // columns a block: the lower triangle, by rows; none with one row
-  RowMatrix hidden_;
   AlignedArray gram_, trace_;
+  RowMatrix hidden_;
   std::vector<double> group_max_;  // the largest trace of each group
 };
 

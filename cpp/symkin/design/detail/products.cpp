@@ -149,17 +149,19 @@ SYMKIN_INLINE double find_ratios(const double* x, Shape shape, const double* gra
 
 }  // namespace
 
-void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces) {
+void compute_products(const double* columns, Shape shape, const RowMatrix& factor, double* traces,
+                      double* gram) {
   std::fill_n(traces, kBlock, 0.0);
-  for (Index a = 0; a < shape.parameters; ++a) {
-    add_squares(columns, shape, factor.row(a).data(), a + 1, 1, nullptr, traces);
+  std::fill_n(gram, gram == nullptr ? 0 : shape.gram_size() * kBlock, 0.0);
+  for (Index a = 0; a < factor.rows(); ++a) {
+    add_squares(columns, shape, factor.row(a).data(), a + 1, 1, gram, traces);
   }
 }
 
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
   Vector result(candidates.blocks() * kBlock);
   for (Index b = 0; b < candidates.blocks(); ++b) {
-    compute_traces(candidates.block(b), candidates.shape(), factor, result.data() + b * kBlock);
+    compute_products(candidates.block(b), candidates.shape(), factor, result.data() + b * kBlock);
   }
   result.conservativeResize(candidates.count());
   return result;
@@ -178,6 +180,8 @@ Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
 Products::Products(const ColumnBlocks& candidates)
     : x_(candidates),
       gram_size_(x_.shape().rows == 1 ? 0 : x_.shape().gram_size()),
+      gram_(x_.blocks() * gram_size_ * kBlock),
+      trace_(x_.blocks() * kBlock),
       hidden_(RowMatrix::Constant(x_.shape().rows, x_.shape().rows, -kInfinity)),
       group_max_(static_cast<std::size_t>(x_.blocks() * kGroups)) {}
 
@@ -190,13 +194,8 @@ Index Products::lane(Index candidate) const {
 }
 
 void Products::compute(const RowMatrix& factor) {
-  gram_ = AlignedArray(x_.blocks() * gram_size_ * kBlock);
-  trace_ = AlignedArray(x_.blocks() * kBlock);
   for (Index b = 0; b < x_.blocks(); ++b) {
-    for (Index a = 0; a < factor.rows(); ++a) {
-      add_squares(x_.block(b), x_.shape(), factor.row(a).data(), a + 1, 1, gram(b),
-                  trace_.data() + b * kBlock);
-    }
+    compute_products(x_.block(b), x_.shape(), factor, trace_.data() + b * kBlock, gram(b));
   }
   find_largest(trace_, group_max_);
 }
