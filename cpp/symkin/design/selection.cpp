@@ -76,9 +76,7 @@ void certify(const Problem& problem, Selection& choice) {
   const bool unbounded = std::isinf(certificate.log_det_bound_repeats);
   if (unbounded && problem.options.method != SelectionMethod::all && problem.free_count > 0) {
     const Certificate bounds = bound_designs(problem).certificate;
-    certificate.log_det_bound_repeats = bounds.log_det_bound_repeats;
-    certificate.log_det_bound_distinct =
-        std::min(certificate.log_det_bound_distinct, bounds.log_det_bound_distinct);
+    certificate.tighten(bounds.log_det_bound_repeats, bounds.log_det_bound_distinct);
   }
   // The optimum is itself a bound; rounding may not make an efficiency exceed one.
   const auto efficiency = [&](double bound) {
@@ -117,36 +115,26 @@ Indices spare_poses(const Problem& problem, const Indices& chosen) {
   if (problem.options.spare_count == 0 || !information.positive_definite()) {
     return spares;
   }
-  const RowMatrix transform = problem.own_transform(inverse_factor(information.matrix()));
+  const RowMatrix factor = inverse_factor(information.matrix());
   const Index asked = std::min(problem.options.spare_count, problem.candidates.size());
   const Index keep = size_of(chosen) + 4 * asked + kMoreThanAsked;
-  const auto top = screen_candidates(problem.candidates, {{transform, keep}}).front();
-  const RowMatrix identity = RowMatrix::Identity(problem.shape().rows, problem.shape().rows);
+  const Indices top = indices_of(
+      screen_candidates(problem.candidates, {{problem.own_transform(factor), keep}}).front());
+  const ColumnBlocks rows = problem.whitened(top);
+  Products products(rows);
+  products.compute(factor);
   Indices taken = chosen;
-  for (Index spare = 0; spare < asked; ++spare) {
+  while (size_of(spares) < asked) {
     check_interrupt();
-    double best = 0;
-    Index next = -1;
-    RowMatrix next_rows;
-    for (const RankedCandidate& candidate : top) {
-      if (contains(taken, candidate.index) || !problem.spacing.fits(candidate.index, taken)) {
-        continue;
-      }
-      const RowMatrix rows =
-          problem.candidates.rows(candidate.index) * problem.whitening.transform.transpose();
-      const double gain = determinant(identity + rows * information.inverse() * rows.transpose());
-      if (gain > best) {
-        best = gain;
-        next = candidate.index;
-        next_rows = rows;
-      }
-    }
+    const Index next = products.best_addition([&](Index j) {
+      return !contains(taken, at(top, j)) && problem.spacing.fits(at(top, j), taken);
+    });
     if (next < 0) {
       break;
     }
-    information.add(next_rows.data(), next_rows.rows(), 1);
-    taken.push_back(next);
-    spares.push_back(next);
+    information.add(rows.rows(next).data(), rows.shape().rows, 1, &products);
+    taken.push_back(at(top, next));
+    spares.push_back(at(top, next));
   }
   return spares;
 }

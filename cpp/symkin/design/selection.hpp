@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -64,6 +65,12 @@ struct Certificate {
   double criterion_bound = 0;
   double criterion_efficiency = 0;
   bool proven_optimal = false;  // no other set is better by more than rounding
+
+  // Takes over smaller bounds of log det M.
+  void tighten(double repeats, double distinct) {
+    log_det_bound_repeats = std::min(log_det_bound_repeats, repeats);
+    log_det_bound_distinct = std::min({log_det_bound_distinct, distinct, repeats});
+  }
 };
 
 struct Selection {

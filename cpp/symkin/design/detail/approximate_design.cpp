@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -13,7 +12,6 @@
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kLeastMove = 1e-10;   // less room for weight is none
 constexpr double kExcessLeft = 0.02;   // of the first step's, when a model is left
 constexpr Index kStepsEach = 10;       // on a model, for each of the active candidates at most
@@ -88,7 +86,7 @@ class DesignOptimiser {
     for (Index j = 0; j < result_.weights.size(); ++j) {
       at(of_group, group(j)).push_back(result_.variances[j]);
     }
-    result_.least = kNone;
+    result_.least = kInfinity;
     const auto take = [&](auto first, auto last) {
       for (; first != last; ++first) {
         result_.trace += problem_.upper * *first;
@@ -267,13 +265,9 @@ Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, 
   Vector weights = Vector::Zero(n);
   for (Index k = 0; k < static_cast<Index>(total); ++k) {
     check_interrupt();
-    Index best = -1;
-    for (Index j = 0; j < n; ++j) {
-      if (weights[j] == 0 && (best < 0 || products.trace(j) > products.trace(best))) {
-        best = j;
-      }
-    }
+    const Index best = products.largest();
     weights[best] = 1;
+    products.hide(best);
     information.add(candidates.rows(best).data(), candidates.shape().rows, 1, &products);
   }
   // The ridge alone would make the smallest eigenvalue kGreedyRidge.

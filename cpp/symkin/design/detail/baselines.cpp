@@ -14,7 +14,6 @@ namespace symkin::design::detail {
 namespace {
 
 constexpr double kRidge = 1e-6;  // until the poses of the start show every parameter
-constexpr double kRounding = 1e-12;
 
 // Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one,
 // each the best; then the best is added and the least useful dropped until these are the same. All
@@ -75,45 +74,20 @@ class ActiveCalibration {
     }
   }
 
-  // log det(I + sign D_jj).
-  double log_ratio(Index j, double sign) const {
-    const Index r = shape_.rows;
-    if (r == 1) {
-      return std::log1p(sign * products_.trace(j));
-    }
-    const double ratio = determinant(RowMatrix::Identity(r, r) + sign * products_.of(j));
-    return std::log(std::max(ratio, std::numeric_limits<double>::min()));
-  }
-
   bool add_best() {
     check_interrupt();
-    const auto r = static_cast<double>(shape_.rows);
-    double best = -1;
-    double least_trace = -1;
-    Index candidate = -1;
-    for (Index j = 0; j < rows_.count(); ++j) {
-      if (products_.trace(j) > least_trace && allowed(j)) {
-        const double gain = log_ratio(j, 1);
-        if (gain > best) {
-          best = gain;
-          candidate = j;
-          // det(I + D) <= (1 + trace D / r)^r: most need no determinant.
-          least_trace = (1 - kRounding) * r * std::expm1(best / r);
-        }
-      }
+    added_ = products_.best_addition([&](Index j) { return allowed(j); });
+    if (added_ >= 0) {
+      information_.add(rows_.rows(added_).data(), shape_.rows, 1, &products_);
+      chosen_.push_back(added_);
     }
-    if (candidate >= 0) {
-      information_.add(rows_.rows(candidate).data(), shape_.rows, 1, &products_);
-      chosen_.push_back(candidate);
-      added_ = candidate;
-    }
-    return candidate >= 0;
+    return added_ >= 0;
   }
 
   // The last of equal ones: that just added.
   Index drop_worst() {
     const auto worst = std::max_element(chosen_.rbegin(), chosen_.rend(), [&](Index a, Index b) {
-      return log_ratio(a, -1) < log_ratio(b, -1);
+      return products_.log_ratio(a, -1) < products_.log_ratio(b, -1);
     });
     const Index dropped = *worst;
     chosen_.erase(std::next(worst).base());
@@ -136,7 +110,7 @@ class ActiveCalibration {
 Selection select_sun_hollerbach(const Problem& problem) {
   ActiveCalibration calibration(problem);
   Selection choice;
-  double best = -std::numeric_limits<double>::infinity();
+  double best = -kInfinity;
   for (int restart = 0; restart < problem.options.restarts; ++restart) {
     Random random(problem.options.seed, static_cast<std::uint64_t>(restart));
     const Indices chosen = calibration.run(random);

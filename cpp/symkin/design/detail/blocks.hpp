@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -44,14 +46,25 @@ inline Indices named(const Indices& places, const Indices& list) {
   return result;
 }
 
+// The list by falling value; of equal ones as they are.
+inline Indices by_falling(const Vector& values, const Indices& list) {
+  Indices order(list.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return values[a] > values[b]; });
+  return named(order, list);
+}
+
 // "1 row", "2 rows".
 inline std::string counted(Index count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 constexpr Index kMaxRows = 36;  // rows a candidate may have
 constexpr Index kBlock = 256;   // candidates in a block
-constexpr Index kGroup = 32;    // candidates that a kernel skips at once
+constexpr Index kGroup = 32;    // candidates that are skipped at once
 constexpr Index kGroups = kBlock / kGroup;
 
 // What a candidate brings.
@@ -63,7 +76,7 @@ struct Shape {
   Index gram_size() const { return rows * (rows + 1) / 2; }
 };
 
-// Zeroed doubles that start at a cache line, as wide loads need.
+// Zeroed doubles that start at a cache line: wide loads across two take twice as long.
 class AlignedArray {
  public:
   explicit AlignedArray(Index size = 0) : lines_(static_cast<std::size_t>((size + 7) / 8)) {}
@@ -80,15 +93,23 @@ class AlignedArray {
 };
 
 // Candidates in blocks of columns: the 256 values of one column lie together, then those of the
-// next. Lanes beyond the last candidate are zero. Keeping candidates so, and the kernels below, by
-// hand makes a whole selection 1.9 to 2.5 times as fast as Eigen's products over the same blocks
-// (30 000 to 1 000 000 candidates of 8 parameters, AVX-512), and 1.1 to 1.2 times as fast as loops
-// over lanes that the compiler vectorises.
+// next. Lanes beyond the last candidate are zero. Loops over such lanes make a whole selection 1.9
+// to 2.5 times as fast as Eigen's products over the same blocks.
 class ColumnBlocks {
  public:
   ColumnBlocks() = default;
   ColumnBlocks(Index count, Shape shape)
       : count_(count), shape_(shape), data_(blocks() * shape.width() * kBlock) {}
+  // Of candidates with so many rows each, one below the other.
+  ColumnBlocks(const RowMatrix& rows, Index rows_per_pose)
+      : ColumnBlocks(rows.rows() / rows_per_pose, {rows_per_pose, rows.cols()}) {
+    for (Index i = 0; i < count_; ++i) {
+      double* lane = block(i / kBlock) + i % kBlock;
+      for (Index c = 0; c < shape_.width(); ++c) {
+        lane[c * kBlock] = rows.data()[i * shape_.width() + c];
+      }
+    }
+  }
 
   Index count() const { return count_; }
   Index blocks() const { return (count_ + kBlock - 1) / kBlock; }
@@ -97,12 +118,6 @@ class ColumnBlocks {
   double* block(Index b) { return data_.data() + b * shape_.width() * kBlock; }
   const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
 
-  void set(Index candidate, const double* values) {
-    double* lane = block(candidate / kBlock) + candidate % kBlock;
-    for (Index c = 0; c < shape_.width(); ++c) {
-      lane[c * kBlock] = values[c];
-    }
-  }
   void get(Index candidate, double* values) const {
     const double* lane = block(candidate / kBlock) + candidate % kBlock;
     for (Index c = 0; c < shape_.width(); ++c) {
@@ -134,45 +149,5 @@ using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
 inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
   return {block + row * parameters * kBlock, kBlock, parameters};
 }
-
-// A pose that may leave the selection, as the pair kernel sees it. The ratio of the determinants
-// after and before the exchange for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
-struct Leaving {
-  RowMatrix y;   // rows x parameters: C_i A, in the coordinates of x
-  RowMatrix s;   // rows x rows: (I - D_ii)^-1; empty with one row
-  double base;   // det(I - D_ii)
-  double trace;  // d_i
-};
-
-// The best exchange so far; `lane` is set only where the kernel finds a better one.
-struct BestPair {
-  double ratio = 1;
-  Index lane = -1;
-};
-
-// One block of candidates and its products. x holds the rows (rows r x parameters p columns),
-// `gram` r (r + 1) / 2 columns of C_j A C_j^T (lower triangle by rows), `trace` their traces d_j,
-// `group_max` the largest trace of each group. With r = 1 gram and trace are the same numbers and
-// gram is not used; a null gram stands for the traces alone.
-struct BlockProducts {
-  const double* x;
-  Shape shape;
-  double* gram;
-  double* trace;
-  double* group_max;
-};
-
-// The arithmetic over a block.
-struct Kernels {
-  // The products for A = T^T T, T lower triangular (p x p by rows).
-  void (*compute)(const BlockProducts& block, const double* t);
-  // gram += scale (x u) (x u)^T, trace likewise.
-  void (*update)(const BlockProducts& block, const double* u, double scale);
-  // The best candidate of the block to take the place of `leaving`; none of negative trace.
-  void (*best_pair)(const BlockProducts& block, const Leaving& leaving, BestPair& best);
-};
-
-// The widest variant that this processor runs.
-const Kernels& kernels();
 
 }  // namespace symkin::design::detail

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "symkin/support/dense.hpp"
@@ -16,11 +17,12 @@ constexpr Index kLargestPool = 4000;  // of largest d_j, for the design without 
 constexpr Index kThinnest = 75;       // one of so many candidates is in the pool
 constexpr Index kRepeatsPool = 200;   // and for that with repeats
 constexpr int kPasses = 6;
-constexpr Index kFirstBlocks = 256;   // of the first pass over some of the blocks
-constexpr Index kThickening = 16;     // as many blocks in the next
-constexpr double kSampleGap = 5e-2;   // of log det, for the sample
-constexpr double kConverged = 1e-12;  // relative, of a ratio
-constexpr int kRatioPasses = 30;      // it converges faster than linearly
+constexpr Index kFirstBlocks = 256;         // of the first pass over some of the blocks
+constexpr Index kThickening = 16;           // as many blocks in the next
+constexpr double kSampleGap = 5e-2;         // of log det, for the sample
+constexpr double kVarianceRounding = 1e-6;  // of a variance, generously
+constexpr double kConverged = 1e-12;        // relative, of a ratio
+constexpr int kRatioPasses = 30;            // it converges faster than linearly
 
 // trace(T F T^T): what the information F (p x p) adds to the trace of a bound.
 double fixed_trace(const RowMatrix& transform, const RowMatrix& fixed) {
@@ -81,9 +83,16 @@ class BoundingDesigns {
     const Index screened = problem_.candidates.available() / stride;
     const Index keep =
         std::max(std::clamp(screened / kThinnest, kSearch, kLargestPool), 4 * problem_.free_count);
-    // The pool itself has as many above `least` as the bounds count; far below it nothing matters.
+    // The pool itself has as many above `least` as the bounds count; far below it nothing matters,
+    // nor does, of all candidates, what is below as many of the pool as are kept.
     const auto screen_of = [&](const ApproximateDesign& design, Index kept) {
-      return Screen{problem_.own_transform(design.factor), kept, design.least / 2};
+      double floor = design.least / 2;
+      if (stride <= 1 && kept < design.variances.size()) {
+        Vector values = design.variances;
+        std::nth_element(values.begin(), values.begin() + kept, values.end(), std::greater<>());
+        floor = std::max(floor, values[kept]);
+      }
+      return Screen{problem_.own_transform(design.factor), kept, (1 - kVarianceRounding) * floor};
     };
     return screen_candidates(
         problem_.candidates,
@@ -99,10 +108,7 @@ class BoundingDesigns {
     };
     const double distinct = bound_of(result_.distinct, largest_sum(tops[0], problem_.free_count));
     const double repeats = bound_of(result_.repeats, total_ * largest_sum(tops[1], 1));
-    Certificate& certificate = result_.certificate;
-    certificate.log_det_bound_repeats = std::min(certificate.log_det_bound_repeats, repeats);
-    certificate.log_det_bound_distinct =
-        std::min({certificate.log_det_bound_distinct, distinct, certificate.log_det_bound_repeats});
+    result_.certificate.tighten(repeats, distinct);
     const double gap =
         std::max(distinct - result_.distinct.log_det, repeats - result_.repeats.log_det) -
         problem_.whitening.log_det;
@@ -157,7 +163,6 @@ LargestRatio largest_trace(const Problem& problem, const RowMatrix& transform, I
 }
 
 LargestRatio largest_ratio(const Problem& problem, const Ratio& ratio, Index keep) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   // No selection exceeds the value that its own best numerator less value times denominator makes
   // zero; each selection that shows a positive one raises the value to its own ratio.
   LargestRatio result{0, {}};

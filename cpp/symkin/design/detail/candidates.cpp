@@ -124,16 +124,6 @@ RowMatrix Candidates::rows(const Indices& candidates) const {
   return result;
 }
 
-ColumnBlocks Candidates::gather(const Indices& candidates) const {
-  ColumnBlocks result(size_of(candidates), shape());
-  RowMatrix values(shape().rows, shape().parameters);
-  for (Index i = 0; i < result.count(); ++i) {
-    read(at(candidates, i), values.data());
-    result.set(i, values.data());
-  }
-  return result;
-}
-
 RowMatrix Candidates::information() const {
   const Index p = shape().parameters;
   std::vector<RowMatrix> sums(static_cast<std::size_t>(chunks()), RowMatrix::Zero(p, p));
@@ -166,10 +156,14 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
     source_.fill(first, count, rows.data());
     values = rows.data();
   }
+  for (Index c = 0; c < width; ++c) {
+    for (Index lane = 0; lane < count; ++lane) {
+      columns[c * kBlock + lane] = values[lane * width + c];
+    }
+  }
   for (Index lane = 0; lane < kBlock; ++lane) {
-    const bool is_known = lane < count && !excluded(first + lane);
-    for (Index c = 0; c < width; ++c) {
-      columns[c * kBlock + lane] = is_known ? values[lane * width + c] : 0;
+    for (Index c = 0; c < width && (lane >= count || excluded(first + lane)); ++c) {
+      columns[c * kBlock + lane] = 0;
     }
   }
 }
@@ -218,11 +212,11 @@ std::vector<std::vector<RankedCandidate>> screen_candidates(const Candidates& ca
       [&](Index chunk, Index first, const double* columns) {
         for (std::size_t s = 0; s < screens.size(); ++s) {
           const Screen& screen = screens[s];
-          alignas(64) double traces[kBlock];
-          alignas(64) double losses[kBlock] = {};
-          compute_traces(columns, shape, screen.transform, traces);
+          double traces[kBlock];
+          double losses[kBlock] = {};
+          compute_products(columns, shape, screen.transform, traces);
           if (screen.loss.size() != 0) {
-            compute_traces(columns, shape, screen.loss, losses);
+            compute_products(columns, shape, screen.loss, losses);
           }
           for (Index lane = 0; lane < kBlock; ++lane) {
             if (traces[lane] > 0) {

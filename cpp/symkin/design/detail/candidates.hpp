@@ -30,9 +30,6 @@ class Candidates {
   // The rows of some candidates, one below the other.
   RowMatrix rows(const Indices& candidates) const;
 
-  // The same in columns.
-  ColumnBlocks gather(const Indices& candidates) const;
-
   // task(chunk, first candidate, columns) for every stride-th block of each chunk of blocks, one
   // after the other. The division into chunks is the same on any number of threads.
   using Task = std::function<void(Index, Index, const double*)>;

@@ -57,7 +57,7 @@ double criterion_value(const RowMatrix& information, const SelectionOptions& opt
 double criterion_merit(const RowMatrix& information, const SelectionOptions& options) {
   const double value = criterion_value(information, options);
   if (std::isnan(value)) {
-    return -std::numeric_limits<double>::infinity();
+    return -kInfinity;
   }
   return options.criterion == Criterion::expected_error ? -std::log(value) : std::log(value);
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -36,7 +35,7 @@ class DesignSearch {
 
   CriterionDesign run() {
     const bool above = criterion() != Criterion::expected_error;
-    double best = above ? std::numeric_limits<double>::infinity() : 0;
+    double best = above ? kInfinity : 0;
     if (!(reached_ > 0)) {  // too ill-conditioned for anything to be said
       return {best, by_weight()};
     }
@@ -169,7 +168,7 @@ class DesignSearch {
       const RowMatrix gradient = gradient_at(information_);
       std::size_t giver = active_.size();
       std::size_t taker = active_.size();
-      double least = std::numeric_limits<double>::infinity();
+      double least = kInfinity;
       double most = -least;
       for (std::size_t j = 0; j < active_.size(); ++j) {
         const double gain = gradient.cwiseProduct(outer_[j]).sum();

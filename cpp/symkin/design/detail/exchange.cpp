@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -23,16 +22,6 @@ constexpr double kExchangeRidge = 1e-6;  // of the mean information of a candida
 constexpr Index kParts = 16;             // of the pool, for the kicks
 constexpr Index kCriterionPool = 256;
 constexpr int kExchangeRounds = 12;
-
-// The pool, the largest weight of the design without repeats first.
-Indices by_weight(const DesignBounds& bounds) {
-  Indices order(bounds.pool.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  const Vector& weights = bounds.distinct.weights;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return weights[a] > weights[b]; });
-  return named(order, bounds.pool);
-}
 
 // Poses that do not show every parameter have a determinant of zero, which no exchange may change:
 // a little information about everything leads out of it.
@@ -102,7 +91,7 @@ Selection select_exchange(const Problem& problem) {
   Random random(problem.options.seed, kStream);
   const DesignBounds bounds = bound_designs(problem);
   choice.certificate = bounds.certificate;
-  choice.indices = problem.rounded(by_weight(bounds));
+  choice.indices = problem.rounded(by_falling(bounds.distinct.weights, bounds.pool));
   {
     const Indices pool = joined(bounds.search, choice.indices);
     choice.indices = made_regular(problem, pool, choice.indices);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <queue>
 #include <utility>
@@ -123,10 +122,10 @@ class BranchAndBound {
     proven = bound <= goal();
   }
 
-  Indices best;                                            // places in the list of candidates
-  double log_det;                                          // of the best, whitened
-  double bound = std::numeric_limits<double>::infinity();  // no choice has a larger log_det
-  bool proven = false;                                     // bound <= log_det + kProofTolerance
+  Indices best;              // places in the list of candidates
+  double log_det;            // of the best, whitened
+  double bound = kInfinity;  // no choice has a larger log_det
+  bool proven = false;       // bound <= log_det + kProofTolerance
   Index nodes = 0;
 
  private:
@@ -152,7 +151,7 @@ class BranchAndBound {
     for (const Index j : best) {
       root.weights[j] = 1;
     }
-    root.bound = std::numeric_limits<double>::infinity();
+    root.bound = kInfinity;
     return root;
   }
 
@@ -162,10 +161,7 @@ class BranchAndBound {
       return false;
     }
     node.id = ++nodes;
-    ColumnBlocks rows(node.size(), candidates_.shape());
-    for (Index k = 0; k < node.size(); ++k) {
-      rows.set(k, candidates_.rows(at(node.members, k)).data());
-    }
+    const ColumnBlocks rows(candidates_.rows(node.members), candidates_.shape().rows);
     DesignOptions options;
     options.gap = kProofTolerance / 10;
     options.target = goal();
@@ -328,7 +324,7 @@ class BranchAndBound {
   ColumnBlocks candidates_;  // whitened
   RowMatrix points_;
   Clock::time_point start_;
-  double unresolved_ = -std::numeric_limits<double>::infinity();
+  double unresolved_ = -kInfinity;
   std::priority_queue<Node> open_;
 };
 
@@ -366,11 +362,9 @@ Selection select_exhaustive(const Problem& problem) {
   choice.indices = named(proof.best, kept);
   Certificate& certificate = choice.certificate;
   certificate.proven_optimal = proof.proven;
-  certificate.log_det_bound_repeats =
-      std::min(certificate.log_det_bound_repeats, bounds.certificate.log_det_bound_repeats);
-  certificate.log_det_bound_distinct =
-      std::min({certificate.log_det_bound_distinct, bounds.certificate.log_det_bound_distinct,
-                proof.bound + problem.whitening.log_det});
+  certificate.tighten(
+      bounds.certificate.log_det_bound_repeats,
+      std::min(bounds.certificate.log_det_bound_distinct, proof.bound + problem.whitening.log_det));
   return choice;
 }
 

@@ -1,17 +1,40 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
+#include <vector>
+
 #include "symkin/design/detail/blocks.hpp"
 
 namespace symkin::design::detail {
 
-// d_j of a block of candidates for A = T^T T, as below; `traces` starts at a cache line.
-void compute_traces(const double* columns, Shape shape, const RowMatrix& factor, double* traces);
+// For A = T^T T, T lower triangular, of a block of candidates: d_j = trace(C_j A C_j^T) and, unless
+// it is null, the lower triangle of C_j A C_j^T by rows.
+void compute_products(const double* columns, Shape shape, const RowMatrix& factor, double* traces,
+                      double* gram = nullptr);
 
-// d_j = trace(C_j A C_j^T) of candidates for A = T^T T, T lower triangular.
+// d_j of all candidates.
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor);
 
-// The products C_j A C_j^T of candidates with the inverse A of an information matrix.
+// A pose that may leave the selection. The ratio of the determinants after and before the exchange
+// for candidate j is base * det(I + D_jj + E S E^T), E = X_j Y^T.
+struct Leaving {
+  RowMatrix y;   // rows x parameters: C_i A, in the coordinates of x
+  RowMatrix s;   // rows x rows: (I - D_ii)^-1; empty with one row
+  double base;   // det(I - D_ii)
+  double trace;  // d_i
+};
+
+// Of a chosen pose with the rows C_i, for C_i A.
+Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved);
+
+// The best exchange so far; `candidate` is set only where a better one is found.
+struct BestPair {
+  double ratio = 1;
+  Index candidate = -1;
+};
+
+// The products D_jj = C_j A C_j^T of candidates with the inverse A of an information matrix.
 class Products {
  public:
   explicit Products(const ColumnBlocks& candidates);  // which must outlive it
@@ -22,19 +45,26 @@ class Products {
   void hide(Index candidate);                            // until it is set or all computed
   double trace(Index candidate) const { return trace_[candidate]; }  // d_j; negative if hidden
   RowMatrix of(Index candidate) const;                               // r x r
-  double largest_trace() const;
+  Index largest() const;  // the first candidate of largest trace
+
+  // log det(I + sign D_jj): what log det M gains or loses with the candidate.
+  double log_ratio(Index candidate, double sign) const;
+
+  // The first of the allowed candidates that add most to log det M; negative if there is none.
+  Index best_addition(const std::function<bool(Index)>& allowed) const;
 
   // The candidate that is best to take the place of `leaving`, if any is better than `best`.
   void best_pair(const Leaving& leaving, BestPair& best) const;
 
  private:
-  // Kernels write through this where the products are not const.
-  BlockProducts block(Index b) const;
-  double* lane(Index candidate) const;  // of its first gram column
+  Index lane(Index candidate) const;  // where its first gram value is
+  double* gram(Index block);          // none with one row, where it would be the trace
 
   const ColumnBlocks& x_;
-  Index gram_size_;  // columns a block; none with one row
-  mutable AlignedArray gram_, trace_, group_max_;
+  Index gram_size_;  // columns a block: the lower triangle, by rows; none with one row
+  AlignedArray gram_, trace_;
+  RowMatrix hidden_;
+  std::vector<double> group_max_;  // the largest trace of each group
 };
 
 // An information matrix M (p x p) with its inverse and log-determinant, kept by rank-one updates.
@@ -64,8 +94,5 @@ class Information {
   int updates_ = 0;
   bool positive_definite_ = false;
 };
-
-// Of a chosen pose with the rows C_i, for C_i A.
-Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved);
 
 }  // namespace symkin::design::detail

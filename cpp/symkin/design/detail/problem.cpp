@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "symkin/support/dense.hpp"
@@ -53,19 +52,19 @@ RowMatrix fixed_information(const SelectionOptions& options, const Candidates& c
 // An R (p x p) with R^T R the whole information, by orthogonal maps alone: no squaring.
 RowMatrix orthogonal_factor(const Candidates& candidates, const RowMatrix& fixed) {
   const Shape shape = candidates.shape();
-  const Index p = shape.parameters;
   RowMatrix r = lower_root(fixed);
-  RowMatrix stack(p + shape.rows * kBlock, p);
-  for (Index first = 0; first < candidates.size(); first += kBlock) {
-    check_interrupt();
-    stack.setZero();
-    stack.topRows(p) = r;
-    for (Index lane = 0; lane < std::min(kBlock, candidates.size() - first); ++lane) {
-      if (!candidates.excluded(first + lane)) {
-        stack.middleRows(p + lane * shape.rows, shape.rows) = candidates.rows(first + lane);
-      }
+  Indices block;
+  for (Index j = 0; j < candidates.size(); ++j) {
+    if (!candidates.excluded(j)) {
+      block.push_back(j);
     }
-    r = triangular_factor(stack);
+    if (size_of(block) == kBlock || j + 1 == candidates.size()) {
+      check_interrupt();
+      RowMatrix stack(shape.parameters + size_of(block) * shape.rows, shape.parameters);
+      stack << r, candidates.rows(block);
+      r = triangular_factor(stack);
+      block.clear();
+    }
   }
   return r;
 }
@@ -141,20 +140,12 @@ Problem::Problem(const RowSource& source, const SelectionOptions& given)
   }
 }
 
-ColumnBlocks Problem::whitened(const Indices& chosen) const {
-  ColumnBlocks rows = candidates.gather(chosen);
-  for (Index b = 0; b < rows.blocks(); ++b) {
-    for (Index row = 0; row < shape().rows; ++row) {
-      Eigen::Map<BlockMatrix> columns(rows.block(b) + row * parameters() * kBlock, kBlock,
-                                      parameters());
-      columns *= whitening.transform.transpose().triangularView<Eigen::Upper>();
-    }
-  }
-  return rows;
+RowMatrix Problem::whitened_rows(const Indices& chosen) const {
+  return candidates.rows(chosen) * whitening.transform.transpose();
 }
 
 RowMatrix Problem::whitened_information(const Indices& chosen) const {
-  const RowMatrix rows = candidates.rows(chosen) * whitening.transform.transpose();
+  const RowMatrix rows = whitened_rows(chosen);
   return whitened_fixed + rows.transpose() * rows;
 }
 
@@ -165,8 +156,7 @@ RowMatrix Problem::information(const Indices& chosen) const {
 
 double Problem::log_det(const Indices& chosen) const {
   const RowMatrix factor = inverse_factor(whitened_information(chosen));
-  return factor.size() == 0 ? -std::numeric_limits<double>::infinity()
-                            : log_determinant(factor) + whitening.log_det;
+  return factor.size() == 0 ? -kInfinity : log_determinant(factor) + whitening.log_det;
 }
 
 Indices Problem::rounded(const Indices& order) const {
@@ -190,10 +180,11 @@ Indices Problem::rounded(const Indices& order) const {
 
 Indices Problem::available(Index stride) const {
   Indices result;
-  Index seen = 0;
+  Index next = 0;  // so many to pass over
   for (Index j = 0; j < candidates.size(); ++j) {
-    if (!candidates.excluded(j) && seen++ % stride == 0) {
+    if (!candidates.excluded(j) && next-- == 0) {
       result.push_back(j);
+      next = stride - 1;
     }
   }
   return result;

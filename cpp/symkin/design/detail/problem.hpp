@@ -55,8 +55,11 @@ struct Problem {
   Index parameters() const { return shape().parameters; }
   RowMatrix identity() const { return RowMatrix::Identity(parameters(), parameters()); }
 
-  // The whitened rows of some candidates.
-  ColumnBlocks whitened(const Indices& chosen) const;
+  // The whitened rows of some candidates, one below the other and in columns.
+  RowMatrix whitened_rows(const Indices& chosen) const;
+  ColumnBlocks whitened(const Indices& chosen) const {
+    return {whitened_rows(chosen), shape().rows};
+  }
 
   // M of chosen candidates and all that is fixed, whitened and not.
   RowMatrix whitened_information(const Indices& chosen) const;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -25,11 +24,7 @@ Indices sorted_pool(const Problem& problem, const Indices& pool, const Indices& 
   if (factor.size() == 0) {
     return pool;
   }
-  const Vector d = variances(problem.whitened(pool), factor);
-  Indices order(pool.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return d[a] > d[b]; });
-  return named(order, pool);
+  return by_falling(variances(problem.whitened(pool), factor), pool);
 }
 
 }  // namespace
@@ -53,7 +48,7 @@ RowMatrix candidate_points(const ColumnBlocks& candidates) {
 
 Indices farthest_first_clusters(const RowMatrix& points, Index count) {
   Indices cluster(static_cast<std::size_t>(points.rows()), 0);
-  Vector distance = Vector::Constant(points.rows(), std::numeric_limits<double>::infinity());
+  Vector distance = Vector::Constant(points.rows(), kInfinity);
   Index centre = 0;
   for (Index k = 0; k < count; ++k) {
     for (Index j = 0; j < points.rows(); ++j) {
@@ -150,15 +145,10 @@ void DeterminantSearch::rebuild() {
   for (const Index member : chosen_) {
     products_.hide(member);
   }
-  for (Index j = 0; problem_.spacing.active() && j < rows_.count(); ++j) {
-    if (!problem_.spacing.fits(at(pool_, j), named(chosen_, pool_))) {
-      products_.hide(j);
-    }
-  }
 }
 
 void DeterminantSearch::exchange(const Pair& pair) {
-  const Index entering = pair.best.lane;
+  const Index entering = pair.best.candidate;
   const Index leaving = std::exchange(at(chosen_, pair.place), entering);
   ++exchanges_;
   if (++since_rebuild_ >= kExchangesKept || problem_.spacing.active()) {
@@ -182,47 +172,43 @@ DeterminantSearch::Pair DeterminantSearch::next_pair() {
   const RowMatrix solved = chosen_rows_ * information_.inverse();
   const Vector by_row = chosen_rows_.cwiseProduct(solved).rowwise().sum();
   Vector untried = Eigen::Map<const RowMatrix>(by_row.data(), size_of(chosen_), r).rowwise().sum();
-  const double largest = products_.largest_trace();
+  const double largest = products_.trace(products_.largest());
   // No ratio is above 1 + d_j - d_i (one row) or exp(d_j - d_i), for a pose and those after it.
   const double least_gain = r == 1 ? kGain : std::log1p(kGain);
   const bool spaced = problem_.spacing.active();
   Pair pair{-1, {1 + kGain, -1}};
-  for (Index tried = 0; tried < untried.size() && pair.best.lane < 0; ++tried) {
+  for (Index tried = 0; tried < untried.size() && pair.best.candidate < 0; ++tried) {
     if (untried.minCoeff(&pair.place) + least_gain >= largest && !spaced) {
       break;
     }
-    untried[pair.place] = std::numeric_limits<double>::infinity();
-    const Indices neighbours = show_neighbours(pair.place);
+    untried[pair.place] = kInfinity;
+    if (spaced) {
+      hide_all_but_those_for(pair.place);
+    }
     products_.best_pair(leaving_pose(chosen_rows_.middleRows(pair.place * r, r),
                                      solved.middleRows(pair.place * r, r)),
                         pair.best);
-    for (const Index member : neighbours) {
-      products_.hide(member);
-    }
   }
   return pair;
 }
 
-// Members that only the pose at this place is too near to.
-Indices DeterminantSearch::show_neighbours(Index place) {
-  Indices shown;
-  for (Index j = 0; problem_.spacing.active() && j < rows_.count(); ++j) {
-    if (products_.trace(j) < 0 && allowed(place, j)) {
-      const RowMatrix rows = rows_.rows(j);
-      products_.set(j, rows * information_.inverse() * rows.transpose());
-      shown.push_back(j);
+// With a minimum distance the members that may enter depend on the pose that leaves.
+void DeterminantSearch::hide_all_but_those_for(Index place) {
+  products_.compute(inverse_factor(information_.matrix()));
+  for (Index j = 0; j < rows_.count(); ++j) {
+    if (!allowed(place, j)) {
+      products_.hide(j);
     }
   }
-  return shown;
 }
 
 void DeterminantSearch::descend(double known) {
   // Where M is nearly singular, rounding could let equal sets change places for ever.
-  double computed_afresh = -std::numeric_limits<double>::infinity();
+  double computed_afresh = -kInfinity;
   while (information_.positive_definite() && !(std::abs(merit() - known) < kSame)) {
     check_interrupt();
     const Pair pair = next_pair();
-    if (pair.best.lane < 0) {
+    if (pair.best.candidate < 0) {
       return;
     }
     exchange(pair);
@@ -236,7 +222,8 @@ void DeterminantSearch::descend(double known) {
 }
 
 CriterionSearch::CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen)
-    : PoolSearch(problem, std::move(pool), chosen), rows_(problem.candidates.gather(pool_)) {
+    : PoolSearch(problem, std::move(pool), chosen),
+      rows_(problem.candidates.rows(pool_), problem.shape().rows) {
   rebuild();
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "symkin/design/detail/information.hpp"
@@ -27,7 +26,7 @@ class PoolSearch {
 
   // Exchanges until none in the pool is better, or until the merit is that of a choice of which
   // this is known.
-  virtual void descend(double known = -std::numeric_limits<double>::infinity()) = 0;
+  virtual void descend(double known = -kInfinity) = 0;
   virtual double merit() const = 0;
 
   // As often as the options say: from the best choice so far, swaps between `least` and `most` of
@@ -58,7 +57,7 @@ class DeterminantSearch final : public PoolSearch {
   DeterminantSearch(const Problem& problem, const Indices& pool, const Indices& chosen,
                     double ridge = 0);
 
-  void descend(double known = -std::numeric_limits<double>::infinity()) override;
+  void descend(double known = -kInfinity) override;
   double merit() const override { return information_.log_det(); }  // whitened
 
  private:
@@ -70,12 +69,12 @@ class DeterminantSearch final : public PoolSearch {
   void rebuild() override;
   void exchange(const Pair& pair);
   Pair next_pair();
-  Indices show_neighbours(Index place);
+  void hide_all_but_those_for(Index place);
 
   Shape shape_;
   RowMatrix fixed_;  // whitened
   ColumnBlocks rows_;
-  Products products_;  // hidden for those chosen or too near to a chosen one
+  Products products_;  // hidden for those chosen
   Information information_;
   RowMatrix chosen_rows_;  // (count * rows) x parameters
   Index since_rebuild_ = 0;
@@ -87,7 +86,7 @@ class CriterionSearch final : public PoolSearch {
  public:
   CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen);
 
-  void descend(double known = -std::numeric_limits<double>::infinity()) override;
+  void descend(double known = -kInfinity) override;
   void descend_thoroughly();  // tries all pairs
   double merit() const override { return merit_; }
 
