@@ -28,7 +28,8 @@ from symkin.identification.fit import (
     GoodnessOfFit,
     core_measurements,
 )
-from symkin.identification.mistakes import cause, coarse_readings, likely_cause, signs_of_mistakes
+from symkin.identification.hypotheses import cause_in_words, hypotheses_of
+from symkin.identification.mistakes import coarse_readings, signs_of_mistakes
 from symkin.identification.problem import JointOptions
 from symkin.identification.suspicions import help_in_words, unseen_rms
 from symkin.identification.unknowns import Sensor
@@ -191,9 +192,8 @@ def diagnose(found: Fit) -> Diagnosis:
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     causes = []
     if doubts or consequences or not found.converged:
-        mistake = likely_cause(found)
-        gross = () if mistake else _gross_errors(found)
-        causes = [mistake] if mistake else [cause(each, whole=True) for each in gross]
+        cause = cause_in_words(hypotheses_of(found.nominal, found.measurements, found.options))
+        causes = [cause] if cause else _gross_errors(found)
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
@@ -297,9 +297,9 @@ def _gross_errors(found: Fit) -> list[str]:
     numbers = found.measurements.row_numbers[gross]
     listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
     return [
-        f"gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} of {count} "
-        "poses that do not fit the others, whose chi-square is "
-        f"{clean.chi_square:.3g} per degree of freedom"
+        f"likely cause: gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} "
+        f"of {count} poses that do not fit the others, whose chi-square is {clean.chi_square:.3g} "
+        "per degree of freedom"
     ]
 
 
