@@ -190,12 +190,13 @@ def diagnose(found: Fit) -> Diagnosis:
         if not any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs):
             rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
-    causes = []
+    cause = ""
     if doubts or consequences or not found.converged:
-        cause = cause_in_words(hypotheses_of(found.nominal, found.measurements, found.options))
-        causes = [cause] if cause else _gross_errors(found)
+        cause = _gross_errors(found) or cause_in_words(
+            hypotheses_of(found.nominal, found.measurements, found.options)
+        )
     # What a mistake does to the estimate is not worth telling beside the mistake.
-    doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
+    doubts = [cause, *doubts] if cause else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
     return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
 
@@ -264,15 +265,15 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def _gross_errors(found: Fit) -> list[str]:
-    """Poses without which everything fits.
+def _gross_errors(found: Fit) -> str:
+    """Poses without which everything fits; empty if there are none.
 
     A robust loss finds them, since some may mask each other, and rejects a few sound ones besides.
     Only those are named that do not fit the others when they alone come back.
     """
     worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
     if found.options.loss != "none" or worst < _GROSS_CHI_SQUARE:
-        return []
+        return ""
     estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
     options = FitOptions(estimator, found.options.poses, noise=found.noise)
     count = len(found.measurements.poses)
@@ -291,16 +292,19 @@ def _gross_errors(found: Fit) -> list[str]:
                 gross = np.setdiff1d(gross, [row])
         clean = fitted(np.setdiff1d(np.arange(count), gross), options)
     except SymkinError:
-        return []
+        return ""
     if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
-        return []
+        return ""
+    # So that no gain of the opposite sign, say, passes for a robot of this drawing.
+    if any(implausible_parameters(clean)):
+        return ""
     numbers = found.measurements.row_numbers[gross]
     listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
-    return [
+    return (
         f"likely cause: gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} "
         f"of {count} poses that do not fit the others, whose chi-square is {clean.chi_square:.3g} "
         "per degree of freedom"
-    ]
+    )
 
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:

@@ -539,7 +539,7 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
             found = fit.setup.parameters[list(legs), named.index(name)]
             drawn = nominal.parameters[list(legs), named.index(name)]
             if name == "sensor_gain":
-                rates = ", ".join(f"{abs(rate):.3g}" for rate in drawn / found)
+                rates = ", ".join(f"{rate:.3g}" for rate in drawn / found)
                 return (
                     f"the readings of {named_legs(legs)} grow {rates} times as fast as the "
                     "drawing's: sensor_gain or the unit is wrong"
