@@ -57,12 +57,14 @@ _Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 _TOO_GOOD = 0.1
 _FAR_TOO_GOOD = 0.01
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
-# Poses and steps of first looks, which what is mistaken does not survive, and how many do.
-_LOOKS = ((5, 2, 4, 24), (12, 12, 6, 8))
+# Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
+# survive, and how many do.
+_LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
+_REJECTED = 0.5  # of a pose's weight: below it a loss rejects the pose
 _ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
 _NAMED = 3
 _FEW_LEGS = 4  # of which any combination is tried
@@ -195,12 +197,33 @@ class _Correction(NamedTuple):
             if len(rows := taken.rows(leg))
         )
 
+    def look(self, poses: int, steps: int) -> float:
+        """What comes first in a look at few poses: not where observations lost what they say."""
+        value = _per_degree(
+            self.some(poses).fit(_WIDER * steps if self.wide else steps, whole=False)
+        )
+        return value if value > _FAR_TOO_GOOD else math.inf
+
     def some(self, most: int) -> _Correction:
         """With few of the poses, evenly spread, and over the sets of the legs too."""
         order = np.argsort(self.measurements.leg_sets, kind="stable")
         count = len(order)
         places = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
-        return self._replace(measurements=self.measurements.subset(np.sort(order[places])))
+        return self.subset(np.sort(order[places]))
+
+    def subset(self, rows: NDArray[np.intp]) -> _Correction:
+        """With some of the poses."""
+        return self._replace(measurements=self.measurements.subset(rows))
+
+    def not_rejected(self) -> NDArray[np.intp]:
+        """Rows that the loss keeps; all unless it keeps most, of which a wrong robot has few."""
+        every = np.arange(len(self.measurements.poses))
+        try:
+            fit = self.model.problem(self.measurements, _SECOND[1]).fit(loss=self.options.loss)
+        except SymkinError:
+            return every
+        kept = np.flatnonzero(np.asarray(fit.loss_weights) >= _REJECTED)
+        return kept if 2 * len(kept) > len(every) else every
 
 
 @contextmanager
@@ -252,7 +275,10 @@ def hypotheses_of(
     """
     if isinstance(options, FitOptions):
         # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
-        nominal, options = nominal.replace(frames=None), JointOptions(noise=options.noise)
+        nominal = nominal.replace(frames=None)
+        options = JointOptions(
+            noise=options.noise, loss=options.loss, loss_scale=options.loss_scale
+        )
     stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))
     proposed = [each for each in alone if each.proposed]
@@ -268,17 +294,10 @@ def hypotheses_of(
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
     told = observed_count(stated.measurements) - stated.mechanism.space.dof
-    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][1]))
-    for framed, poses, steps, followed in _LOOKS:
+    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    for number, framed, steps, followed in _LOOKS:
         looks = (
-            (
-                _rank(
-                    each.some(max(framed if each.options.frames else poses, enough)).fit(
-                        _WIDER * steps if each.wide else steps, whole=False
-                    )
-                ),
-                each,
-            )
+            (each.look(max(framed if each.options.frames else number, enough), steps), each)
             for each in corrections
         )
         best = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
@@ -288,6 +307,9 @@ def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hy
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
+    if rivals and stated.options.loss != "none":
+        kept = rivals[0].not_rejected()
+        stated, *rivals = (each.subset(kept) for each in (stated, *rivals))
     settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
     named = {id(each) for each in _rivals(settled)}
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
@@ -349,12 +371,6 @@ def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[
 
 def _per_degree(fit: _core.JointFit | None) -> float:
     return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
-
-
-def _rank(fit: _core.JointFit | None) -> float:
-    """What a first look puts first: not where observations lost what they say."""
-    value = _per_degree(fit)
-    return value if value > _FAR_TOO_GOOD else math.inf
 
 
 def _told(
