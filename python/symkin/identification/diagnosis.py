@@ -33,6 +33,7 @@ from symkin.identification.mistakes import coarse_readings, signs_of_mistakes
 from symkin.identification.problem import JointOptions
 from symkin.identification.suspicions import help_in_words, unseen_rms
 from symkin.identification.unknowns import Sensor
+from symkin.measurements import Measurements
 from symkin.observability import noise_of, parameter_tolerances
 from symkin.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.result import Value, field, record
@@ -192,9 +193,8 @@ def diagnose(found: Fit) -> Diagnosis:
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
     cause = ""
     if doubts or consequences or not found.converged:
-        cause = _gross_errors(found) or cause_in_words(
-            hypotheses_of(found.nominal, found.measurements, found.options)
-        )
+        cause, rest = _gross_errors(found)
+        cause = cause or cause_in_words(hypotheses_of(found.nominal, rest, found.options))
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [cause, *doubts] if cause else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
@@ -265,15 +265,19 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def _gross_errors(found: Fit) -> str:
-    """Poses without which everything fits; empty if there are none.
+def _gross_errors(found: Fit) -> tuple[str, Measurements]:
+    """Poses without which everything fits, in words, and the measurements without them.
+
+    No words if there are none, or if the rest fits no robot of this drawing: one that has a gain
+    of the opposite sign, say, which may itself be due to a mistake.
 
     A robust loss finds them, since some may mask each other, and rejects a few sound ones besides.
     Only those are named that do not fit the others when they alone come back.
     """
+    nothing = "", found.measurements
     worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
     if found.options.loss != "none" or worst < _GROSS_CHI_SQUARE:
-        return ""
+        return nothing
     estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
     options = FitOptions(estimator, found.options.poses, noise=found.noise)
     count = len(found.measurements.poses)
@@ -292,19 +296,19 @@ def _gross_errors(found: Fit) -> str:
                 gross = np.setdiff1d(gross, [row])
         clean = fitted(np.setdiff1d(np.arange(count), gross), options)
     except SymkinError:
-        return ""
+        return nothing
     if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
-        return ""
-    # So that no gain of the opposite sign, say, passes for a robot of this drawing.
+        return nothing
     if any(implausible_parameters(clean)):
-        return ""
+        return "", clean.measurements
     numbers = found.measurements.row_numbers[gross]
     listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
-    return (
+    words = (
         f"likely cause: gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} "
         f"of {count} poses that do not fit the others, whose chi-square is {clean.chi_square:.3g} "
         "per degree of freedom"
     )
+    return words, clean.measurements
 
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:

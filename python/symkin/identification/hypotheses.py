@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import turn_of
-from symkin.errors import SymkinError, named_legs
+from symkin.errors import FailedFitError, SymkinError, named_legs
 from symkin.identification.fit import FitOptions
 from symkin.identification.mistakes import (
     Taken,
@@ -234,7 +234,9 @@ def explained(
     try:
         yield
     except SymkinError as error:
-        words = cause_in_words(hypotheses_of(mechanism, measurements, options))
+        # What is refused leg by leg before anything is fitted says why itself.
+        fitted = isinstance(options, JointOptions) or isinstance(error, FailedFitError)
+        words = cause_in_words(hypotheses_of(mechanism, measurements, options)) if fitted else ""
         if not words:
             raise
         # Its fields name directions, so the error stays the same object.
@@ -308,8 +310,8 @@ def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hy
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
     if rivals and stated.options.loss != "none":
-        kept = rivals[0].not_rejected()
-        stated, *rivals = (each.subset(kept) for each in (stated, *rivals))
+        sound = rivals[0].not_rejected()
+        stated, *rivals = (each.subset(sound) for each in (stated, *rivals))
     settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
     named = {id(each) for each in _rivals(settled)}
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
