@@ -188,7 +188,11 @@ class _Correction(NamedTuple):
 
     def _in_other_modes(self, fit: _core.JointFit) -> bool:
         """Whether at fitted poses most readings of any leg are those of another mode."""
-        robot, measured = self.mechanism, self.measurements
+        measured = self.measurements
+        try:
+            robot = self.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
+        except SymkinError:  # the estimate is no mechanism
+            return False
         taken = Taken(robot, robot, fit.poses, measured.readings, measured.row_numbers)
         other = nearer_other_root(taken)
         return any(

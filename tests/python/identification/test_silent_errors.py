@@ -373,6 +373,12 @@ def test_a_correction_is_the_cause_that_every_estimator_names(measured, estimato
     assert ", or as well: " not in first
 
 
+def test_a_guide_set_to_zero_elsewhere_is_not_taken_for_another_mode(measured):
+    mechanism, sound = measured["3PRR"]
+    taken = column(0, lambda _, r: r + 0.3)(mechanism, sound)
+    assert "the sensor of leg 1 was set to zero +0.3" in said_of(mechanism, taken, "implicit")[0]
+
+
 def test_a_leg_in_another_mode_is_a_cause_for_all_legs_at_once_too(measured):
     mechanism, sound = measured["3RRR"]
     first = said_of(mechanism, flipped([0])(mechanism, sound), "joint")[0]
