@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How often the right correction of a mistake is proposed, where `joint` is needed.
+"""How often the right correction of a mistake is proposed, leg by leg and where `joint` is needed.
 
     python benchmarks/hypotheses.py [ROBOTS] [PROCESSES] [CASE ...]
 
@@ -25,7 +25,6 @@ import numpy as np
 
 import symkin
 from symkin.chains import turn_of
-from symkin.identification import JointIdentification
 from symkin.identification.hypotheses import in_modes
 from symkin.settings import Frames, NoiseSettings
 from symkin.simulation import Observed
@@ -49,11 +48,12 @@ class Case(NamedTuple):
     what: str
     observed: Observed
     options: Mapping[str, Any] = MappingProxyType({})
-    known: Frames = Frames()
+    known: Frames | None = None
     poses: int = 60
 
 
 FRAMES = {"frames": ["base", "target"]}
+LEG_BY_LEG = ("3RRR", "5bar", "linear_delta", "hexapod_jugglebot")  # full poses, robot's frame
 CASES = [
     Case("3RRR", "positions", Observed("position")),
     Case("3RRR", "tracker", Observed("pose", **FAR), FRAMES),
@@ -61,6 +61,7 @@ CASES = [
     Case("5bar", "tracker", Observed("position", base=FAR["base"]), {"frames": ["base"]}),
     Case("hexapod_jugglebot", "positions", Observed("position")),
     Case("hexapod_jugglebot", "tracker", Observed("pose", **FAR_IN_SPACE), FRAMES),
+    *(Case(each, "leg by leg", Observed("pose")) for each in LEG_BY_LEG),
 ]
 
 
@@ -120,6 +121,7 @@ def same(_: object, measured: symkin.Measurements, __: int) -> symkin.Measuremen
 
 
 PROPOSED = ("likely cause: ", "part of what is wrong may be: ")
+TURNED = " turn away "  # which needs no correction that is tried
 MISTAKES = [
     Mistake("none", same, lambda _: ""),
     Mistake("a sign", of_leg(np.negative), lambda leg: f"of leg {leg + 1} have the opposite sign"),
@@ -130,7 +132,7 @@ MISTAKES = [
     Mistake("a unit", of_leg(np.degrees), lambda leg: f"of leg {leg + 1} look like degrees", "rad"),
     Mistake("all units", of_all(np.degrees), lambda _: "look like degrees", "rad"),
     Mistake(
-        "a unit", of_leg(lambda r: 1e3 * r), lambda leg: f"of leg {leg + 1} look like metres", "m"
+        "a unit", of_leg(lambda r: 1e3 * r), lambda leg: f"of leg {leg + 1} look like milli", "m"
     ),
     Mistake("lengths", in_millimetres, lambda _: "lengths that were observed are millimetres"),
     Mistake(
@@ -227,8 +229,7 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
         words = [each[0].upper() + each[1:] for each in PROPOSED]
         said = [str(error).partition(each)[2] for each in words if each in str(error)]
     else:
-        assert isinstance(found, JointIdentification)
-        said = [each for each in found.doubts[:1] if each.startswith((*PROPOSED, "leg"))]
+        said = [each for each in found.doubts if each.startswith(PROPOSED) or TURNED in each]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
         if not found.doubts and found.converged:
@@ -259,7 +260,7 @@ def main() -> None:
             unit = mechanism.reading_unit
             possible = {"": True, "turn": turning, "rad": unit == "rad", "m": unit == "m"}
             possible |= {"mode": modes, "modes": modes}
-            possible["frames"] = case.what == "positions"
+            possible["frames"] = case.what in ("positions", "leg by leg")
             for mistake in MISTAKES:
                 row = f"{case.robot} {case.what}: {mistake.name}"
                 asked = sys.argv[3:]

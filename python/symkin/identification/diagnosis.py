@@ -28,10 +28,12 @@ from symkin.identification.fit import (
     GoodnessOfFit,
     core_measurements,
 )
-from symkin.identification.mistakes import cause, coarse_readings, likely_cause, signs_of_mistakes
+from symkin.identification.hypotheses import cause_in_words, hypotheses_of
+from symkin.identification.mistakes import coarse_readings, signs_of_mistakes
 from symkin.identification.problem import JointOptions
 from symkin.identification.suspicions import help_in_words, unseen_rms
 from symkin.identification.unknowns import Sensor
+from symkin.measurements import Measurements
 from symkin.observability import noise_of, parameter_tolerances
 from symkin.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.result import Value, field, record
@@ -189,13 +191,12 @@ def diagnose(found: Fit) -> Diagnosis:
         if not any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs):
             rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
-    causes = []
+    cause = ""
     if doubts or consequences or not found.converged:
-        mistake = likely_cause(found)
-        gross = () if mistake else _gross_errors(found)
-        causes = [mistake] if mistake else [cause(each, whole=True) for each in gross]
+        cause, rest = _gross_errors(found)
+        cause = cause or cause_in_words(hypotheses_of(found.nominal, rest, found.options))
     # What a mistake does to the estimate is not worth telling beside the mistake.
-    doubts = [*causes, *doubts] if causes else [*doubts, *consequences]
+    doubts = [cause, *doubts] if cause else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
     return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
 
@@ -264,15 +265,19 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def _gross_errors(found: Fit) -> list[str]:
-    """Poses without which everything fits.
+def _gross_errors(found: Fit) -> tuple[str, Measurements]:
+    """Poses without which everything fits, in words, and the measurements without them.
+
+    No words if there are none, or if the rest fits no robot of this drawing: one that has a gain
+    of the opposite sign, say, which may itself be due to a mistake.
 
     A robust loss finds them, since some may mask each other, and rejects a few sound ones besides.
     Only those are named that do not fit the others when they alone come back.
     """
+    nothing = "", found.measurements
     worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
     if found.options.loss != "none" or worst < _GROSS_CHI_SQUARE:
-        return []
+        return nothing
     estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
     options = FitOptions(estimator, found.options.poses, noise=found.noise)
     count = len(found.measurements.poses)
@@ -291,16 +296,19 @@ def _gross_errors(found: Fit) -> list[str]:
                 gross = np.setdiff1d(gross, [row])
         clean = fitted(np.setdiff1d(np.arange(count), gross), options)
     except SymkinError:
-        return []
+        return nothing
     if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
-        return []
+        return nothing
+    if any(implausible_parameters(clean)):
+        return "", clean.measurements
     numbers = found.measurements.row_numbers[gross]
     listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
-    return [
-        f"gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} of {count} "
-        "poses that do not fit the others, whose chi-square is "
-        f"{clean.chi_square:.3g} per degree of freedom"
-    ]
+    words = (
+        f"likely cause: gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} "
+        f"of {count} poses that do not fit the others, whose chi-square is {clean.chi_square:.3g} "
+        "per degree of freedom"
+    )
+    return words, clean.measurements
 
 
 def _doubts_of_size(found: Fit) -> Iterator[str]:

@@ -24,8 +24,8 @@ from symkin.identification.fit import (
     PoseUse,
     changed_settings,
 )
+from symkin.identification.hypotheses import explained
 from symkin.identification.joint import JointIdentification, evaluated
-from symkin.identification.mistakes import explained
 from symkin.identification.problem import KINDS, OBSERVED, JointOptions, Rows
 from symkin.identification.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.measurements import Measurements

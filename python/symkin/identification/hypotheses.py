@@ -23,14 +23,10 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import turn_of
-from symkin.errors import SymkinError, named_legs
+from symkin.errors import FailedFitError, SymkinError, named_legs
+from symkin.identification.fit import FitOptions
 from symkin.identification.mistakes import (
-    FACTORS,
-    MUCH_BETTER,
     Taken,
-    cause,
-    conventions,
-    explains,
     nearer_other_root,
     turns_in_words,
     with_modes,
@@ -47,7 +43,7 @@ from symkin.workspace import best_homes
 __all__ = [
     "Hypothesis",
     "cause_in_words",
-    "explained_jointly",
+    "explained",
     "frame_in_words",
     "hypotheses_of",
     "in_modes",
@@ -61,16 +57,29 @@ _Words = str | Callable[[_core.JointFit], str]  # which may depend on the fit
 _TOO_GOOD = 0.1
 _FAR_TOO_GOOD = 0.01
 _AS_GOOD = 20.0  # of chi-square: corrections that differ by less are not told apart
-# Poses and steps of first looks, which what is mistaken does not survive, and how many do.
-_LOOKS = ((5, 4, 24), (12, 6, 8))
+# Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
+# survive, and how many do.
+_LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _WIDER = 3  # times as many steps for what is further from its start
 _SECOND = (40, 40)
+_REJECTED = 0.5  # of a pose's weight: below it a loss rejects the pose
 _ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
 _NAMED = 3
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
+# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
+_MUCH_BETTER = 9.0
+_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
+_FACTORS = {
+    180 / math.pi: "degrees that were stated as radians",
+    math.pi / 180: "radians that were stated as degrees",
+    2 * math.pi: "radians that were stated as turns",
+    1 / (2 * math.pi): "turns that were stated as radians",
+    1e-3: "metres that were stated as millimetres",
+    1e3: "millimetres that were stated as metres",
+}
 
 
 @record
@@ -170,25 +179,68 @@ class _Correction(NamedTuple):
             return None
         explained = len(fit.aside) <= max(_ASIDE * len(self.measurements.poses), 1)
         good = explained and fit.goodness.degrees_of_freedom > 0 and (fit.converged or not whole)
-        return fit if good else None
+        # A closure does not know its leg's mode: what fits another robot than this is none of it.
+        return (
+            fit
+            if good and not (_per_degree(fit) < _MUCH_BETTER and self._in_other_modes(fit))
+            else None
+        )
+
+    def _in_other_modes(self, fit: _core.JointFit) -> bool:
+        """Whether at fitted poses most readings of any leg are those of another mode."""
+        measured = self.measurements
+        try:
+            robot = self.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
+        except SymkinError:  # the estimate is no mechanism
+            return False
+        taken = Taken(robot, robot, fit.poses, measured.readings, measured.row_numbers)
+        other = nearer_other_root(taken)
+        return any(
+            other[rows, leg].sum() > len(rows) // 2
+            for leg in range(other.shape[1])
+            if len(rows := taken.rows(leg))
+        )
+
+    def look(self, poses: int, steps: int) -> float:
+        """What comes first in a look at few poses: not where observations lost what they say."""
+        value = _per_degree(
+            self.some(poses).fit(_WIDER * steps if self.wide else steps, whole=False)
+        )
+        return value if value > _FAR_TOO_GOOD else math.inf
 
     def some(self, most: int) -> _Correction:
-        """With few of the poses, evenly spread."""
-        count = len(self.measurements.poses)
-        rows = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+        """With few of the poses, evenly spread, and over the sets of the legs too."""
+        order = np.argsort(self.measurements.leg_sets, kind="stable")
+        count = len(order)
+        places = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+        return self.subset(np.sort(order[places]))
+
+    def subset(self, rows: NDArray[np.intp]) -> _Correction:
+        """With some of the poses."""
         return self._replace(measurements=self.measurements.subset(rows))
+
+    def not_rejected(self) -> NDArray[np.intp]:
+        """Rows that the loss keeps; all unless it keeps most, of which a wrong robot has few."""
+        every = np.arange(len(self.measurements.poses))
+        try:
+            fit = self.model.problem(self.measurements, _SECOND[1]).fit(loss=self.options.loss)
+        except SymkinError:
+            return every
+        kept = np.flatnonzero(np.asarray(fit.loss_weights) >= _REJECTED)
+        return kept if 2 * len(kept) > len(every) else every
 
 
 @contextmanager
-def explained_jointly(
-    mechanism: Mechanism, measurements: Measurements, options: JointOptions
+def explained(
+    mechanism: Mechanism, measurements: Measurements, options: FitOptions | JointOptions
 ) -> Iterator[None]:
-    """Say of observations that allow no estimate what may be wrong with them."""
+    """Say of measurements that allow no estimate what may be wrong with them."""
     try:
         yield
     except SymkinError as error:
-        tried = hypotheses_of(mechanism, measurements, options)
-        words = cause_in_words(tried)
+        # What is refused leg by leg before anything is fitted says why itself.
+        fitted = isinstance(options, JointOptions) or isinstance(error, FailedFitError)
+        words = cause_in_words(hypotheses_of(mechanism, measurements, options)) if fitted else ""
         if not words:
             raise
         # Its fields name directions, so the error stays the same object.
@@ -197,16 +249,28 @@ def explained_jointly(
 
 
 def cause_in_words(tried: Sequence[Hypothesis]) -> str:
-    """The corrections that are proposed; a doubt where even they leave what nothing explains."""
+    """The corrections that are proposed, with what speaks for them; empty if none are.
+
+    A doubt where even they leave what nothing explains.
+    """
     proposed = [each for each in tried if each.proposed]
     if not proposed:
         return ""
+    whole = all(each.explained for each in proposed)
     causes = ", or as well: ".join(each.what for each in proposed)
-    return cause(causes, whole=all(each.explained for each in proposed))
+    after = max(each.per_degree for each in proposed)
+    before = next(each.per_degree for each in tried if not each.what)
+    evidence = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
+    evidence += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
+    if whole:
+        return f"likely cause: {causes} ({evidence})"
+    return (
+        f"part of what is wrong may be: {causes} ({evidence}; that is more than the noise explains)"
+    )
 
 
 def hypotheses_of(
-    nominal: Mechanism, measurements: Measurements, options: JointOptions
+    nominal: Mechanism, measurements: Measurements, options: FitOptions | JointOptions
 ) -> tuple[Hypothesis, ...]:
     """Try corrections of what people mistake most often, the best first.
 
@@ -215,35 +279,43 @@ def hypotheses_of(
     are tried where one does not explain the data, or only a part: then with that one. That of no
     mistake is among them.
     """
+    if isinstance(options, FitOptions):
+        # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
+        nominal = nominal.replace(frames=None)
+        options = JointOptions(
+            noise=options.noise, loss=options.loss, loss_scale=options.loss_scale
+        )
     stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if not each.what)
-    if max((each.per_degree for each in proposed), default=before) < MUCH_BETTER:
+    if max((each.per_degree for each in proposed), default=before) < _MUCH_BETTER:
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     pairs = _judged(stated, _pairs(stated, {each.what for each in proposed}))
     found = (each.per_degree for each in pairs if each.proposed)
-    return pairs if max(found, default=math.inf) < MUCH_BETTER else alone
+    return pairs if max(found, default=math.inf) < _MUCH_BETTER else alone
 
 
 def _judged(stated: _Correction, corrections: Iterable[_Correction]) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
     told = observed_count(stated.measurements) - stated.mechanism.space.dof
-    least_poses = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
-    for number, steps, followed in _LOOKS:
-        poses = max(number, least_poses)
+    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    for number, framed, steps, followed in _LOOKS:
         looks = (
-            (_rank(each.some(poses).fit(_WIDER * steps if each.wide else steps, whole=False)), each)
+            (each.look(max(framed if each.options.frames else number, enough), steps), each)
             for each in corrections
         )
         best = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
         least = min((value for value, _ in best), default=math.inf)
-        most = _HOPELESS * max(least, 1.0) if least < MUCH_BETTER else math.inf
+        most = _HOPELESS * max(least, 1.0) if least < _MUCH_BETTER else math.inf
         corrections = [each for value, each in best if value <= most]
     poses, steps = _SECOND
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
+    if rivals and stated.options.loss != "none":
+        sound = rivals[0].not_rejected()
+        stated, *rivals = (each.subset(sound) for each in (stated, *rivals))
     settled = [(each, fit) for each in rivals if (fit := each.fit(_SECOND[1]))]
     named = {id(each) for each in _rivals(settled)}
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
@@ -261,34 +333,27 @@ def _as_stated(stated: _Correction, corrected: Sequence[_core.JointFit]) -> _cor
 
     From its own start, and from the poses that corrections found: that it did not converge, or to
     no good end, is no evidence of the mistake. Most corrections set more free than is stated, and
-    would be proposed for a sound robot whose own start was poor. Poses in which the readings are
-    those of other working modes are another robot's than what is stated.
+    would be proposed for a sound robot whose own start was poor.
     """
     best = stated.fit(_SECOND[1], whole=False)
     for fit in corrected:
-        if _explains(fit, best) and not _in_other_modes(stated, fit):
+        if _explains(fit, best):
             again = stated.fit(_SECOND[1], whole=False, start=fit.poses)
             best = min(best, again, key=_per_degree)
     return best
 
 
-def _in_other_modes(stated: _Correction, fit: _core.JointFit) -> bool:
-    """Whether at fitted poses most readings of any leg are those of another mode than stated."""
-    measured = stated.measurements
-    taken = Taken(
-        stated.mechanism, stated.mechanism, fit.poses, measured.readings, measured.row_numbers
-    )
-    other = nearer_other_root(taken)
-    return any(
-        other[rows, leg].sum() > len(rows) // 2
-        for leg in range(other.shape[1])
-        if len(rows := taken.rows(leg))
-    )
-
-
 def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None) -> bool:
-    """Whether a correction explains what is not explained as it is stated."""
-    return explains(_per_degree(fit), _per_degree(as_stated))
+    """Whether a correction explains what is not explained as it is stated.
+
+    If it explains only a part, so much less must be left by the measurements: a robot that shrinks
+    until nothing matters is as little worse than any nonsense as its tolerances make it.
+    """
+    after, before = _per_degree(fit), _per_degree(as_stated)
+    if after * _MUCH_BETTER >= before:
+        return False
+    by_residuals = float(np.nansum(fit.chi_squares)) > fit.goodness.chi_square / 2
+    return after < _MUCH_BETTER or (by_residuals and math.inf > before > after * _HUGE)
 
 
 def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[_Correction]:
@@ -312,12 +377,6 @@ def _rivals(tried: Iterable[tuple[_Correction, _core.JointFit | None]]) -> list[
 
 def _per_degree(fit: _core.JointFit | None) -> float:
     return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
-
-
-def _rank(fit: _core.JointFit | None) -> float:
-    """What a first look puts first: not where observations lost what they say."""
-    value = _per_degree(fit)
-    return value if value > _FAR_TOO_GOOD else math.inf
 
 
 def _told(
@@ -460,7 +519,7 @@ def _signs(stated: _Correction) -> Iterator[_Correction]:
 
 def _units(stated: _Correction) -> Iterator[_Correction]:
     for legs in _sets(stated.measurements.readings.shape[1], alone=True):
-        for factor, unit in FACTORS.items():
+        for factor, unit in _FACTORS.items():
             if ("metres" in unit) == (stated.mechanism.reading_unit == "m"):
                 words = f"the readings of {named_legs(legs)} look like {unit}"
                 yield _with_readings(stated, words, _changed(legs, partial(_over, factor)))
@@ -502,7 +561,7 @@ def _sensors(stated: _Correction) -> Iterator[_Correction]:
             found = fit.setup.parameters[list(legs), named.index(name)]
             drawn = nominal.parameters[list(legs), named.index(name)]
             if name == "sensor_gain":
-                rates = ", ".join(f"{abs(rate):.3g}" for rate in drawn / found)
+                rates = ", ".join(f"{rate:.3g}" for rate in drawn / found)
                 return (
                     f"the readings of {named_legs(legs)} grow {rates} times as fast as the "
                     "drawing's: sensor_gain or the unit is wrong"
@@ -538,11 +597,44 @@ def _observed(stated: _Correction) -> Iterator[_Correction]:
         if lengths is not None:
             words = f"lengths that were observed are {unit}" + ", not metres" * (factor < 1)
             yield stated._replace(words=words, measurements=lengths)
-    for words, poses in conventions(stated.mechanism, measured.poses):
-        same = np.array_equal(poses, measured.poses, equal_nan=True)
-        if not same and not words.startswith("positions"):
+    for words, poses in _conventions(stated.mechanism, measured.poses):
+        if not np.array_equal(poses, measured.poses, equal_nan=True):
             made = dataclasses.replace(measured, poses=poses)
             yield stated._replace(words=f"in the measured poses {words}", measurements=made)
+
+
+def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
+    """Ways in which poses may have been written down."""
+    # A mirrored rotation keeps the component of its axis along the mirror's normal.
+    rotations: dict[str, tuple[int, ...]] = {
+        "x is mirrored": (1, -1, -1, 1),
+        "y is mirrored": (-1, 1, -1, 1),
+        "z is mirrored": (-1, -1, 1, 1),
+        "the quaternions turn the other way (base to platform)": (-1, -1, -1, 1),
+    }
+    conventions: dict[str, dict[str, tuple[int, ...]]] = {
+        "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
+        "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
+        "translating": {
+            "x is mirrored": (-1, 1, 1),
+            "y is mirrored": (1, -1, 1),
+            "z is mirrored": (1, 1, -1),
+        },
+        "spherical": rotations,
+    }
+    positions = conventions["translating"]
+    conventions["spatial"] = {
+        words: positions.get(words, (1, 1, 1)) + signs for words, signs in rotations.items()
+    }
+    for words, factors in conventions[nominal.pose_space].items():
+        yield words, poses * np.array(factors, dtype=float)
+    if nominal.pose_space == "planar":
+        yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
+        yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
+    if nominal.space.has_quaternion:
+        position = nominal.space.size
+        scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
+        yield "the quaternions are in the order w, x, y, z", scalar_last
 
 
 def _scaled(measured: Measurements, factor: float) -> Measurements | None:

@@ -24,7 +24,7 @@ from symkin.identification.fit import (
     changed_settings,
     with_usable_home,
 )
-from symkin.identification.hypotheses import Hypothesis, explained_jointly, hypotheses_of
+from symkin.identification.hypotheses import Hypothesis, explained, hypotheses_of
 from symkin.identification.knowledge import (
     Correlation,
     Direction,
@@ -233,7 +233,7 @@ class JointIdentification(FolderResult):
         cls, mechanism: Mechanism, measurements: Measurements, options: JointOptions
     ) -> JointIdentification:
         """Estimate what is unknown; the arguments and errors are those of `identify`."""
-        with explained_jointly(mechanism, measurements, options):
+        with explained(mechanism, measurements, options):
             return cls._of(mechanism, measurements, options)
 
     @classmethod

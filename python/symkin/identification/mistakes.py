@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Mistakes of measuring and of typing, recognised in the measurements and in the estimate.
+"""Mistakes that measurements and an estimate show by themselves, whatever they are of.
 
-Either the estimate shows them (readings of the other working mode, lost turns, copies), or the
-measurements fit the drawing once they are corrected (order, sign, zero, unit, mirror image).
+Readings of the other working mode, lost turns, copies, poses out of reach, coarse readings. Others
+need a correction that is tried: `hypotheses`.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,23 +16,13 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import shortest, turn_of
-from symkin.errors import FailedFitError, SymkinError, named_legs
-from symkin.identification.fit import FALSE_ALARMS, Fit, FitOptions
-from symkin.measurements import Measurements
+from symkin.errors import named_legs
+from symkin.identification.fit import Fit
 from symkin.mechanism import Mechanism
-from symkin.observability import parameter_tolerances
 
 __all__ = [
-    "FACTORS",
-    "MUCH_BETTER",
     "Taken",
-    "cause",
     "coarse_readings",
-    "conventions",
-    "explained",
-    "explains",
-    "left_in_words",
-    "likely_cause",
     "lost_turns",
     "nearer_other_root",
     "other_modes",
@@ -46,46 +33,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# What a correction must leave less of chi-square than what is stated does, per degree of freedom.
-MUCH_BETTER = 9.0
-_HUGE = 1000.0  # so much better suffices even if something else is wrong besides
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
-# How near a slope must be to a unit's factor, and to 1.
-_NEAR_FACTOR = 0.1
-# Times the tolerance of a length: further off, a sensor of lengths was set to zero elsewhere.
-_ZERO_OFF = 20
-FACTORS = {
-    180 / math.pi: "degrees that were stated as radians",
-    math.pi / 180: "radians that were stated as degrees",
-    2 * math.pi: "radians that were stated as turns",
-    1 / (2 * math.pi): "turns that were stated as radians",
-    1e-3: "metres that were stated as millimetres",
-    1e3: "millimetres that were stated as metres",
-}
-
-
-def explains(after: float, before: float) -> bool:
-    """Whether a correction explains what is not explained as it is stated.
-
-    Both are chi-square with the tolerances, per degree of freedom: of the corrected fit, and of
-    what is stated at the best that its solver reaches from any start, converged or not; infinite
-    where there is no fit at all.
-    """
-    tolerated = max(MUCH_BETTER, before / _HUGE) if math.isfinite(before) else MUCH_BETTER
-    return after * MUCH_BETTER < before and after < tolerated
-
-
-def cause(what: str, *, whole: bool) -> str:
-    """A proposal in words; a doubt unless the `whole` of what was measured is explained by it."""
-    return f"{'likely cause' if whole else 'part of what is wrong may be'}: {what}"
-
-
-def left_in_words(after: float, before: float, *, whole: bool) -> str:
-    """What speaks for a proposal, with the arguments of `explains`."""
-    words = f"so corrected, chi-square with the tolerances is {after:.3g} per degree of freedom"
-    words += f", before {before:.3g}" if math.isfinite(before) else ", before none was found"
-    return words if whole else f"{words}; that is more than the noise explains"
 
 
 class Taken(NamedTuple):
@@ -103,20 +52,6 @@ class Taken(NamedTuple):
         return np.flatnonzero(poses & np.isfinite(self.readings[:, leg]))
 
 
-@contextmanager
-def explained(
-    mechanism: Mechanism, measurements: Measurements, options: FitOptions
-) -> Iterator[None]:
-    """Say of measurements that allow no estimate what may be wrong with them."""
-    try:
-        yield
-    except FailedFitError as error:
-        words = _better_readings(mechanism, measurements, options)
-        if not words:
-            raise
-        raise FailedFitError(f"{error}. {words[0].upper()}{words[1:]}") from error
-
-
 def signs_of_mistakes(found: Fit) -> list[str]:
     """Name what speaks against the measurements, whatever the residuals are."""
     taken = _taken(found)
@@ -126,11 +61,6 @@ def signs_of_mistakes(found: Fit) -> list[str]:
         *lost_turns(taken),
         *_copies(found),
     ]
-
-
-def likely_cause(found: Fit) -> str:
-    """Name corrections that explain the measurements of a doubtful estimate; empty if none do."""
-    return _better_readings(found.nominal, found.measurements, found.options, found)
 
 
 def _used(found: Fit, leg: int) -> NDArray[np.intp]:
@@ -286,290 +216,6 @@ def coarse_readings(found: Fit) -> list[str]:
         f"the readings of {named_legs(coarse)} take only {fewest} values in steps of "
         f"{step:.3g} {found.nominal.reading_unit}: rounded, repeated, or of a coarse sensor"
     ]
-
-
-@dataclass(frozen=True)
-class _Match:
-    """The readings, of some column, that fit a leg's inverse kinematics best."""
-
-    column: int
-    mode: int
-    slope: float
-    shift: float  # of the readings against the drawing's, in the sensor's unit
-    left: float  # share of the variance that a straight line leaves
-
-
-def _better_readings(
-    nominal: Mechanism,
-    measurements: Measurements,
-    options: FitOptions,
-    found: Fit | None = None,
-) -> str:
-    """Corrections of the readings or poses that explain the measurements, in words; or none.
-
-    Orders, signs, zeros, working modes, units and mirror images are those with which the readings
-    follow the drawing's inverse kinematics. They are tried: none is named unless the corrected
-    measurements are explained and those of `found`, or from which there is no estimate, are not.
-    """
-    complete = np.isfinite(measurements.readings).all(axis=1)
-    if complete.sum() < max(nominal.estimated_counts):
-        return ""
-    readings = measurements.readings[complete]
-    trials: list[tuple[str, Array, list[_Match]]] = []
-    for name, poses in conventions(nominal, measurements.poses):
-        matches = _matches(nominal, poses[complete], readings)
-        if matches is not None:
-            trials.append((name, poses, matches))
-    if not trials:
-        return ""
-    best = min(trials, key=lambda trial: _left(trial[2]))
-    stated = next((trial for trial in trials if not trial[0]), None)
-    if stated is not None and _left(stated[2]) <= MUCH_BETTER * _left(best[2]):
-        best = stated
-    name, poses, matches = best
-    words = [f"in the measured poses {name}"] if name else []
-    words += _corrections(nominal, matches)
-    if not words:
-        return ""
-    made = replace(measurements, poses=poses, readings=_as_drawn(nominal, measurements, matches))
-    corrected = _fitted(with_modes(nominal, [match.mode for match in matches]), made, options)
-    if corrected is None or not corrected.converged:
-        return ""
-    after, tail = _disagreement(corrected, nominal)
-    before = _best_as_stated(corrected, nominal, found, measurements)
-    if not explains(after, before):
-        return ""
-    whole = tail >= FALSE_ALARMS
-    evidence = left_in_words(after, before, whole=whole)
-    return f"{cause('; '.join(words), whole=whole)} ({evidence})"
-
-
-def _as_drawn(nominal: Mechanism, measurements: Measurements, matches: list[_Match]) -> Array:
-    """The readings of each leg from its column, with the drawing's sign and unit, and its zero."""
-    return np.column_stack(
-        [
-            (measurements.readings[:, match.column] - _zero(nominal, leg, match))
-            / _factor(match.slope)
-            for leg, match in enumerate(matches)
-        ]
-    )
-
-
-def _fitted(start: Mechanism, measurements: Measurements, options: FitOptions) -> Fit | None:
-    try:
-        return Fit.of(start, measurements, options)
-    except SymkinError:
-        return None
-
-
-def _best_as_stated(
-    corrected: Fit, nominal: Mechanism, found: Fit | None, measurements: Measurements
-) -> float:
-    """What is left of the measurements as stated, at best; infinite where they have no fit.
-
-    Of the estimate that was found, converged or not, and of that which starts from the corrected
-    one's parameters: an estimator that fails from the drawing may do so because the robot is far
-    from it, which is no mistake. A robot in other working modes is another than what is stated.
-    """
-    fits = [found]
-    if corrected.nominal.working_modes == nominal.working_modes:
-        start = nominal.with_parameters(corrected.mechanism.parameters, symmetry=None)
-        fits.append(_fitted(start, measurements, corrected.options))
-    return min(math.inf if fit is None else _disagreement(fit, nominal)[0] for fit in fits)
-
-
-def _disagreement(fit: Fit, nominal: Mechanism) -> tuple[float, float]:
-    """Chi-square per degree of freedom with the tolerances as priors, and how likely more of it is.
-
-    Its least value, to first order: that of the measurements, and of the estimate's distance from
-    the drawing by the tolerances and its own covariance. Infinite if there is none.
-    """
-    own = nominal.is_estimated
-    moved = (fit.mechanism.parameters - nominal.parameters)[own]
-    known = np.flatnonzero(own)
-    spread = np.nan_to_num(fit.covariance[np.ix_(known, known)])
-    spread += np.diag(parameter_tolerances(nominal)[own] ** 2)
-    scale = np.sqrt(np.diag(spread))
-    inverse = np.linalg.pinv(spread / np.outer(scale, scale), hermitian=True)
-    distances = moved / scale
-    squares = sum(each.chi_square for each in fit.goodness) + distances @ inverse @ distances
-    count = sum(max(each.degrees_of_freedom, 0) for each in fit.goodness) + moved.size
-    if not math.isfinite(squares):
-        return math.inf, 0.0
-    return float(squares / count), _core.chi_square_tail(squares, count)
-
-
-def _left(matches: list[_Match]) -> float:
-    return math.exp(sum(math.log(match.left + 1e-15) for match in matches) / len(matches))
-
-
-def _corrections(nominal: Mechanism, matches: list[_Match]) -> list[str]:
-    words = []
-    swapped = [leg for leg, match in enumerate(matches) if match.column != leg]
-    if swapped:
-        columns = ", ".join(str(matches[leg].column + 1) for leg in swapped)
-        words.append(f"the readings of {named_legs(swapped)} are in the columns of legs {columns}")
-    for mode in (-1, 1):
-        modes = zip(matches, nominal.working_modes, strict=True)
-        legs = [leg for leg, (match, own) in enumerate(modes) if match.mode == mode != own]
-        if legs:
-            stand = "stands" if len(legs) == 1 else "stand"
-            words.append(f"{named_legs(legs)} {stand} in working mode {mode:+d}")
-    flipped = [leg for leg, match in enumerate(matches) if match.slope < 0]
-    if flipped:
-        words.append(f"the readings of {named_legs(flipped)} have the opposite sign")
-    units: dict[str, list[int]] = {}
-    for leg, match in enumerate(matches):
-        factor = abs(_factor(match.slope))
-        if factor in FACTORS:
-            units.setdefault(FACTORS[factor], []).append(leg)
-        elif abs(math.log(abs(match.slope))) > _NEAR_FACTOR:
-            words.append(
-                f"the readings of leg {leg + 1} grow {abs(match.slope):.3g} times as fast as the "
-                "drawing's: its sensor_gain or its unit is wrong"
-            )
-    words += [
-        f"the readings of {named_legs(legs)} look like {unit}" for unit, legs in units.items()
-    ]
-    for leg, match in enumerate(matches):
-        zero = _zero(nominal, leg, match) / _factor(match.slope)
-        if zero:
-            turn = turn_of(nominal, leg)
-            off = f"{zero:+.3g} {nominal.reading_unit}"
-            if turn is not None:
-                off += f", {turns_in_words(round(2 * zero / turn) / 2)},"
-            words.append(
-                f"the sensor of leg {leg + 1} was set to zero {off} off the drawing's zero"
-            )
-    return words
-
-
-def _factor(slope: float) -> float:
-    """The change of sign and unit that a slope speaks of; 1 if it is near that."""
-    for factor in FACTORS:
-        if abs(math.log(abs(slope) / factor)) < _NEAR_FACTOR:
-            return math.copysign(factor, slope)
-    return math.copysign(1.0, slope)
-
-
-def _zero(nominal: Mechanism, leg: int, match: _Match) -> float:
-    """What to take from the readings of a leg whose zero was evidently set elsewhere, else 0.
-
-    A turn of half or more for an angle; for a length, what its tolerance could never explain.
-    """
-    turn = turn_of(nominal, leg)
-    factor = _factor(match.slope)
-    if turn is not None:
-        halves = round(2 * match.shift / factor / turn)
-        near = abs(match.shift / factor - halves * turn / 2) < turn / 20
-        return halves * turn / 2 * factor if near else 0.0
-    gain = float(nominal.sensor_gains[leg])
-    far = abs(match.shift / factor * gain) > _ZERO_OFF * nominal.tolerances.length
-    return match.shift if far else 0.0
-
-
-def conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
-    """Ways in which poses may have been written down."""
-    yield "", poses
-    position = nominal.space.size
-    for factor, words in (
-        (1e-3, "positions are millimetres, not metres"),
-        (1e3, "positions are a thousandth of what they should be"),
-    ):
-        if not position:
-            break
-        scaled = poses.copy()
-        scaled[:, :position] *= factor
-        yield words, scaled
-    # A mirrored rotation keeps the component of its axis along the mirror's normal.
-    rotations: dict[str, tuple[int, ...]] = {
-        "x is mirrored": (1, -1, -1, 1),
-        "y is mirrored": (-1, 1, -1, 1),
-        "z is mirrored": (-1, -1, 1, 1),
-        "the quaternions turn the other way (base to platform)": (-1, -1, -1, 1),
-    }
-    conventions: dict[str, dict[str, tuple[int, ...]]] = {
-        "planar": {"y is mirrored": (1, -1, -1), "x is mirrored": (-1, 1, -1)},
-        "point": {"y is mirrored": (1, -1), "x is mirrored": (-1, 1)},
-        "translating": {
-            "x is mirrored": (-1, 1, 1),
-            "y is mirrored": (1, -1, 1),
-            "z is mirrored": (1, 1, -1),
-        },
-        "spherical": rotations,
-    }
-    positions = conventions["translating"]
-    conventions["spatial"] = {
-        words: positions.get(words, (1, 1, 1)) + signs for words, signs in rotations.items()
-    }
-    for words, factors in conventions[nominal.pose_space].items():
-        yield words, poses * np.array(factors, dtype=float)
-    if nominal.pose_space == "planar":
-        yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
-        yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
-    if nominal.space.has_quaternion:
-        scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
-        yield "the quaternions are in the order w, x, y, z", scalar_last
-
-
-def _matches(nominal: Mechanism, poses: Array, readings: Array) -> list[_Match] | None:
-    """For each leg the column and mode that fit best, every column once; None where none fits."""
-    count = len(nominal.legs)
-    table = np.full((count, count), np.inf)
-    best: dict[tuple[int, int], _Match] = {}
-    modes = sorted({-1, 1}, key=lambda mode: mode != nominal.working_modes[0])
-    for mode in modes:
-        with_mode = with_modes(nominal, [mode] * count)
-        expected = with_mode.inverse_kinematics(poses)
-        for leg in range(count):
-            reached = np.isfinite(expected[:, leg])
-            if reached.sum() < max(4, len(poses) // 2):
-                continue
-            wanted = _continuous(expected[reached, leg], turn_of(nominal, leg))
-            for column in range(count):
-                slope, shift, left = _line(wanted, readings[reached, column])
-                stated = column == leg and mode == nominal.working_modes[leg]
-                # What the file says stays unless another reading of it is much better.
-                score = left / (MUCH_BETTER if stated else 1)
-                if score < table[leg, column]:
-                    table[leg, column] = score
-                    best[leg, column] = _Match(column, mode, slope, shift, left)
-    if count > 6 or not np.isfinite(table).any(axis=1).all():
-        order = tuple(range(count))
-    else:
-        logarithms = np.log(table + 1e-15)
-        order = min(
-            itertools.permutations(range(count)),
-            key=lambda columns: sum(logarithms[leg, columns[leg]] for leg in range(count)),
-        )
-    if not all(place in best for place in enumerate(order)):
-        return None
-    return [best[place] for place in enumerate(order)]
-
-
-def _line(wanted: Array, readings: Array) -> tuple[float, float, float]:
-    """Slope of readings over what was wanted, their shift, and the variance share that is left."""
-    x, y = wanted, readings
-    slope = shift = 0.0
-    # Readings that are outliers must not hide what the others show.
-    for _ in range(4):
-        centred = x - x.mean()
-        spread = float(centred @ centred)
-        if spread == 0:
-            return 1.0, 0.0, 1.0
-        slope = float(centred @ y) / spread
-        shift = float(np.mean(y - slope * x))
-        errors = np.abs(y - slope * x - shift)
-        keep = errors <= 5 * np.median(errors) + 1e-12
-        if keep.all() or keep.sum() < 4:
-            break
-        x, y = x[keep], y[keep]
-    total = float(np.sum((y - y.mean()) ** 2))
-    if total == 0 or slope == 0 or not np.isfinite(slope):
-        return 1.0, 0.0, 1.0
-    # The shift in the middle of the readings, where the slope's own error does not matter.
-    middle = float(np.mean(y) - _factor(slope) * np.mean(x))
-    return slope, middle, float(np.sum((y - slope * x - shift) ** 2)) / total
 
 
 def with_modes(mechanism: Mechanism, modes: list[int]) -> Mechanism:

@@ -16,7 +16,6 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.fit import FALSE_ALARMS, UNKNOWN
 from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
-from symkin.identification.mistakes import left_in_words
 from symkin.identification.problem import (
     KINDS,
     OBSERVED,
@@ -107,15 +106,9 @@ class Blunder(NamedTuple):
 
 def doubts_of(found: JointIdentification) -> Iterator[str]:
     """Say why not to trust an estimate, the worst first."""
-    proposed = [each for each in found.hypotheses if each.proposed]
-    if not proposed:
-        yield from found.symptoms
-        return
+    cause = cause_in_words(found.hypotheses)
     # What a mistake does to the estimate is not worth telling beside the mistake.
-    before = next(each.per_degree for each in found.hypotheses if not each.what)
-    after = max(each.per_degree for each in proposed)
-    whole = all(each.explained for each in proposed)
-    yield f"{cause_in_words(proposed)} ({left_in_words(after, before, whole=whole)})"
+    yield from [cause] if cause else found.symptoms
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:

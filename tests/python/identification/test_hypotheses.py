@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Mistakes in partial data are recognised by refits, and nothing is proposed for sound data."""
+"""Mistakes are recognised by refits, and nothing is proposed for sound data."""
 
 import math
 from dataclasses import replace

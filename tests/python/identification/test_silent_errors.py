@@ -354,6 +354,95 @@ def test_of_one_gross_error_no_sound_row_is_named(seed):
     assert f"gross errors in rows {taken.row_numbers[7]}: " in found.doubts[0]
 
 
+@pytest.mark.parametrize("estimator", ["paper", "inverse", "implicit"])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("two legs swapped", "the readings of legs 1, 2 are in the columns of legs 2, 1"),
+        ("one leg in the other working mode", "leg 1 stands in working mode +1"),
+        ("one gain 20% off", "the readings of leg 1 grow 1.2 times as fast as the drawing's"),
+        ("the frame turned by 30 degrees", "turned by about 30 degrees; identify with --frames"),
+    ],
+)
+def test_a_correction_is_the_cause_that_every_estimator_names(measured, estimator, name, words):
+    mechanism, sound = measured["3RRR"]
+    (error,) = (each for each in SILENT_ERRORS if each.name == name)
+    first = said_of(mechanism, error.change(mechanism, sound), estimator)[0]
+    assert "ikely cause: " in first
+    assert words in first
+    assert ", or as well: " not in first
+
+
+def test_a_guide_set_to_zero_elsewhere_is_not_taken_for_another_mode(measured):
+    mechanism, sound = measured["3PRR"]
+    taken = column(0, lambda _, r: r + 0.3)(mechanism, sound)
+    assert "the sensor of leg 1 was set to zero +0.3" in said_of(mechanism, taken, "implicit")[0]
+
+
+def test_a_leg_in_another_mode_is_a_cause_for_all_legs_at_once_too(measured):
+    mechanism, sound = measured["3RRR"]
+    first = said_of(mechanism, flipped([0])(mechanism, sound), "joint")[0]
+    assert first.startswith("likely cause: leg 1 stands in working mode +1: set working_mode = 1")
+
+
+def test_a_gain_of_the_opposite_sign_is_named_with_its_sign(measured):
+    mechanism, sound = measured["hexapod_jugglebot"]
+    taken = column(0, lambda _, r: -1.2 * r)(mechanism, sound)
+    assert "the readings of leg 1 grow -1.2" in said_of(mechanism, taken, "implicit")[0]
+
+
+def test_a_shift_of_the_columns_is_named_with_the_frame_that_would_do_the_same(measured):
+    mechanism, sound = measured["3RRR"]
+    taken = replace(sound, readings=np.roll(sound.readings, 1, axis=1))
+    first = said_of(mechanism, taken, "implicit")[0]
+    assert "legs 1, 2, 3 are in the columns of legs " in first
+    assert "turned by about 120 degrees" in first
+    assert ", or as well: " in first
+
+
+def test_legs_whose_sets_of_poses_are_apart_are_corrected_together(measured):
+    mechanism, sound = measured["3RRR"]
+    readings = np.array(sound.readings)
+    readings[:, [0, 1]] = readings[:, [1, 0]]
+    sets = np.arange(len(readings)) % 3
+    readings[np.arange(3) != sets[:, None]] = np.nan
+    taken = symkin.Measurements.of(sound.poses, readings, sets)
+    for change in (lambda r: r, lambda r: r * [1, 1, -1]):
+        first = said_of(mechanism, replace(taken, readings=change(readings)), "implicit")[0]
+        assert "the readings of legs 1, 2 are in the columns of legs 2, 1" in first
+    assert "the readings of leg 3 have the opposite sign" in first
+
+
+def test_a_robot_that_shrinks_until_nothing_matters_explains_no_part_of_nonsense():
+    """Its tolerances bound what a wrong unit of the lengths leaves of whatever was read."""
+    robot = symkin.load_mechanism("5bar")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 3000, seed=1), seed=1)
+    taken = symkin.simulate(robot, plan, 100).measurements.for_all_legs()
+    shuffled = column(0, lambda _, r: np.random.default_rng(0).permutation(r))(robot, taken)
+    assert not any("may be: " in doubt or "cause: " in doubt for doubt in said_of(
+        robot, shuffled, "implicit"
+    ))  # fmt: skip
+
+
+def test_what_a_robust_loss_rejects_is_not_held_against_a_correction(measured):
+    for name in ("3RRR", "hexapod_jugglebot"):
+        mechanism, sound = measured[name]
+        spoilt = outliers(0)(mechanism, sound)
+        taken = column(1, lambda _, r: -r)(mechanism, spoilt)
+        found = symkin.identify(mechanism, taken, "implicit", loss="cauchy")
+        assert found.doubts[0].startswith(
+            "likely cause: the readings of leg 2 have the opposite sign"
+        )
+
+
+def test_gross_errors_do_not_hide_a_mistake_that_the_rest_of_the_poses_shows(measured):
+    """Without the spoilt pose a gain of the opposite sign explains everything."""
+    mechanism, sound = measured["hexapod_jugglebot"]
+    taken = column(1, lambda _, r: -r)(mechanism, outliers(0)(mechanism, sound))
+    first = said_of(mechanism, taken, "implicit")[0]
+    assert first.startswith("likely cause: the readings of leg 2 have the opposite sign")
+
+
 def test_an_estimator_that_fails_on_a_robot_far_from_its_drawing_is_no_evidence_of_a_mistake():
     """Sound readings; those of leg 1 grow 0.88 times as fast as the drawing's, which is far off."""
     drawing = symkin.load_mechanism("3RRR")
