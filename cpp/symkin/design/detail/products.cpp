@@ -8,14 +8,19 @@
 #include "symkin/design/detail/information.hpp"
 #include "symkin/support/dense.hpp"
 
-// Eight candidates side by side, in registers of two, four or eight: what follows is translated for
-// each kind of processor where the loader can choose.
+#define SYMKIN_INLINE [[gnu::always_inline]] static inline
+
+// A function whose body is `call` of Wide<lanes>, for each kind of processor where the loader can
+// choose among them.
 #if defined(__x86_64__) && defined(__GLIBC__)
-#define SYMKIN_WIDE [[gnu::target_clones("default", "avx2", "avx512f")]]
+#define SYMKIN_WIDE(function, call)                              \
+  [[gnu::target("default")]] function { return Wide<2>::call; }  \
+  [[gnu::target("avx2,fma")]] function { return Wide<4>::call; } \
+  [[gnu::target("avx512f")]] function { return Wide<8>::call; }
 #else
-#define SYMKIN_WIDE
+#define SYMKIN_WIDE(function, call) \
+  function { return Wide<2>::call; }
 #endif
-#define SYMKIN_INLINE [[gnu::always_inline]] inline
 
 namespace symkin::design::detail {
 namespace {
@@ -25,129 +30,149 @@ namespace {
 constexpr double kRidge = 1e-9;
 constexpr double kSlackOfTrace = 1e-12;  // of a determinant
 
-using Eight [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
-constexpr Index kEights = kGroup / 8;
+// Candidates side by side in a register, a group of them at a time so that each coefficient is
+// loaded once for all.
+template <Index kLanes>
+struct Wide {
+  using Lanes [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
+  static constexpr Index kParts = kGroup / kLanes;
 
-SYMKIN_INLINE const Eight* eights(const double* values) {
-  return reinterpret_cast<const Eight*>(values);
-}
-SYMKIN_INLINE Eight* eights(double* values) { return reinterpret_cast<Eight*>(values); }
+  SYMKIN_INLINE const Lanes* load(const double* values) {
+    return reinterpret_cast<const Lanes*>(values);
+  }
+  SYMKIN_INLINE Lanes* store(double* values) { return reinterpret_cast<Lanes*>(values); }
 
-// sum[k] = sum over `size` columns of coefficient[c] * column c.
-template <Index kCount>
-SYMKIN_INLINE void combine(const double* x, const double* coefficients, Index size, Eight* sum) {
-  Eight total[kCount] = {};
-  for (Index c = 0; c < size; ++c) {
-    for (Index k = 0; k < kCount; ++k) {
-      total[k] += coefficients[c] * eights(x + c * kBlock)[k];
-    }
-  }
-  for (Index k = 0; k < kCount; ++k) {
-    sum[k] = total[k];
-  }
-}
-
-// Of a group.
-SYMKIN_INLINE double largest(const double* values) {
-  Eight most = eights(values)[0];
-  for (Index k = 1; k < kEights; ++k) {
-    most = eights(values)[k] > most ? eights(values)[k] : most;
-  }
-  for (Index half = 4; half > 0; half /= 2) {  // each step waits for the one before
-    for (Index k = 0; k < half; ++k) {
-      most[k] = most[k + half] > most[k] ? most[k + half] : most[k];
-    }
-  }
-  return most[0];
-}
-
-SYMKIN_WIDE void find_largest(const AlignedArray& values, std::vector<double>& of_groups) {
-  for (Index g = 0; g < size_of(of_groups); ++g) {
-    at(of_groups, g) = largest(values.data() + g * kGroup);
-  }
-}
-
-// D += scale (x u) (x u)^T for a block of candidates, u with `size` values and then zeros. D is
-// their traces and, unless it is null, the lower triangle by rows.
-SYMKIN_WIDE void add_squares(const double* x, Shape shape, const double* u, Index size,
-                             double scale, double* gram, double* trace) {
-  Index first = 0;  // a leg of a whole mechanism has parameters of its own alone
-  while (first < size && u[first] == 0) {
-    ++first;
-  }
-  Eight v[kMaxRows * kEights];
-  for (Index lane = 0; lane < kBlock; lane += kGroup) {
-    for (Index row = 0; row < shape.rows; ++row) {
-      Eight* of_row = v + row * kEights;
-      combine<kEights>(x + (row * shape.parameters + first) * kBlock + lane, u + first,
-                       size - first, of_row);
-      for (Index k = 0; k < kEights; ++k) {
-        eights(trace + lane)[k] += scale * (of_row[k] * of_row[k]);
+  // sum[k] = sum over `size` columns of coefficient[c] * column c.
+  template <Index kCount>
+  SYMKIN_INLINE void combine(const double* x, const double* coefficients, Index size, Lanes* sum) {
+    Lanes total[kCount] = {};
+    for (Index c = 0; c < size; ++c) {
+      for (Index k = 0; k < kCount; ++k) {
+        total[k] += coefficients[c] * load(x + c * kBlock)[k];
       }
-      for (Index other = 0; other <= row && gram != nullptr; ++other) {
-        Eight* to = eights(gram + (row * (row + 1) / 2 + other) * kBlock + lane);
-        for (Index k = 0; k < kEights; ++k) {
-          to[k] += scale * (of_row[k] * v[other * kEights + k]);
+    }
+    for (Index k = 0; k < kCount; ++k) {
+      sum[k] = total[k];
+    }
+  }
+
+  // Of a group.
+  SYMKIN_INLINE double largest(const double* values) {
+    Lanes most = load(values)[0];
+    for (Index k = 1; k < kParts; ++k) {
+      most = load(values)[k] > most ? load(values)[k] : most;
+    }
+    alignas(64) double each[kLanes];
+    *store(each) = most;
+    for (Index half = kLanes / 2; half > 0; half /= 2) {  // each step waits for the one before
+      for (Index k = 0; k < half; ++k) {
+        each[k] = each[k + half] > each[k] ? each[k + half] : each[k];
+      }
+    }
+    return each[0];
+  }
+
+  SYMKIN_INLINE void find_largest(const AlignedArray& values, std::vector<double>& of_groups) {
+    for (Index g = 0; g < size_of(of_groups); ++g) {
+      at(of_groups, g) = largest(values.data() + g * kGroup);
+    }
+  }
+
+  SYMKIN_INLINE void add_squares(const double* x, Shape shape, const double* u, Index size,
+                                 double scale, double* gram, double* trace) {
+    Index first = 0;  // a leg of a whole mechanism has parameters of its own alone
+    while (first < size && u[first] == 0) {
+      ++first;
+    }
+    Lanes v[kMaxRows * kParts];
+    for (Index lane = 0; lane < kBlock; lane += kGroup) {
+      for (Index row = 0; row < shape.rows; ++row) {
+        Lanes* of_row = v + row * kParts;
+        combine<kParts>(x + (row * shape.parameters + first) * kBlock + lane, u + first,
+                        size - first, of_row);
+        for (Index k = 0; k < kParts; ++k) {
+          store(trace + lane)[k] += scale * (of_row[k] * of_row[k]);
+        }
+        for (Index other = 0; other <= row && gram != nullptr; ++other) {
+          Lanes* to = store(gram + (row * (row + 1) / 2 + other) * kBlock + lane);
+          for (Index k = 0; k < kParts; ++k) {
+            to[k] += scale * (of_row[k] * v[other * kParts + k]);
+          }
         }
       }
     }
   }
-}
 
-// det(I + D_jj + E S E^T) by Cholesky pivots, D_jj at `gram`.
-SYMKIN_INLINE void bordered_determinant(const double* gram, const Eight* e, const double* s,
-                                        Index r, Eight* determinant) {
-  Eight work[kMaxRows * kMaxRows];  // L D below the diagonal of LDL^T, and D on it
-  *determinant = Eight{} + 1.0;
-  for (Index a = 0; a < r; ++a) {
-    Eight es[kMaxRows];
-    for (Index c = 0; c < r; ++c) {
-      Eight sum{};
-      for (Index d = 0; d < r; ++d) {
-        sum += s[d * r + c] * e[a * r + d];
-      }
-      es[c] = sum;
-    }
-    for (Index b = 0; b <= a; ++b) {
-      Eight value = *eights(gram + (a * (a + 1) / 2 + b) * kBlock) + (a == b ? 1.0 : 0.0);
+  // det(I + D_jj + E S E^T) by Cholesky pivots, D_jj at `gram`.
+  SYMKIN_INLINE void bordered_determinant(const double* gram, const Lanes* e, const double* s,
+                                          Index r, Lanes* determinant) {
+    Lanes work[kMaxRows * kMaxRows];  // L D below the diagonal of LDL^T, and D on it
+    *determinant = Lanes{} + 1.0;
+    for (Index a = 0; a < r; ++a) {
+      Lanes es[kMaxRows];
       for (Index c = 0; c < r; ++c) {
-        value += es[c] * e[b * r + c];
+        Lanes sum{};
+        for (Index d = 0; d < r; ++d) {
+          sum += s[d * r + c] * e[a * r + d];
+        }
+        es[c] = sum;
       }
-      for (Index c = 0; c < b; ++c) {
-        value -= work[a * r + c] * work[b * r + c] / work[c * r + c];
+      for (Index b = 0; b <= a; ++b) {
+        Lanes value = *load(gram + (a * (a + 1) / 2 + b) * kBlock) + (a == b ? 1.0 : 0.0);
+        for (Index c = 0; c < r; ++c) {
+          value += es[c] * e[b * r + c];
+        }
+        for (Index c = 0; c < b; ++c) {
+          value -= work[a * r + c] * work[b * r + c] / work[c * r + c];
+        }
+        work[a * r + b] = value;
       }
-      work[a * r + b] = value;
+      *determinant *= work[a * r + a];
     }
-    *determinant *= work[a * r + a];
   }
-}
 
-// base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the largest.
-SYMKIN_INLINE double find_ratios(const double* x, Shape shape, const double* gram,
-                                 const double* trace, const Leaving& leaving, double* ratios) {
-  const Index r = shape.rows;
-  const Index p = shape.parameters;
-  const double* y = leaving.y.data();
-  Eight cross[kMaxRows * kMaxRows];
-  if (r == 1) {
-    combine<kEights>(x, y, p, cross);
-  }
-  for (Index k = 0; k < kEights; ++k) {
-    const Eight d = eights(trace)[k];
-    Eight ratio = (1 + d) * leaving.base + cross[k] * cross[k];
-    if (r > 1) {
-      for (Index ab = 0; ab < r * r; ++ab) {
-        combine<1>(x + ab / r * p * kBlock + 8 * k, y + ab % r * p, p, cross + ab);
-      }
-      bordered_determinant(gram + 8 * k, cross, leaving.s.data(), r, &ratio);
-      ratio *= leaving.base;
+  SYMKIN_INLINE double find_ratios(const double* x, Shape shape, const double* gram,
+                                   const double* trace, const Leaving& leaving, double* ratios) {
+    const Index r = shape.rows;
+    const Index p = shape.parameters;
+    const double* y = leaving.y.data();
+    Lanes cross[kMaxRows * kMaxRows];
+    if (r == 1) {
+      combine<kParts>(x, y, p, cross);
     }
-    eights(ratios)[k] = d >= 0.0 ? ratio : Eight{};
+    for (Index k = 0; k < kParts; ++k) {
+      const Lanes d = load(trace)[k];
+      Lanes ratio;
+      if (r == 1) {
+        ratio = (1 + d) * leaving.base + cross[k] * cross[k];
+      } else {
+        for (Index ab = 0; ab < r * r; ++ab) {
+          combine<1>(x + ab / r * p * kBlock + kLanes * k, y + ab % r * p, p, cross + ab);
+        }
+        bordered_determinant(gram + kLanes * k, cross, leaving.s.data(), r, &ratio);
+        ratio *= leaving.base;
+      }
+      store(ratios)[k] = d >= 0.0 ? ratio : Lanes{};
+    }
+    return largest(ratios);
   }
-  return largest(ratios);
-}
+};
 
 }  // namespace
+
+SYMKIN_WIDE(void find_largest(const AlignedArray& values, std::vector<double>& of_groups),
+            find_largest(values, of_groups))
+
+// D += scale (x u) (x u)^T for a block of candidates, u with `size` values and then zeros. D is
+// their traces and, unless it is null, the lower triangle by rows.
+SYMKIN_WIDE(void add_squares(const double* x, Shape shape, const double* u, Index size,
+                             double scale, double* gram, double* trace),
+            add_squares(x, shape, u, size, scale, gram, trace))
+
+// base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the largest.
+SYMKIN_WIDE(double find_ratios(const double* x, Shape shape, const double* gram,
+                               const double* trace, const Leaving& leaving, double* ratios),
+            find_ratios(x, shape, gram, trace, leaving, ratios))
 
 void compute_products(const double* columns, Shape shape, const RowMatrix& factor, double* traces,
                       double* gram) {
@@ -269,14 +294,14 @@ Index Products::largest() const {
 
 // With one row the ratio is (1 + d_j)(1 - d_i) + d_ij^2, never above 1 + d_j - d_i. With more,
 // A = I + Z, Z of rank q = 2 r at most and trace d_j - d_i: det A <= (1 + (d_j - d_i) / q)^q.
-SYMKIN_WIDE void Products::best_pair(const Leaving& leaving, BestPair& best) const {
+void Products::best_pair(const Leaving& leaving, BestPair& best) const {
   const Index r = x_.shape().rows;
   const double q = r == 1 ? 1.0 : static_cast<double>(std::min(2 * r, x_.shape().parameters));
   const auto least_excess = [&] {
     return q * ((r == 1 ? best.ratio : std::pow(best.ratio, 1 / q)) - 1);
   };
   double least = least_excess();
-  double ratios[kGroup];
+  alignas(64) double ratios[kGroup];
   for (Index g = 0; g < size_of(group_max_); ++g) {
     if (!(at(group_max_, g) - leaving.trace > least)) {
       continue;
