@@ -60,8 +60,7 @@ class DesignOptimiser {
       }
     }
     const RowMatrix rows = problem_.candidates.rows(active_);
-    const RowMatrix matrix =
-        problem_.fixed + rows.transpose() * each_row(result_.weights(active_)).asDiagonal() * rows;
+    const RowMatrix matrix = problem_.fixed + weighted(rows, result_.weights(active_));
     result_.factor = demanded_factor(matrix);
     result_.log_det = log_determinant(result_.factor);
     result_.variances = variances(problem_.candidates, result_.factor);
@@ -69,9 +68,10 @@ class DesignOptimiser {
     add_largest_sum();
   }
 
-  // A value a candidate for each of its rows.
-  Vector each_row(const Vector& values) const {
-    return values.transpose().replicate(shape_.rows, 1).reshaped();
+  // rows' diag(weights) rows, with a weight a candidate.
+  RowMatrix weighted(const RowMatrix& rows, const Vector& weights) const {
+    const Vector of_rows = weights.transpose().replicate(shape_.rows, 1).reshaped();
+    return product(rows.transpose() * of_rows.asDiagonal(), rows);
   }
 
   // The largest sum w_j d_j that the weights' bounds allow, above trace(M^-1 (M_S - fixed)) of any
@@ -164,7 +164,7 @@ class DesignOptimiser {
   }
 
   void improve() {
-    const RowMatrix z = problem_.candidates.rows(active_) * result_.factor.transpose();
+    const RowMatrix z = product(problem_.candidates.rows(active_), result_.factor.transpose());
     const RowMatrix curvatures = curvatures_of(z);
     double least = 0;
     for (Index step = 0; step < kStepsEach * weights_.size(); ++step) {
@@ -185,7 +185,7 @@ class DesignOptimiser {
       move(at(givers_, group(at(active_, taker))), taker, most, curvatures);
     }
     const Vector change = weights_ - result_.weights(active_);
-    const double share = best_share(z.transpose() * each_row(change).asDiagonal() * z);
+    const double share = best_share(weighted(z, change));
     result_.weights(active_) = share == 1 ? weights_ : Vector(weights_ - (1 - share) * change);
   }
 
@@ -193,11 +193,11 @@ class DesignOptimiser {
   RowMatrix curvatures_of(const RowMatrix& z) const {
     const Index r = shape_.rows;
     if (r == 1) {
-      return (z * z.transpose()).cwiseAbs2();
+      return product(z, z.transpose()).cwiseAbs2();
     }
     RowMatrix result(z.rows() / r, z.rows() / r);
     for (Index j = 0; j < result.rows(); ++j) {
-      const RowMatrix products = z.middleRows(j * r, r) * z.transpose();
+      const RowMatrix products = product(z.middleRows(j * r, r), z.transpose());
       const Vector squares = products.colwise().squaredNorm();
       result.row(j) = squares.reshaped(r, result.cols()).colwise().sum();
     }

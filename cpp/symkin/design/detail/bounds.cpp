@@ -173,8 +173,8 @@ LargestRatio largest_ratio(const Problem& problem, const Ratio& ratio, Index kee
     double loss = ratio.offset + fixed_trace(ratio.loss, problem.fixed);
     for (Index i = 0; i < std::min(problem.free_count, size_of(result.favoured)); ++i) {
       const RowMatrix rows = problem.candidates.rows(at(result.favoured, i).index);
-      gain += (rows * ratio.gain.transpose()).squaredNorm();
-      loss += (rows * ratio.loss.transpose()).squaredNorm();
+      gain += product(rows, ratio.gain.transpose()).squaredNorm();
+      loss += product(rows, ratio.loss.transpose()).squaredNorm();
     }
     if (!(loss > 0)) {
       break;

@@ -65,7 +65,7 @@ double criterion_merit(const RowMatrix& information, const SelectionOptions& opt
 CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
                                      double sharpness) {
   const RowMatrix factor = demanded_factor(information);
-  const RowMatrix inverse = factor.transpose() * factor;
+  const RowMatrix inverse = product(factor.transpose(), factor);
   if (options.criterion == Criterion::O1) {
     return {inverse / (2 * static_cast<double>(information.rows())), {}};
   }
@@ -85,11 +85,11 @@ CriterionGradient criterion_gradient(const RowMatrix& information, const Selecti
     weights *= 2;
   }
   const RowMatrix vectors = scale.asDiagonal() * eigen.vectors;
-  CriterionGradient result{vectors * weights.asDiagonal() * vectors.transpose(), {}};
+  CriterionGradient result{product(vectors * weights.asDiagonal(), vectors.transpose()), {}};
   if (options.criterion == Criterion::O2 || options.criterion == Criterion::O4) {
     Vector largest = (values.array() / values[values.size() - 1]).pow(sharpness);
     largest = largest.array() / largest.sum() / (2 * values.array());
-    result.loss = vectors * largest.asDiagonal() * vectors.transpose();
+    result.loss = product(vectors * largest.asDiagonal(), vectors.transpose());
   }
   return result;
 }

@@ -106,7 +106,7 @@ class DesignSearch {
       }
       default: {
         const RowMatrix root = lower_root(options_.error_weight);
-        const double size = singular_values(gain * root.transpose()).sum();
+        const double size = singular_values(product(gain, root.transpose())).sum();
         return {size * size / top.value, std::move(top.favoured)};
       }
     }
@@ -131,7 +131,7 @@ class DesignSearch {
     }
     for (std::size_t j = outer_.size(); j < active_.size(); ++j) {
       const RowMatrix rows = problem_.candidates.rows(active_[j]);
-      outer_.push_back(rows.transpose() * rows);
+      outer_.push_back(product(rows.transpose(), rows));
     }
   }
 

@@ -192,7 +192,8 @@ class BranchAndBound {
     order.erase(last, order.end());
     const Indices chosen = named(order, node.members);
     const RowMatrix rows = candidates_.rows(chosen);
-    const RowMatrix factor = inverse_factor(problem_.whitened_fixed + rows.transpose() * rows);
+    const RowMatrix factor =
+        inverse_factor(problem_.whitened_fixed + product(rows.transpose(), rows));
     if (factor.size() != 0 && log_determinant(factor) > log_det) {
       log_det = log_determinant(factor);
       best = chosen;

@@ -26,7 +26,7 @@ void Information::refresh() {
   const RowMatrix factor = inverse_factor(matrix_);
   positive_definite_ = factor.size() != 0;
   if (positive_definite_) {
-    inverse_.noalias() = factor.transpose() * factor;
+    inverse_ = product(factor.transpose(), factor);
     log_det_ = log_determinant(factor);
   } else {
     inverse_.setConstant(matrix_.rows(), matrix_.cols(), std::numeric_limits<double>::quiet_NaN());

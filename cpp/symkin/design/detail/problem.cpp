@@ -44,7 +44,7 @@ RowMatrix fixed_information(const SelectionOptions& options, const Candidates& c
       throw InvalidInput("the required candidate " + std::to_string(required) +
                          " has a row that is not finite");
     }
-    fixed += rows.transpose() * rows;
+    fixed += product(rows.transpose(), rows);
   }
   return fixed;
 }
@@ -131,7 +131,7 @@ Problem::Problem(const RowSource& source, const SelectionOptions& given)
                  given.memory_limit_bytes),
       fixed(fixed_information(given, candidates)),
       whitening(whiten(candidates, fixed)),
-      whitened_fixed(whitening.transform * fixed * whitening.transform.transpose()),
+      whitened_fixed(product(product(whitening.transform, fixed), whitening.transform.transpose())),
       free_count(given.count - size_of(given.required)) {
   if (given.method != SelectionMethod::all && free_count > candidates.available()) {
     throw InvalidInput(std::to_string(given.count) + " poses are to be selected, but only " +
@@ -141,17 +141,17 @@ Problem::Problem(const RowSource& source, const SelectionOptions& given)
 }
 
 RowMatrix Problem::whitened_rows(const Indices& chosen) const {
-  return candidates.rows(chosen) * whitening.transform.transpose();
+  return product(candidates.rows(chosen), whitening.transform.transpose());
 }
 
 RowMatrix Problem::whitened_information(const Indices& chosen) const {
   const RowMatrix rows = whitened_rows(chosen);
-  return whitened_fixed + rows.transpose() * rows;
+  return whitened_fixed + product(rows.transpose(), rows);
 }
 
 RowMatrix Problem::information(const Indices& chosen) const {
   const RowMatrix rows = candidates.rows(chosen);
-  return fixed + rows.transpose() * rows;
+  return fixed + product(rows.transpose(), rows);
 }
 
 double Problem::log_det(const Indices& chosen) const {

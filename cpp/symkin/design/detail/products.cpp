@@ -197,8 +197,8 @@ Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
   if (rows.rows() == 1) {
     return {std::move(solved), {}, 1 - trace, trace};
   }
-  const RowMatrix rest =
-      (1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) - rows * solved.transpose();
+  const RowMatrix rest = (1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) -
+                         product(rows, solved.transpose());
   return {std::move(solved), inverse(rest), determinant(rest), trace};
 }
 

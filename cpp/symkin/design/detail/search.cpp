@@ -137,7 +137,7 @@ void DeterminantSearch::rebuild() {
   for (Index place = 0; place < size_of(chosen_); ++place) {
     rows_.get(at(chosen_, place), chosen_rows_.row(place * shape_.rows).data());
   }
-  information_.reset(fixed_ + chosen_rows_.transpose() * chosen_rows_);
+  information_.reset(fixed_ + product(chosen_rows_.transpose(), chosen_rows_));
   if (!information_.positive_definite()) {
     return;
   }
@@ -162,7 +162,7 @@ void DeterminantSearch::exchange(const Pair& pair) {
   information_.add(rows.data(), r, 1, &products_);
   information_.add(out.data(), r, -1, &products_);
   products_.hide(entering);
-  products_.set(leaving, out * information_.inverse() * out.transpose());
+  products_.set(leaving, product(product(out, information_.inverse()), out.transpose()));
 }
 
 // The best partner of the first pose that has one, poses of least variance first: their exchange
