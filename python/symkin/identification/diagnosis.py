@@ -320,12 +320,13 @@ def _doubts_of_size(found: Fit) -> Iterator[str]:
                 f"leg {number}: the poses hardly tell its parameters apart "
                 f"(condition number {leg.condition:.3g})"
             )
-        needed = -(-parameters // found.nominal.closures)
-        spare = len(leg.rows) - len(leg.rejected) - needed
-        if spare < 1:
+        closures = found.nominal.closures
+        freedom = closures * (len(leg.rows) - len(leg.rejected)) - parameters
+        spare = freedom // closures
+        if freedom < 1:
             yield f"leg {number}: no pose to spare, so the noise cannot be checked"
         elif spare < _FEW_SPARE_POSES:
-            poses = "one pose" if spare == 1 else f"{spare} poses"
+            poses = {0: "a part of a pose", 1: "one pose"}.get(spare, f"{spare} poses")
             yield f"leg {number}: only {poses} to spare, so the noise can hardly be checked"
         if len(leg.rejected) > 0.2 * len(leg.rows):
             yield (
