@@ -307,7 +307,11 @@ def _checked(legs: int | None, info: ChainInfo) -> int:
     legs = least if legs is None else legs
     if not least <= legs <= most:
         expected = str(least) if least == most else f"{least} to {most}"
-        raise MechanismError(f"{legs} legs for a {info.pose_space} platform; expected {expected}")
+        two = legs == 2 and info.pose_space == "planar"
+        hint = '; two hold a "point" (--platform), as in a five-bar' if two else ""
+        raise MechanismError(
+            f"{legs} legs for a {info.pose_space} platform; expected {expected}{hint}"
+        )
     return legs
 
 

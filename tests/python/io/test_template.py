@@ -68,7 +68,7 @@ def test_the_whole_protocol_runs_on_a_template(tmp_path: Path, case: tuple[str, 
     ("arguments", "words"),
     [
         (("[R]RX",), "unknown chain"),
-        (("[R]RR", 2), "2 legs for a planar platform; expected 3 to 64"),
+        (("[R]RR", 2), r'3 to 64; two hold a "point" \(--platform\), as in a five-bar'),
         (("[R]RR", 1, "point"), "1 legs for a point platform; expected 2 to 64"),
         (("[P]PR", 4, "point"), "two of them would be the same; expected 2 or an odd number"),
         (("U[P]S", 5), "5 legs for a spatial platform; expected 6"),
