@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.chains import turn_of
-from symkin.errors import FailedFitError, SymkinError, named_legs
+from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError, named_legs
 from symkin.identification.fit import FitOptions
 from symkin.identification.mistakes import (
     Taken,
@@ -238,8 +238,10 @@ def explained(
     try:
         yield
     except SymkinError as error:
-        # What is refused leg by leg before anything is fitted says why itself.
-        fitted = isinstance(options, JointOptions) or isinstance(error, FailedFitError)
+        # What is refused before anything is fitted says why itself.
+        fitted = isinstance(error, FailedFitError) or (
+            isinstance(error, NotIdentifiableError) and isinstance(options, JointOptions)
+        )
         words = cause_in_words(hypotheses_of(mechanism, measurements, options)) if fitted else ""
         if not words:
             raise

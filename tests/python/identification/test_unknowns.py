@@ -125,3 +125,11 @@ def test_lengths_have_no_period(five_bar):
     lengths = five_bar.replace(reading_unit="m")
     with pytest.raises(SymkinError, match="the sensors of this mechanism read lengths"):
         layout(lengths, sensor="eccentric")
+
+
+def test_a_pattern_that_matches_nothing_is_no_mistake_of_the_measurements(paper):
+    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), seed=1)
+    measurements = symkin.simulate(paper, plan, 1).measurements
+    with pytest.raises(SymkinError, match=r'"leg9.\*" matches no unknown') as refused:
+        symkin.identify(paper, measurements, free=["leg9.*"])
+    assert "Likely cause" not in str(refused.value)
