@@ -79,6 +79,9 @@ void check_criterion(const SelectionOptions& options, Index p) {
          "only criterion O1 can be proven optimal; choose the method exchange");
   demand(options.minimum_distance == 0 || options.method != SelectionMethod::exhaustive,
          "the optimum cannot be proven with a minimum distance; choose the method exchange");
+  demand(options.minimum_distance == 0 || options.method != SelectionMethod::all,
+         "the method all takes every candidate, however near to each other; choose the method "
+         "exchange for a minimum distance");
   demand(options.criterion == Criterion::O1 || options.method != SelectionMethod::sun_hollerbach,
          "the method sun_hollerbach selects by criterion O1; choose the method exchange");
 }

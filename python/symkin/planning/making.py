@@ -301,11 +301,6 @@ class _Demands:
                 "the paper's rows know full poses and all parameters alone, so what is observed or "
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
-        if self.method == "all" and self.minimum_distance:
-            raise SymkinError(
-                'the method "all" takes every candidate, however near to each other; a minimum '
-                'distance goes with the methods "exchange", "sun_hollerbach" and "random"'
-            )
         check_regions(self.mechanism, self.avoid)
         beyond = np.argwhere(np.isnan(self.mechanism.inverse_kinematics(self.required)))
         if len(beyond):

@@ -217,6 +217,10 @@ def test_poses_too_few_for_what_each_shows_are_refused_with_the_combinations():
             {"required": [1, 2], "coordinates": np.zeros((3000, 2)), "minimum_distance": 0.1},
             "the required candidates 1 and 2 are",
         ),
+        (
+            {"method": "all", "coordinates": np.zeros((3000, 2)), "minimum_distance": 0.1},
+            "takes every candidate, however near",
+        ),
         ({"prior": np.eye(7)}, "the prior information is 7 x 7, expected 8 x 8"),
         ({"prior": -np.eye(8)}, "not positive semidefinite"),
         ({"prior": np.triu(np.ones((8, 8)))}, "the prior information is not symmetric"),
