@@ -397,7 +397,7 @@ class JointIdentification(FolderResult):
         """Whether it converged and nothing speaks against it."""
         return self.converged and not self.doubts
 
-    @property
+    @cached_property
     def notes(self) -> tuple[str, ...]:
         """What to know of the estimate and of the mechanism's settings, in sentences."""
         return (*notes_of(self), *changed_settings(self.nominal, self.mechanism))

@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from statistics import NormalDist
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from symkin.identification.problem import (
 from symkin.identification.unknowns import scalar_values
 from symkin.measurements import DEVIATIONS
 from symkin.result import Value, field, record
+from symkin.symmetry.groups import detect_symmetry
 
 if TYPE_CHECKING:
     from symkin.identification.fit import Fit
@@ -42,6 +43,7 @@ __all__ = [
     "contradiction_of",
     "doubts_of",
     "estimated_noise",
+    "exchanges_of",
     "help_in_words",
     "model_of",
     "models_of",
@@ -60,6 +62,8 @@ _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _NAMED = 3
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 _FOLDS = 5
+_AS_GOOD = 9.0  # more of chi-square: an order of the legs that cannot be told from another
+_TURNS = ("base.phi", "base.rz")
 
 
 @record
@@ -178,6 +182,13 @@ def notes_of(found: JointIdentification) -> Iterator[str]:
             "The noise was estimated from the same observations, so that chi-square says nothing "
             "of the model."
         )
+    orders = [", ".join(str(leg + 1) for leg in order) for order in exchanges_of(found)]
+    if orders:
+        yield (
+            "The observations do not show which leg is which: with the readings of the legs in the "
+            f"order {' or '.join(orders)} the estimate is as good. See by hand that every column "
+            "is of the leg that it names."
+        )
     if found.mechanism.curvature is not None:
         yield (
             "The calibrated sensors are curved: kinematics and errors at measured poses use them; "
@@ -190,6 +201,33 @@ def notes_of(found: JointIdentification) -> Iterator[str]:
         )
         more = f" and {len(found.rejected) - 5} more" if len(found.rejected) > 5 else ""
         yield f"Left out as blunders: {shown}{more}."
+
+
+def exchanges_of(found: JointIdentification) -> Iterator[tuple[int, ...]]:
+    """Give other orders of the readings' columns that explain the observations as well.
+
+    Such are symmetries of the drawing where nothing shows how the robot is turned: a place of its
+    base that is unknown, or heights alone. One rotation and one mirror are tried for all.
+    """
+    turns = found.heights is not None or any(name in _TURNS for name in found.names)
+    if not turns or not found.converged or found.symptoms:
+        return
+    measured = found.measurements
+    orders = detect_symmetry(found.nominal).permutations
+    for label in ("r1", "s0"):
+        order = orders.get(label, ())
+        if order == tuple(sorted(order)):
+            continue
+        changes: dict[str, Any] = {"readings": measured.readings[:, order]}
+        if measured.reading_deviations is not None:
+            changes["reading_deviations"] = measured.reading_deviations[:, order]
+        exchanged = dataclasses.replace(measured, **changes)
+        try:
+            _, fit, _ = Problem.of(found.nominal, exchanged, found.options).resolved()
+        except SymkinError:
+            continue
+        if fit.converged and fit.goodness.chi_square < found.chi_square + _AS_GOOD:
+            yield order
 
 
 def blunder_limit(found: JointIdentification) -> float:

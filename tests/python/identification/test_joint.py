@@ -516,3 +516,39 @@ def test_a_rotation_alone_counts_as_three_and_is_left_out_as_a_whole():
     found = symkin.identify(robot, spoiled, loss_per="reading", prior="tolerances")
     assert {row for row, _ in found.rejected} == {4}
     assert found.trustworthy
+
+
+# Which leg is which.
+
+
+def exchanged(measurements, order):
+    return dataclasses.replace(measurements, readings=measurements.readings[:, order])
+
+
+@pytest.mark.parametrize(
+    ("name", "observe", "frames", "orders"),
+    [
+        ("3RRR", Observed("pose", base=(1.0, -0.5, 3.0)), ["base", "target"], "2, 3, 1"),
+        ("3RRR", "position", [], ""),
+        ("3RRR_asymmetric", Observed("pose", base=(1.0, -0.5, 3.0)), ["base", "target"], ""),
+        ("linear_delta", "height", ["plane"], "2, 3, 1 or 1, 3, 2"),
+    ],
+)
+def test_legs_that_the_observations_do_not_tell_apart_are_named(name, observe, frames, orders):
+    mechanism = symkin.load_mechanism(name)
+    sample = symkin.sample_workspace(mechanism, 3000, seed=1)
+    plan = symkin.make_plan(mechanism, sample, 40, design="mechanism", seed=1)
+    measured = symkin.simulate(mechanism, plan, seed=2, observe=observe).measurements
+    given = {"frames": frames, "prior": "tolerances"}
+    found = symkin.identify(mechanism, measured, estimator="joint", **given)
+    said = [note for note in found.notes if "which leg is which" in note]
+    assert len(said) == bool(orders)
+    if not orders:
+        return
+    assert f"in the order {orders} the" in said[0]
+    # Indeed so: nothing else in the result shows that they were exchanged.
+    other = symkin.identify(mechanism, exchanged(measured, [1, 2, 0]), estimator="joint", **given)
+    assert other.converged
+    assert not other.doubts
+    assert other.chi_square == pytest.approx(found.chi_square, abs=1)
+    assert any("which leg is which" in note for note in other.notes)
