@@ -524,6 +524,8 @@ def _counts(
     if counts is None:
         p = _least(mechanism, cloud, settings)
         counts = np.rint(np.geomspace(p, _LARGEST * p, _POINTS)).astype(int).tolist()
+    if not len(counts):
+        raise SymkinError("counts is empty; expected the numbers of poses to try")
     size = _orbit_size(mechanism, settings["design"])
     return sorted({-(-count // size) * size for count in counts})
 

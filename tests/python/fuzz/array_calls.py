@@ -581,21 +581,19 @@ def _of_selection() -> Iterator[Call]:
         ("random", "O2"),
         ("all", "O1"),
     ):
-        own = options if method != "exhaustive" else options | {"coordinates": None}
+        distance = 0.0 if method in ("exhaustive", "all") else 0.01
+        own = options if distance else options | {"coordinates": None}
+        settings = {"method": method, "criterion": criterion, "minimum_distance": distance}
         yield Call(
             f"select_poses by {method} and {criterion}",
             {"rows": rows} | {key: value for key, value in own.items() if value is not None},
-            lambda method=method, criterion=criterion, count=0, spares=0, **arrays: (
-                symkin.select_poses(
-                    **arrays,
-                    count=count,
-                    spares=spares,
-                    minimum_distance=0.0 if method == "exhaustive" else 0.01,
-                    method=method,
-                    criterion=criterion,
-                    time_limit=0.2,
-                    threads=1,
-                )
+            lambda settings=settings, count=0, spares=0, **arrays: symkin.select_poses(
+                **arrays,
+                count=count,
+                spares=spares,
+                **settings,
+                time_limit=0.2,
+                threads=1,
             ),
             {"count": 7, "spares": 2},
         )
