@@ -89,16 +89,8 @@ RowMatrix cholesky_factor(const RowMatrix& matrix) {
 }
 
 RowMatrix inverse_factor(const RowMatrix& matrix) {
-  MatrixXd factor = MatrixXd::Identity(matrix.rows(), matrix.cols());
-  const Eigen::LLT<MatrixXd> cholesky(matrix);
-  if (cholesky.info() != Eigen::Success) {
-    return {};
-  }
-  cholesky.matrixL().solveInPlace(factor);
-  if (!factor.allFinite()) {
-    return {};
-  }
-  return factor;
+  const RowMatrix factor = lower_inverse(cholesky_factor(matrix));
+  return factor.allFinite() ? factor : RowMatrix();
 }
 
 void ScaledCholesky::compute(const RowMatrix& matrix, double damping) {

@@ -48,6 +48,7 @@ __all__ = [
     "hypotheses_of",
     "in_modes",
     "with_frames",
+    "with_readings",
 ]
 
 Array = NDArray[np.float64]
@@ -438,18 +439,20 @@ def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
     return [legs for size in every for legs in itertools.combinations(range(count), size)]
 
 
-def _with_readings(
-    stated: _Correction, words: str, change: Callable[[Array], Array]
-) -> _Correction:
+def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> Measurements:
     """With other readings; their standard deviations change as differences of readings do."""
-    measured = stated.measurements
     changes: dict[str, Array] = {"readings": change(np.array(measured.readings))}
     if measured.reading_deviations is not None:
         nothing = np.zeros_like(measured.reading_deviations)
         moved = change(np.array(measured.reading_deviations)) - change(nothing)
         changes["reading_deviations"] = np.abs(moved)
-    made = dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
-    return stated._replace(words=words, measurements=made)
+    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+
+
+def _with_readings(
+    stated: _Correction, words: str, change: Callable[[Array], Array]
+) -> _Correction:
+    return stated._replace(words=words, measurements=with_readings(stated.measurements, change))
 
 
 def _orders(stated: _Correction) -> Iterator[_Correction]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
@@ -362,15 +362,7 @@ class JointIdentification(FolderResult):
     @cached_property
     def doubts(self) -> tuple[str, ...]:
         """Reasons not to trust the estimate, apart from convergence; empty if there are none."""
-        return (*doubts_of(self), *self._unread())
-
-    def _unread(self) -> Iterator[str]:
-        """Say of which legs nothing was read, though their parameters are unknown."""
-        for leg in np.flatnonzero(np.isnan(self.measurements.readings).all(axis=0)).tolist():
-            if any(name.startswith(f"leg{leg + 1}.") for name in self.names):
-                yield (
-                    f"leg {leg + 1} has no reading: its parameters stay where the priors have them"
-                )
+        return tuple(doubts_of(self))
 
     @cached_property
     def influence(self) -> Influence | None:

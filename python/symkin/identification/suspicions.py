@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Iterator
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,12 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.identification.fit import FALSE_ALARMS, UNKNOWN
-from symkin.identification.hypotheses import cause_in_words, frame_in_words, with_frames
+from symkin.identification.hypotheses import (
+    cause_in_words,
+    frame_in_words,
+    with_frames,
+    with_readings,
+)
 from symkin.identification.problem import (
     KINDS,
     OBSERVED,
@@ -113,6 +119,9 @@ def doubts_of(found: JointIdentification) -> Iterator[str]:
     cause = cause_in_words(found.hypotheses)
     # What a mistake does to the estimate is not worth telling beside the mistake.
     yield from [cause] if cause else found.symptoms
+    for leg in np.flatnonzero(np.isnan(found.measurements.readings).all(axis=0)).tolist():
+        if any(name.startswith(f"leg{leg + 1}.") for name in found.names):
+            yield f"leg {leg + 1} has no reading: its parameters stay where the priors have them"
 
 
 def symptoms_of(found: JointIdentification) -> Iterator[str]:
@@ -212,16 +221,12 @@ def exchanges_of(found: JointIdentification) -> Iterator[tuple[int, ...]]:
     turns = found.heights is not None or any(name in _TURNS for name in found.names)
     if not turns or not found.converged or found.symptoms:
         return
-    measured = found.measurements
     orders = detect_symmetry(found.nominal).permutations
     for label in ("r1", "s0"):
         order = orders.get(label, ())
         if order == tuple(sorted(order)):
             continue
-        changes: dict[str, Any] = {"readings": measured.readings[:, order]}
-        if measured.reading_deviations is not None:
-            changes["reading_deviations"] = measured.reading_deviations[:, order]
-        exchanged = dataclasses.replace(measured, **changes)
+        exchanged = with_readings(found.measurements, operator.itemgetter((slice(None), order)))
         try:
             _, fit, _ = Problem.of(found.nominal, exchanged, found.options).resolved()
         except SymkinError:

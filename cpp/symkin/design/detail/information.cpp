@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/design/detail/information.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
-
 #include "symkin/design/detail/information.hpp"
 #include "symkin/design/detail/problem.hpp"
 #include "symkin/support/random.hpp"
