@@ -31,6 +31,7 @@ if(NOT TARGET Eigen3::Eigen)
 endif()
 find_package(Boost 1.74 ${otherwise})
 find_package(Threads REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
 # By its header, since its own package asks for libraries that it does not need.
 find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp)
 mark_as_advanced(XSIMD_INCLUDE_DIR)

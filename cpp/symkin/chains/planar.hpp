@@ -11,7 +11,7 @@
 #include "symkin/model/pose.hpp"
 
 // Plane geometry that the planar leg structs share, for any scalars: numbers, batches of numbers
-// and duals, also mixed, since a product with a constant costs much less than one of two duals.
+// and jets, also mixed, since a product with a constant costs much less than one of two jets.
 namespace symkin {
 
 template <typename T>

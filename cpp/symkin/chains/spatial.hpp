@@ -121,7 +121,7 @@ auto operator*(const Turn<A>& turn, const Vec3<B>& a) {
   return Vec3{along(turn[0]), along(turn[1]), along(turn[2])};
 }
 
-// Closures of several kinds of scalars, such as a constant beside a dual, as an array.
+// Closures of several kinds of scalars, such as a constant beside a jet, as an array.
 template <typename H, typename... Others>
 std::array<H, 1 + sizeof...(Others)> closures(const H& first, const Others&... others) {
   return {{first, H(others)...}};

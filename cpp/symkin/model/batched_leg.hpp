@@ -9,7 +9,7 @@
 #include "symkin/model/per_leg.hpp"
 #include "symkin/model/sensed_leg.hpp"
 
-// Everything that the loops call is inlined into them: passing duals through memory costs more than
+// Everything that the loops call is inlined into them: passing jets through memory costs more than
 // their arithmetic. With the checks of the sanitizers that would be too much for the compiler.
 #ifdef __SANITIZE_ADDRESS__
 #define SYMKIN_FLATTEN
@@ -120,7 +120,7 @@ class BatchedLeg {
 
   SYMKIN_FLATTEN static void by_pose(LegSpan legs, PoseSpan poses, const double* readings,
                                      double* closures, double* by_pose, double* by_reading) {
-    using D = Dual<T, kDof + 1>;
+    using D = Jet<T, kDof + 1>;
     const PerLeg<Values> all(legs, values);
     const Index columns = legs.count * kClosures;
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {

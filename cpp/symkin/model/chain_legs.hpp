@@ -57,7 +57,7 @@ class ChainLegs {
   }
 
   auto variable(const Coordinates& coordinates) const {
-    return Leg::template Pose<Dual<T, Pose::kDof>>::variable(coordinates.data(), 0);
+    return Leg::template Pose<Jet<T, Pose::kDof>>::variable(coordinates.data(), 0);
   }
 
   template <typename VariablePose>
@@ -103,13 +103,13 @@ class ChainLegs {
 
   // dh/dq, of the first closure
   static T slope(const LegState& leg, const Pose& pose, const Joint& joint) {
-    using D = Dual<T, 1>;
+    using D = Jet<T, 1>;
     const auto closure = [&](const auto& q) {
       return Sensed::template closures<T>(leg.values.geometry, pose, q).front().v[0];
     };
     if constexpr (Sensed::kAngular) {
-      return closure(Azimuth<D>(D::of(joint.cosine, [&](std::size_t) { return -joint.sine; }),
-                                D::of(joint.sine, [&](std::size_t) { return joint.cosine; })));
+      return closure(Azimuth<D>(jet_of<T, 1>(joint.cosine, [&](int) { return -joint.sine; }),
+                                jet_of<T, 1>(joint.sine, [&](int) { return joint.cosine; })));
     } else {
       return closure(D(joint, 0));
     }

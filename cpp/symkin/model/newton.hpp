@@ -78,7 +78,7 @@ T solve(std::array<std::array<T, N>, N>& a, std::array<T, N>& b) {
 //                                     reads the joints and, if asked, on which side of its
 //                                     singularities (type 1) each leg is at the start
 //   variable(coordinates)             the pose as closures() takes it
-//   closures(leg, pose, at_start)     kClosures duals on the pose's tangent, with the joints as
+//   closures(leg, pose, at_start)     kClosures jets on the pose's tangent, with the joints as
 //                                     they are read, or as they would stand at the start: an array
 //                                     of them
 //   same_sides(coordinates)           whether all legs are still on these sides there
@@ -221,7 +221,9 @@ class Newton {
       for (const auto& h : legs_.closures(i, pose, at_start)) {
         system.cost = system.cost + h.a * h.a;
         if (!squared) {
-          matrix[row] = h.v;
+          for (std::size_t k = 0; k < kDof; ++k) {
+            matrix[row][k] = h.v[k];
+          }
           system.step[row++] = -h.a;
           continue;
         }

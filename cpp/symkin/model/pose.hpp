@@ -7,13 +7,13 @@
 #include <string_view>
 
 #include "symkin/model/azimuth.hpp"
-#include "symkin/model/dual.hpp"
+#include "symkin/model/jet.hpp"
 #include "symkin/model/pose_space.hpp"
 
 namespace symkin {
 
 // The pose as the closures see it. `constant` reads coordinates as they are; `variable` makes the
-// tangent the derivative directions `first`, `first + 1`, ... of the dual T; `move` takes a step on
+// tangent the derivative directions `first`, `first + 1`, ... of the jet T; `move` takes a step on
 // the tangent.
 template <typename T>
 struct PlanarPose {
@@ -95,7 +95,7 @@ Turn<T> turn_of(const T* quaternion) {
 }
 
 // To first order exp([w]) R = R + [w] R, which is all that a derivative at w = 0 needs; w are the
-// directions `first`, `first + 1` and `first + 2` of the dual T.
+// directions `first`, `first + 1` and `first + 2` of the jet T.
 template <typename T, typename S>
 Turn<T> variable_turn(const S* quaternion, int first) {
   const Turn<S> turn = turn_of(quaternion);

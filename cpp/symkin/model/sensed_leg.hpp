@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "symkin/model/chain_info.hpp"
-#include "symkin/model/dual.hpp"
+#include "symkin/model/jet.hpp"
 #include "symkin/model/leg_geometry.hpp"
 #include "symkin/model/pose.hpp"
 #include "symkin/model/sensor.hpp"
@@ -28,7 +28,7 @@ namespace symkin {
 //   root(geometry, pose, mode)            the q that closes the leg, NaN out of reach
 //   reach_margin(geometry, pose)          metres inside the reach
 //   joint_centres(geometry, pose, q)      for drawings
-// The scalars are doubles, batches of them, or duals; q is an Azimuth where the joint is angular.
+// The scalars are doubles, batches of them, or jets; q is an Azimuth where the joint is angular.
 template <typename Leg, typename SensorType = LinearSensor>
 struct SensedLeg {
   using Sensor = SensorType;
@@ -45,7 +45,7 @@ struct SensedLeg {
   // Derivative directions: geometry, then the pose's tangent, then q.
   static constexpr int kDirections = kGeometry + kDof + 1;
   template <typename T>
-  using Full = Dual<T, kDirections>;
+  using Full = Jet<T, kDirections>;
 
   static ChainInfo info() {
     ChainInfo info{

@@ -38,7 +38,7 @@ struct SliderOnPlatform
     const auto& [OA, beta, ob, beta_b] = geometry;
     const auto to_pivot = polar(OA, beta) - position(pose);
     auto along = dot(normal(pose.phi + beta_b), to_pivot) - q;
-    using H = decltype(along);  // of the second alone it would not be, where q alone is a dual
+    using H = decltype(along);  // of the second alone it would not be, where q alone is a jet
     return std::array<H, 2>{along, H(dot(direction(pose.phi + beta_b), to_pivot) - ob)};
   }
 

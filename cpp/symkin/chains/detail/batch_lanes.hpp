@@ -3,7 +3,37 @@
 
 #include <xsimd/xsimd.hpp>
 
-#include "symkin/model/lanes.hpp"
+#include "symkin/model/jet.hpp"
+
+// A batch as the scalar of a jet: Eigen stores the derivatives.
+template <typename Arch>
+struct Eigen::NumTraits<xsimd::batch<double, Arch>>
+    : Eigen::GenericNumTraits<xsimd::batch<double, Arch>> {
+  using Real = xsimd::batch<double, Arch>;
+  using NonInteger = Real;
+  using Nested = Real;
+  using Literal = double;
+  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0 };
+  enum { ReadCost = 1, AddCost = 1, MulCost = 1 };
+};
+
+// Ceres' jets mix with their own scalar alone; constants of a closure are doubles.
+namespace ceres {
+#define SYMKIN_JETS_WITH_CONSTANTS(op)                                             \
+  template <typename Arch, int N>                                                  \
+  auto operator op(const Jet<xsimd::batch<double, Arch>, N>& x, double constant) { \
+    return x op xsimd::batch<double, Arch>(constant);                              \
+  }                                                                                \
+  template <typename Arch, int N>                                                  \
+  auto operator op(double constant, const Jet<xsimd::batch<double, Arch>, N>& x) { \
+    return xsimd::batch<double, Arch>(constant) op x;                              \
+  }
+SYMKIN_JETS_WITH_CONSTANTS(+)
+SYMKIN_JETS_WITH_CONSTANTS(-)
+SYMKIN_JETS_WITH_CONSTANTS(*)
+SYMKIN_JETS_WITH_CONSTANTS(/)
+#undef SYMKIN_JETS_WITH_CONSTANTS
+}  // namespace ceres
 
 namespace symkin {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "symkin/estimation/unknowns.hpp"
-#include "symkin/model/dual.hpp"
+#include "symkin/model/jet.hpp"
 
 namespace symkin::factors {
 
@@ -34,7 +34,7 @@ struct Scene {
 
 // Directions: the pose's six, the base's, the target's, the kind's own three.
 inline constexpr int kDirections = 21;
-using Scalar = Dual<double, kDirections>;
+using Scalar = Jet<double, kDirections>;
 
 Scene<Scalar> scene_of(const Frame& pose, const Frame& base, const Frame& target);
 
@@ -94,7 +94,7 @@ Vec3<T> rotation_vector(const Mat3<T>& r) {
   } else {
     const double angle = std::atan2(sine, cosine.a);
     // d angle = cos d(sin) - sin d(cos)
-    factor = T::of(angle / sine, [&](std::size_t i) {
+    factor = jet_of<typename T::Scalar, T::DIMENSION>(angle / sine, [&](int i) {
       const double by_sine = square.v[i] / (2 * sine);
       const double by_angle = cosine.a * by_sine - sine * cosine.v[i];
       return (by_angle - angle / sine * by_sine) / sine;

@@ -18,7 +18,7 @@ template <typename PoseType>
 class MixedLegs {
   using Rows = detail::LaneRows<double>;
   using Coordinates = std::array<double, PoseType::kCoordinates>;
-  using Tangent = Dual<double, PoseType::kDof>;
+  using Tangent = Jet<double, PoseType::kDof>;
 
   // What the sensor shows, what it would show at the start pose, and the side there: dh/dpsi > 0.
   struct LegState {
@@ -53,8 +53,7 @@ class MixedLegs {
     const LegState& state = legs_[leg];
     const ClosureRows& rows =
         linearised(leg, pose, at_start ? state.reading_at_start : state.reading);
-    return {Tangent::of(rows.closure[0],
-                        [&](std::size_t i) { return rows.by_pose(0, static_cast<Index>(i)); })};
+    return {Tangent(rows.closure[0], rows.by_pose.row(0).transpose())};
   }
 
   bool same_sides(const Coordinates& coordinates) const {
