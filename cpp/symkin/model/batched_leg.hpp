@@ -5,9 +5,9 @@
 #include <array>
 #include <cstddef>
 
+#include "symkin/model/closure_jets.hpp"
 #include "symkin/model/leg_kernels.hpp"
 #include "symkin/model/per_leg.hpp"
-#include "symkin/model/sensed_leg.hpp"
 
 // Everything that the loops call is inlined into them: passing jets through memory costs more than
 // their arithmetic. With the checks of the sanitizers that would be too much for the compiler.
@@ -147,13 +147,12 @@ class BatchedLeg {
                                        const double* readings, double* closures,
                                        double* by_parameters, double* by_pose, double* by_reading) {
     constexpr Index kParameters = Sensed::kParameters;
-    const auto geometry = Sensed::template variable_geometry<T>(parameters);
+    const ClosureJets<Leg, Sensor, T> closure_jets(parameters);
     const Sensor sensor = Sensed::sensor(parameters);
     for (Index first = 0; first < poses.count; first += Lanes<T>::kCount) {
       const Rows rows(first, poses.count);
       const T reading = rows.read(readings, 1);
-      const auto all = Sensed::template full_closures<T>(geometry, coordinates(poses, rows).data(),
-                                                         sensor.active_joint(reading));
+      const auto all = closure_jets(coordinates(poses, rows).data(), sensor.active_joint(reading));
       for (Index c = 0; c < kClosures; ++c) {
         const auto& h = all[static_cast<std::size_t>(c)];
         rows.write(h.a, closures + c, kClosures);

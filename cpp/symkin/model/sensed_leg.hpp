@@ -59,15 +59,22 @@ struct SensedLeg {
 
   static Sensor sensor(const double* parameters) { return Sensor(parameters + kGeometry); }
 
-  template <typename T>
-  static Geometry<T> geometry(const double* parameters) {
+  template <typename T, typename Value>
+  static Geometry<T> geometry(const Value* parameters) {
     return make_geometry<Geometry<T>>([=](int i) { return T(parameters[i]); }, Indices());
   }
 
-  template <typename T>
-  static Geometry<Full<T>> variable_geometry(const double* parameters) {
-    return make_geometry<Geometry<Full<T>>>([=](int i) { return Full<T>(T(parameters[i]), i); },
-                                            Indices());
+  // The same as the jet's directions, from its first, those of the parameters from `first` on, as
+  // many as it has; the others are constants.
+  template <typename J>
+  static Geometry<J> variable_geometry(const double* parameters, int first) {
+    using T = typename J::Scalar;
+    const auto jet = [=](int i) {
+      const T value(parameters[i]);
+      const int direction = i - first;
+      return direction >= 0 && direction < J::DIMENSION ? J(value, direction) : J(value);
+    };
+    return make_geometry<Geometry<J>>(jet, Indices());
   }
 
   // q as a closure takes it, and back.
@@ -98,13 +105,6 @@ struct SensedLeg {
     } else {
       return Leg::template closure<G>(geometry, pose, joint);
     }
-  }
-
-  template <typename T>
-  static std::array<Full<T>, kClosures> full_closures(const Geometry<Full<T>>& geometry,
-                                                      const T* pose, const T& q) {
-    return closures<Full<T>>(geometry, Leg::template Pose<Full<T>>::variable(pose, kGeometry),
-                             joint(Full<T>(q, kDirections - 1)));
   }
 
   // dh/dparam from the autodiff result: the sensor's parameters act through q.
