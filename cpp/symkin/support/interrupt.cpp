@@ -10,6 +10,7 @@ namespace {
 constexpr std::chrono::milliseconds kPause{100};
 
 std::atomic<void (*)()> interrupt_hook{nullptr};
+thread_local bool of_the_caller = true;
 
 }  // namespace
 
@@ -17,7 +18,7 @@ void set_interrupt_hook(void (*hook)()) { interrupt_hook = hook; }
 
 void check_interrupt() {
   void (*const hook)() = interrupt_hook;
-  if (hook == nullptr) {
+  if (hook == nullptr || !of_the_caller) {
     return;
   }
   thread_local std::chrono::steady_clock::time_point asked;
@@ -27,5 +28,7 @@ void check_interrupt() {
     hook();
   }
 }
+
+void leave_interrupts_to_the_caller() { of_the_caller = false; }
 
 }  // namespace symkin

@@ -11,4 +11,7 @@ void set_interrupt_hook(void (*hook)());
 // What long loops call, as often as they like.
 void check_interrupt();
 
+// For threads that the library starts itself, at their beginning: there the hook is never asked.
+void leave_interrupts_to_the_caller();
+
 }  // namespace symkin

@@ -31,12 +31,10 @@ void parallel_for(Index tasks, int threads, const std::function<void(Index)>& ta
   std::mutex guard;
   std::exception_ptr failure;
   Index failed = tasks;
-  const auto work = [&](bool is_caller) {
+  const auto work = [&] {
     for (Index i = next++; i < tasks; i = next++) {
       try {
-        if (is_caller) {
-          check_interrupt();
-        }
+        check_interrupt();
         task(i);
       } catch (...) {
         const std::lock_guard<std::mutex> lock(guard);
@@ -52,12 +50,15 @@ void parallel_for(Index tasks, int threads, const std::function<void(Index)>& ta
   try {
     others.reserve(static_cast<std::size_t>(workers - 1));
     for (Index i = 1; i < workers; ++i) {
-      others.emplace_back(work, false);
+      others.emplace_back([&work] {
+        leave_interrupts_to_the_caller();
+        work();
+      });
     }
   } catch (const std::system_error&) {
     // The machine gives no more threads: those that started do the work.
   }
-  work(true);
+  work();
   for (std::thread& thread : others) {
     thread.join();
   }

@@ -74,5 +74,20 @@ TEST(Interrupt, LeavesLongComputationsByTheExceptionOfItsHook) {
   EXPECT_THROW(parallel_for(100, 4, [](Index) {}), Stopped);
 }
 
+std::atomic<int> asked_elsewhere{0};
+std::thread::id caller;
+void count_threads() { asked_elsewhere += std::this_thread::get_id() == caller ? 0 : 1; }
+
+TEST(Interrupt, IsAskedForOnTheThreadOfTheCallerAlone) {
+  caller = std::this_thread::get_id();
+  set_interrupt_hook(&count_threads);
+  parallel_for(16, 4, [](Index) {
+    check_interrupt();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  });
+  set_interrupt_hook(nullptr);
+  EXPECT_EQ(asked_elsewhere, 0);
+}
+
 }  // namespace
 }  // namespace symkin
