@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
 #include <utility>
 
 #include "symkin/model/chain_info.hpp"
 #include "symkin/support/types.hpp"
+
+namespace ceres {
+class CostFunction;
+}  // namespace ceres
 
 namespace symkin {
 
@@ -63,6 +68,10 @@ class LegModel {
   // The same without by_parameters, which is left as it is.
   virtual void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                               ClosureRows& rows) const = 0;
+
+  // The closures for a problem of your own in Ceres, with the blocks of LegConstraint; valid as
+  // long as the model.
+  std::unique_ptr<ceres::CostFunction> constraint() const;
 
   // Readings less others: of an angular joint by the shortest turn.
   virtual void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,

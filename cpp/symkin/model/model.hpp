@@ -7,8 +7,10 @@
 // somebody who adds a chain includes, by way of leg_model_of.hpp.
 #include "symkin/model/chain_info.hpp"
 #include "symkin/model/chain_model.hpp"
+#include "symkin/model/leg_constraint.hpp"
 #include "symkin/model/leg_layout.hpp"
 #include "symkin/model/leg_model.hpp"
 #include "symkin/model/mechanism.hpp"
+#include "symkin/model/pose_manifold.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/model/roles.hpp"
