@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 
-# Eigen, Boost.Math and xsimd are headers alone: the system's or, where it has none and pip builds,
-# those of one version from their projects.
+# Ceres is compiled: the system's, or what Ceres_DIR names. Eigen, Boost.Math and xsimd are headers
+# alone: the system's or, where it has none and pip builds, those of one version from their projects.
 option(SYMKIN_FETCH_HEADERS "Download Eigen, Boost.Math and xsimd where they are missing" OFF)
 include(FetchContent)
 
@@ -31,7 +31,14 @@ if(NOT TARGET Eigen3::Eigen)
 endif()
 find_package(Boost 1.74 ${otherwise})
 find_package(Threads REQUIRED)
-find_package(Ceres 2.1 REQUIRED)
+find_package(Ceres 2.1 QUIET)
+if(NOT TARGET Ceres::ceres)
+  message(
+    FATAL_ERROR
+      "Ceres 2.1 or newer was not found; install libceres-dev (Debian, Ubuntu), ceres-solver-devel "
+      "(Fedora), ceres-solver (Homebrew, conda-forge, vcpkg), or set Ceres_DIR"
+  )
+endif()
 # By its header, since its own package asks for libraries that it does not need.
 find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp)
 mark_as_advanced(XSIMD_INCLUDE_DIR)
@@ -63,3 +70,5 @@ if(NOT XSIMD_INCLUDE_DIR)
   )
   set(XSIMD_INCLUDE_DIR ${xsimd}/include)
 endif()
+add_library(symkin_xsimd INTERFACE)
+target_include_directories(symkin_xsimd SYSTEM INTERFACE ${XSIMD_INCLUDE_DIR})

@@ -8,11 +8,8 @@
 #include "symkin/chains/point_platform.hpp"
 #include "symkin/model/leg_kernels_of.hpp"
 
-// The kernels of a family. On x86-64 they are compiled twice, the second time for AVX2, which the
-// program takes where the processor has it. From there come kernels alone that bear AVX2 in their
-// type: a function that both share could be linked from either, and fail on a processor without
-// AVX2 (tests/cpp/chains/shared_symbols.cmake). Fused multiplications stay off, so that results do
-// not depend on the processor.
+// The kernels of a family, compiled for several kinds of processors (cmake/SymkinKernels.cmake):
+// those for AVX2 bear it in their type.
 namespace symkin::chains {
 
 template <typename... Some, typename... Others>

@@ -5,6 +5,7 @@
 
 #include "symkin/chains/detail/kernels.hpp"
 #include "symkin/model/leg_model_of.hpp"
+#include "symkin/support/processor.hpp"
 
 namespace symkin::chains {
 
@@ -29,7 +30,7 @@ template <typename Chains>
 Models family_models([[maybe_unused]] const LegKernels* for_avx2) {
   const LegKernels* kernels = family_kernels<Scalar<xsimd::default_arch>, Chains>();
 #ifdef SYMKIN_HAS_AVX2
-  kernels = __builtin_cpu_supports("avx2") ? for_avx2 : kernels;
+  kernels = processor() >= Processor::avx2 ? for_avx2 : kernels;
 #endif
   return models(decltype(with_points(Chains()))(), kernels);
 }

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+include(CheckCXXCompilerFlag)
+
+check_cxx_compiler_flag(-mavx2 SYMKIN_COMPILER_HAS_AVX2)
+check_cxx_compiler_flag(-mavx512f SYMKIN_COMPILER_HAS_AVX512)
+
+# symkin_add_kernels(
+#   <library> PROCESSORS <avx2 or avx512>... SOURCES <file>... LIBRARIES <target>...
+# )
+#
+# Kernels, the loops in which the library spends its time, are compiled once to run everywhere and
+# once more for each kind of processor that the compiler knows; the program takes at run time what
+# its own processor has (symkin/support/processor.hpp). Sources see SYMKIN_COMPILES_<KIND>, and those
+# that run everywhere SYMKIN_HAS_<KIND> for what there is beside them. What is compiled for a kind
+# shares no function with the rest: tests/cpp/support/shared_symbols.cmake. Fused multiplications stay
+# off, so that results do not depend on the processor.
+function(symkin_add_kernels library)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PROCESSORS;SOURCES;LIBRARIES")
+  set(flags_avx2 -mavx2)
+  set(flags_avx512 -mavx2 -mfma -mavx512f)  # Eigen wants both
+  # GCC copies arrays of batches by halves, which the processor then cannot read at once.
+  check_cxx_compiler_flag(-mmove-max=256 SYMKIN_COMPILER_HAS_MOVE_MAX)
+  if(SYMKIN_COMPILER_HAS_MOVE_MAX)
+    list(APPEND flags_avx2 -mmove-max=256 -mstore-max=256)
+  endif()
+  set(plain ${library}_kernels)
+  set(kinds everywhere ${arg_PROCESSORS})
+  foreach(kind IN LISTS kinds)
+    string(TOUPPER ${kind} upper)
+    if(kind STREQUAL everywhere)
+      set(name ${plain})
+    elseif(SYMKIN_COMPILER_HAS_${upper})
+      set(name ${library}_${kind})
+    else()
+      continue()
+    endif()
+    add_library(${name} OBJECT ${arg_SOURCES})
+    symkin_set_warnings(${name})
+    set_target_properties(
+      ${name} PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4
+    )
+    target_compile_features(${name} PRIVATE cxx_std_17)
+    symkin_set_arithmetic(${name})
+    target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/cpp)
+    target_link_libraries(${name} PRIVATE ${arg_LIBRARIES})
+    target_sources(${library} PRIVATE $<TARGET_OBJECTS:${name}>)
+    if(NOT kind STREQUAL everywhere)
+      # Optimised in any case: what is not inlined could be shared.
+      target_compile_options(${name} PRIVATE -O3 ${flags_${kind}})
+      target_compile_definitions(${name} PRIVATE SYMKIN_COMPILES_${upper})
+      target_compile_definitions(${plain} PRIVATE SYMKIN_HAS_${upper})
+      set_property(GLOBAL APPEND PROPERTY SYMKIN_KERNELS_OF_A_KIND ${name})
+    endif()
+  endforeach()
+endfunction()
