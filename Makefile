@@ -8,7 +8,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
-# The development tree has tests and benchmarks too: Ceres, GoogleTest and Google Benchmark are for them.
+# The development tree has tests and benchmarks too: GoogleTest and Google Benchmark are for them.
 SYSTEM_PACKAGES = g++ cmake ninja-build libeigen3-dev libboost-dev libxsimd-dev libceres-dev libgtest-dev \
   libbenchmark-dev python3-venv python3-dev
 SYSTEM_LINT_PACKAGES = clang-format clang-tidy
@@ -21,7 +21,7 @@ JOBS := $(shell nproc)
 # Directories are listed so that a deleted file is noticed.
 sources = $(shell find $(1) ! -name '__pycache__' ! -name '*.pyc' ! -name '.*' ! -name '\#*' \
   \( -type f -o -type d \))
-PACKAGE_SOURCES := CMakeLists.txt CMakePresets.json pyproject.toml README.md LICENSE \
+PACKAGE_SOURCES := CMakeLists.txt CMakePresets.json pyproject.toml README.md LICENSE THIRD-PARTY-NOTICES.txt \
   $(call sources,cmake cpp/symkin cpp/bindings python mechanisms)
 CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
 
