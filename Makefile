@@ -4,7 +4,7 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run study test sanitize lint format bench docs wheel release clean help system-packages system-lint-packages \
+.PHONY: run study test mutate sanitize lint format bench docs wheel release clean help system-packages system-lint-packages \
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
@@ -50,6 +50,9 @@ format: $(STAMPS)/lint | system-lint-packages ## Rewrite the sources in the proj
 	@clang-format -i $(CPP_FILES)
 	@$(PYTHON) -m ruff check --fix --quiet
 	@$(PYTHON) -m ruff format --quiet
+
+mutate: build/dev/configured ## Put small defects into the C++ sources and expect a test to fail at each: some twenty minutes
+	@scripts/mutate
 
 bench: $(STAMPS)/package $(STAMPS)/bench ## Build and run the benchmarks
 	@cmake --build --preset dev --parallel $(JOBS) --target benchmarks

@@ -37,7 +37,7 @@ function(symkin_add_kernels library)
     add_library(${name} OBJECT ${arg_SOURCES})
     symkin_set_warnings(${name})
     set_target_properties(
-      ${name} PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4
+      ${name} PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD ${SYMKIN_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 4
     )
     target_compile_features(${name} PRIVATE cxx_std_17)
     symkin_set_arithmetic(${name})

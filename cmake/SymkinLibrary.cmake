@@ -19,7 +19,7 @@ function(symkin_add_library name)
       POSITION_INDEPENDENT_CODE ON
       VERSION ${PROJECT_VERSION}
       SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-      UNITY_BUILD ON
+      UNITY_BUILD ${SYMKIN_UNITY_BUILD}
       UNITY_BUILD_BATCH_SIZE 8
   )
   target_compile_features(${name} PUBLIC cxx_std_17)
