@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/dense.hpp"
@@ -30,53 +31,11 @@ std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
   return poses;
 }
 
-}  // namespace
-
-Index WhitenedClosures::position(Index leg) const {
-  return std::find(legs.begin(), legs.end(), leg) - legs.begin();
-}
-
-WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
-                                 const std::vector<Index>& legs, PoseUse use,
-                                 const MeasurementNoise& noise) {
-  const PoseSpace space = mechanism.pose_space();
-  const Index closures = mechanism.closures();
-  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {},
-                          {0}};
-  for (const Index leg : legs) {
-    mechanism.model(leg).linearise(mechanism.leg(leg).parameters, measurements.poses,
-                                   measurements.readings.col(leg), system.rows.emplace_back());
-    system.columns.push_back(system.columns.back() + mechanism.estimated_count(leg));
-  }
-  const Index m =
-      system.poses.empty() ? 0 : system.poses.back().first + system.poses.back().count();
-  system.residual.resize(m);
-  system.jacobian.setZero(m, system.columns.back());
-  for (WhitenedPose& pose : system.poses) {
-    const Index count = pose.count();
-    RowMatrix by_pose(count, degrees_of_freedom(space));
-    Vector by_reading(count);
-    for (Index k = 0; k < count; k += closures) {
-      const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
-      const auto position = static_cast<std::size_t>(system.position(which));
-      const ClosureRows& leg = system.rows[position];
-      const std::vector<Index>& estimated = mechanism.estimated_parameters(which);
-      const Index row = pose.row * closures;
-      by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);
-      by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
-      system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
-      system.jacobian.block(pose.first + k, system.columns[position], closures,
-                            static_cast<Index>(estimated.size())) =
-          leg.by_parameters.middleRows(row, closures)(kAll, estimated);
-    }
-    pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
-    system.residual.segment(pose.first, count) =
-        lower_solution(pose.factor, system.residual.segment(pose.first, count));
-    system.jacobian.middleRows(pose.first, count) =
-        lower_solution(pose.factor, system.jacobian.middleRows(pose.first, count));
-  }
-  return system;
-}
+struct LikelyMeasurements {
+  MeasurementSet at;
+  RowMatrix pose_steps;     // N x dof, from the measured to these; 0 where no leg was read
+  RowMatrix reading_steps;  // N x legs
+};
 
 LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
                                const MeasurementSet& measured, const MeasurementNoise& noise) {
@@ -105,6 +64,7 @@ LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
   return likely;
 }
 
+// Residuals of a system that was linearised there, as those of what was measured.
 void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& system) {
   for (const WhitenedPose& pose : system.poses) {
     Vector moved(pose.count());
@@ -119,6 +79,67 @@ void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& sys
     }
     system.residual.segment(pose.first, pose.count()) -= lower_solution(pose.factor, moved);
   }
+}
+
+}  // namespace
+
+Index WhitenedClosures::position(Index leg) const {
+  return std::find(legs.begin(), legs.end(), leg) - legs.begin();
+}
+
+WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                 const std::vector<Index>& legs, PoseUse use,
+                                 const MeasurementNoise& noise) {
+  const PoseSpace space = mechanism.pose_space();
+  const Index closures = mechanism.closures();
+  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {}, {0},
+                          {}};
+  for (const Index leg : legs) {
+    mechanism.model(leg).linearise(mechanism.leg(leg).parameters, measurements.poses,
+                                   measurements.readings.col(leg), system.rows.emplace_back());
+    system.columns.push_back(system.columns.back() + mechanism.estimated_count(leg));
+    system.estimated.push_back(mechanism.estimated_parameters(leg));
+  }
+  const Index m =
+      system.poses.empty() ? 0 : system.poses.back().first + system.poses.back().count();
+  system.residual.resize(m);
+  system.jacobian.setZero(m, system.columns.back());
+  for (WhitenedPose& pose : system.poses) {
+    const Index count = pose.count();
+    RowMatrix by_pose(count, degrees_of_freedom(space));
+    Vector by_reading(count);
+    for (Index k = 0; k < count; k += closures) {
+      const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
+      const auto position = static_cast<std::size_t>(system.position(which));
+      const ClosureRows& leg = system.rows[position];
+      const std::vector<Index>& estimated = system.estimated[position];
+      const Index row = pose.row * closures;
+      by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);
+      by_reading.segment(k, closures) = leg.by_reading.segment(row, closures);
+      system.residual.segment(pose.first + k, closures) = leg.closure.segment(row, closures);
+      system.jacobian.block(pose.first + k, system.columns[position], closures,
+                            static_cast<Index>(estimated.size())) =
+          leg.by_parameters.middleRows(row, closures)(kAll, estimated);
+    }
+    pose.factor = joint_closure_factor(by_pose, by_reading, closures, space, noise, pose.row);
+    system.residual.segment(pose.first, count) =
+        lower_solution(pose.factor, system.residual.segment(pose.first, count));
+    system.jacobian.middleRows(pose.first, count) =
+        lower_solution(pose.factor, system.jacobian.middleRows(pose.first, count));
+  }
+  return system;
+}
+
+LikelySystem whiten_where_likely(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                 const std::vector<Index>& legs, const MeasurementNoise& noise) {
+  const auto whitened = [&](const MeasurementSet& at) {
+    return whiten_closures(mechanism, at, legs, PoseUse::all, noise);
+  };
+  LikelyMeasurements likely =
+      most_likely(whitened(measurements), mechanism.pose_space(), measurements, noise);
+  WhitenedClosures closures = whitened(likely.at);
+  count_from_measured(likely, closures);
+  return {std::move(likely.at), std::move(closures)};
 }
 
 std::vector<Index> all_legs(Index count) {

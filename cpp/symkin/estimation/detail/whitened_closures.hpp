@@ -33,6 +33,7 @@ struct WhitenedClosures {
 
   // Where a leg's parameters begin in the columns of the jacobian, and where they all end.
   std::vector<Index> columns;
+  std::vector<std::vector<Index>> estimated;  // of each of the legs, which of its parameters
 
   // Place of a leg among these.
   Index position(Index leg) const;
@@ -43,19 +44,16 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
                                  const std::vector<Index>& legs, PoseUse use,
                                  const MeasurementNoise& noise);
 
-// Poses and readings which the closures make most likely at the parameters, and how far they are
-// from those measured. To first order they do not depend on the residuals; where the measured ones
-// do, what little the noise changes in the derivatives adds up with them instead of averaging out.
-struct LikelyMeasurements {
+// The same with all poses, linearised at the poses and readings which the closures make most likely
+// at the parameters; the residuals are those of what was measured. To first order the most likely
+// ones do not depend on the residuals; where the measured ones do, what little the noise changes in
+// the derivatives adds up with them instead of averaging out.
+struct LikelySystem {
   MeasurementSet at;
-  RowMatrix pose_steps;     // N x dof, from the measured to these; 0 where no leg was read
-  RowMatrix reading_steps;  // N x legs
+  WhitenedClosures closures;
 };
-LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
-                               const MeasurementSet& measured, const MeasurementNoise& noise);
-
-// Residuals of a system that was linearised there, as those of what was measured.
-void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& system);
+LikelySystem whiten_where_likely(const Mechanism& mechanism, const MeasurementSet& measurements,
+                                 const std::vector<Index>& legs, const MeasurementNoise& noise);
 
 // 0, 1, ..., count - 1
 std::vector<Index> all_legs(Index count);
