@@ -94,9 +94,17 @@ RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
   return product(half, half.transpose());
 }
 
-Vector typical_sizes(const Layout& layout, const JointOptions& options) {
-  constexpr double kFrame = 1e-3;  // m or rad, where nothing is known
-  Vector sizes = Vector::Constant(layout.columns(), kFrame);
+Vector typical_sizes(const Mechanism& mechanism, const Setup& start, const Layout& layout,
+                     const JointOptions& options) {
+  constexpr double kFrame = 1e-3;  // of the natural size, where nothing is known
+  const Vector natural = natural_sizes(mechanism, start);
+  Vector sizes = Vector::Zero(layout.columns());
+  for (Index i = 0; i < natural.size(); ++i) {
+    const Index column = layout.column[static_cast<std::size_t>(i)];
+    if (column >= 0) {
+      sizes[column] = std::max(sizes[column], kFrame * natural[i]);
+    }
+  }
   for (Index i = 0; i < layout.columns(); ++i) {
     if (i < options.tolerances.size() && options.tolerances[i] > 0) {
       sizes[i] = options.tolerances[i];
@@ -284,7 +292,7 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   observations.check(mechanism, start);
   layout.check(mechanism, start);
   check_options(mechanism, observations, layout, options);
-  const Vector scale = typical_sizes(layout, options);
+  const Vector scale = typical_sizes(mechanism, start, layout, options);
   const Vector tolerances = tolerances_of(layout, options);
 
   std::vector<bool> aside;
@@ -299,9 +307,31 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   LatentProblem problem(mechanism, observations, layout, start, std::move(poses), std::move(aside),
                         options.loss, options.loss_spread > 0 ? options.loss_spread : 1);
 
+  // Directions that nothing shows, as rows that hold them; said where there are any.
+  ScaledCholesky cholesky;
+  const auto holds = [&] {
+    if (well_determined(problem.information(), cholesky)) {
+      return false;
+    }
+    const Sight sight =
+        sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
+    const bool open = sight.unseen.cols() > 0;
+    if (open && options.gauge == Gauge::refuse) {
+      refuse(sight.unseen, scale);
+    }
+    problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
+    return open;
+  };
+  // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
+  // shows would go far.
+  bool open = false;
+  if (options.gauge != Gauge::refuse) {
+    NormalEquations at_start;
+    open = problem.linearise(at_start) && holds();
+  }
+
   JointFit fit;
   SolverOutcome outcome;
-  ScaledCholesky cholesky;
   Vector before = problem.change();
   for (int pass = 0;; ++pass) {
     SolverOptions solver{options.max_iterations};
@@ -314,16 +344,8 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
       throw InvalidInput(
           "the observations cannot be explained at the start: a residual is not finite");
     }
-    bool open = false;  // directions that nothing shows
-    if (!well_determined(problem.information(), cholesky)) {
-      const Sight sight =
-          sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
-      open = sight.unseen.cols() > 0;
-      if (open && options.gauge == Gauge::refuse) {
-        refuse(sight.unseen, scale);
-      }
-      problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
-    }
+    const bool held = open;  // while it was fitted
+    open = holds();
     if (!outcome.converged) {
       break;
     }
@@ -333,7 +355,8 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
     const double change =
         (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
     before = problem.change();
-    if ((open || adapts) && (pass == 0 || change > kStill)) {
+    const bool again = adapts || (open && !held);
+    if ((open || adapts) && ((pass == 0 && again) || change > kStill)) {
       if (pass == kMaxPasses) {
         outcome.converged = false;
         outcome.failure = "the weights still move the estimate";

@@ -37,11 +37,11 @@ void check_observed(const Observed& observed, const char* what, Index poses, Ind
 
 }  // namespace
 
-Observed Observed::at(Index pose) const {
+Observed Observed::of(const std::vector<Index>& poses) const {
   if (!any()) {
     return {};
   }
-  return {values.row(pose), deviations.row(pose)};
+  return {values(poses, kAll), deviations(poses, kAll)};
 }
 
 bool Observations::any(Index pose) const {
@@ -49,9 +49,9 @@ bool Observations::any(Index pose) const {
          distances.any(pose) || heights.any(pose);
 }
 
-Observations Observations::at(Index pose) const {
-  return {readings.at(pose), poses.at(pose),     reported.at(pose),
-          points.at(pose),   distances.at(pose), heights.at(pose)};
+Observations Observations::of(const std::vector<Index>& some) const {
+  return {readings.of(some), poses.of(some),     reported.of(some),
+          points.of(some),   distances.of(some), heights.of(some)};
 }
 
 void Observations::check(const Mechanism& mechanism, const Setup& setup) const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include "symkin/estimation/unknowns.hpp"
 #include "symkin/model/mechanism.hpp"
 
@@ -14,7 +16,7 @@ struct Observed {
 
   bool any() const { return values.cols() > 0; }
   bool any(Index pose) const { return any() && !values.row(pose).array().isNaN().all(); }
-  Observed at(Index pose) const;  // of one pose alone
+  Observed of(const std::vector<Index>& poses) const;
 };
 
 // What was observed at N poses, whose true values nobody knows: any mixture, each with its noise.
@@ -31,7 +33,7 @@ struct Observations {
 
   Index count() const { return readings.values.rows(); }
   bool any(Index pose) const;  // whether anything was observed there
-  Observations at(Index pose) const;
+  Observations of(const std::vector<Index>& some) const;
   void check(const Mechanism& mechanism, const Setup& setup) const;  // throws InvalidInput
 };
 

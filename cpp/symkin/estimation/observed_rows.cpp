@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,19 +16,6 @@
 
 namespace symkin {
 namespace {
-
-Observed some(const Observed& observed, Index first, Index count) {
-  if (!observed.any()) {
-    return observed;
-  }
-  return {observed.values.middleRows(first, count), observed.deviations.middleRows(first, count)};
-}
-
-Observations some(const Observations& all, Index first, Index count) {
-  return {some(all.readings, first, count),  some(all.poses, first, count),
-          some(all.reported, first, count),  some(all.points, first, count),
-          some(all.distances, first, count), some(all.heights, first, count)};
-}
 
 class Linearised {
  public:
@@ -65,7 +53,9 @@ class Linearised {
  private:
   void linearise(Index first, Index count) {
     check_interrupt();
-    const Observations observed = some(observations_, first, count);
+    std::vector<Index> some(static_cast<std::size_t>(count));
+    std::iota(some.begin(), some.end(), first);
+    const Observations observed = observations_.of(some);
     const RowMatrix poses = poses_.middleRows(first, count);
     std::vector<bool> aside;
     for (Index i = 0; i < count; ++i) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/starting_point.hpp"
 
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "symkin/estimation/detail/closed_form_frames.hpp"
 #include "symkin/estimation/detail/latent_problem.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
@@ -145,155 +146,52 @@ RowMatrix robot_poses(const Mechanism& mechanism, const Setup& setup,
   return poses;
 }
 
-// Of a planar problem, about Z.
-Eigen::Matrix3d nearest_rotation(Eigen::Matrix3d matrix, bool planar) {
-  if (planar) {
-    matrix.row(2).setZero();
-    matrix.col(2).setZero();
-    matrix(2, 2) = matrix.norm() + 1;
-  }
-  const RowMatrix m = matrix;
-  const RightSingular svd = right_singular(m);  // m = U S V'
-  const Eigen::Matrix3d v = svd.vectors;
-  Eigen::Matrix3d u = matrix * v;
-  u.col(0).normalize();
-  u.col(1) -= u.col(0) * u.col(0).dot(u.col(1));
-  u.col(1) = u.col(1).norm() > 0 ? u.col(1).normalized() : u.col(0).unitOrthogonal();
-  u.col(2) = u.col(0).cross(u.col(1)) * (v.determinant() < 0 ? -1 : 1);
-  return u * v.transpose();
-}
-
-// Of the least squares of rows x - values.
-Vector shortest_solution(const RowMatrix& rows, const Vector& values) {
-  return symmetric_inverse(product(rows.transpose(), rows)).matrix * (rows.transpose() * values);
-}
-
-// A pair of the robot's pose P and what the device saw of it, Y = B P T.
-struct SeenPose {
-  Frame robot, seen;
+// Pairs of poses that say where the frames are: what was seen and what the robot says of itself.
+struct SeenPoses {
+  std::vector<SeenPose> pairs;
+  std::vector<Index> rows;
+  RowMatrix robot;  // a row each of these
+  bool all_turned = true;
 };
 
-struct FramePair {
-  Frame base, target;
-};
-
-// Positions alone: the rotation between two clouds of points (Kabsch) and the lever arm by turns.
-FramePair by_positions(const std::vector<SeenPose>& pairs, const FramePair& given, bool target,
-                       bool planar) {
-  FramePair found = given;
-  constexpr int kAlternations = 50;
-  for (int i = 0; i < kAlternations; ++i) {
-    Eigen::Vector3d mean_robot = Eigen::Vector3d::Zero();
-    Eigen::Vector3d mean_seen = Eigen::Vector3d::Zero();
-    for (const SeenPose& pair : pairs) {
-      mean_robot += pair.robot.position + pair.robot.rotation * found.target.position;
-      mean_seen += pair.seen.position;
+SeenPoses seen_poses(const Mechanism& mechanism, const Setup& setup,
+                     const Observations& observations, ConstVector home) {
+  const PoseSpace space = mechanism.pose_space();
+  const Index dimensions = position_size(space);
+  const RowMatrix robot = robot_poses(mechanism, setup, observations, home);
+  SeenPoses found;
+  for (Index i = 0; observations.poses.any() && i < observations.count(); ++i) {
+    const auto seen = observations.poses.values.row(i);
+    if (!robot.row(i).allFinite() || !seen.head(dimensions).allFinite()) {
+      continue;
     }
-    mean_robot /= static_cast<double>(pairs.size());
-    mean_seen /= static_cast<double>(pairs.size());
-    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-    for (const SeenPose& pair : pairs) {
-      const Eigen::Vector3d at =
-          pair.robot.position + pair.robot.rotation * found.target.position - mean_robot;
-      moment += (pair.seen.position - mean_seen) * at.transpose();
+    const Index rest = seen.size() - dimensions;
+    const bool turned = rest > 0 && seen.tail(rest).allFinite();
+    if (dimensions == 0 && !turned) {
+      continue;
     }
-    found.base.rotation = nearest_rotation(moment, planar);
-    found.base.position = mean_seen - found.base.rotation * mean_robot;
-    if (!target) {
-      return found;
+    Vector known = identity_pose(space);
+    known.head(dimensions) = seen.head(dimensions);
+    if (turned) {
+      known = seen;
     }
-    // b and t, linear for this rotation.
-    RowMatrix rows(3 * static_cast<Index>(pairs.size()), 6);
-    Vector values(rows.rows());
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const auto at = 3 * static_cast<Index>(k);
-      rows.block<3, 3>(at, 0).setIdentity();
-      rows.block<3, 3>(at, 3) = found.base.rotation * pairs[k].robot.rotation;
-      values.segment<3>(at) =
-          pairs[k].seen.position - found.base.rotation * pairs[k].robot.position;
-    }
-    const Vector solution = shortest_solution(rows, values);
-    found.base.position = solution.head<3>();
-    found.target.position = solution.tail<3>();
+    found.all_turned = found.all_turned && turned;
+    found.pairs.push_back(
+        {frame_of_pose(space, robot.row(i).data()), frame_of_pose(space, known.data())});
+    found.rows.push_back(i);
   }
+  found.robot = robot(found.rows, kAll);
   return found;
 }
 
-// Dominant singular pair of the mean of R_P (x) R_Y: vec(R_B) and vec(R_T').
-FramePair by_orientations(const std::vector<SeenPose>& pairs, const FramePair& given) {
-  RowMatrix mean = RowMatrix::Zero(9, 9);
-  for (const SeenPose& pair : pairs) {
-    for (Index i = 0; i < 3; ++i) {
-      for (Index j = 0; j < 3; ++j) {
-        mean.block<3, 3>(3 * i, 3 * j) += pair.robot.rotation(i, j) * pair.seen.rotation;
-      }
-    }
+// A start needs no more poses than these, taken all over the measurements.
+std::vector<Index> some_of(Index count) {
+  constexpr Index kEnough = 40;
+  std::vector<Index> some;
+  for (Index k = 0; k < std::min(count, kEnough); ++k) {
+    some.push_back(k * count / std::min(count, kEnough));
   }
-  const RightSingular svd = right_singular(mean);
-  const Vector right = svd.vectors.col(0);
-  const Vector left = mean * right;
-  Eigen::Matrix3d target = Eigen::Map<const Eigen::Matrix3d>(right.data());
-  Eigen::Matrix3d base = Eigen::Map<const Eigen::Matrix3d>(left.data());
-  const double sign = base.determinant() < 0 ? -1 : 1;
-  FramePair found = given;
-  found.base.rotation = nearest_rotation(sign * base, false);
-  found.target.rotation = nearest_rotation((sign * target).transpose(), false);
-  return found;
-}
-
-// p_Y = b + M p_P + R_Y tau, linear in b, M and tau = R_T' t.
-FramePair by_lever_arm(const std::vector<SeenPose>& pairs, const FramePair& given, bool planar) {
-  RowMatrix rows = RowMatrix::Zero(3 * static_cast<Index>(pairs.size()), 15);
-  Vector values(rows.rows());
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto at = 3 * static_cast<Index>(k);
-    rows.block<3, 3>(at, 0).setIdentity();
-    for (Index i = 0; i < 3; ++i) {
-      rows.block<1, 3>(at + i, 3 + 3 * i) = pairs[k].robot.position.transpose();
-    }
-    rows.block<3, 3>(at, 12) = pairs[k].seen.rotation;
-    values.segment<3>(at) = pairs[k].seen.position;
-  }
-  const Vector solution = shortest_solution(rows, values);
-  Eigen::Matrix3d m;
-  for (Index i = 0; i < 3; ++i) {
-    m.row(i) = solution.segment<3>(3 + 3 * i);
-  }
-  FramePair found = given;
-  found.base.rotation = nearest_rotation(m, planar);
-  return found;
-}
-
-// The target's rotation and both positions for the base's rotation.
-FramePair completed(const std::vector<SeenPose>& pairs, FramePair frames, bool target) {
-  if (target) {
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (const SeenPose& pair : pairs) {
-      const Eigen::Matrix3d turned = frames.base.rotation * pair.robot.rotation;
-      sum += turned.transpose() * pair.seen.rotation;
-    }
-    frames.target.rotation = nearest_rotation(sum, false);
-  }
-  const Index columns = target ? 6 : 3;
-  RowMatrix rows(3 * static_cast<Index>(pairs.size()), columns);
-  Vector values(rows.rows());
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const auto at = 3 * static_cast<Index>(k);
-    const Eigen::Matrix3d turned = frames.base.rotation * pairs[k].robot.rotation;
-    rows.block<3, 3>(at, 0).setIdentity();
-    values.segment<3>(at) = pairs[k].seen.position - frames.base.rotation * pairs[k].robot.position;
-    if (target) {
-      rows.block<3, 3>(at, 3) = turned;
-    } else {
-      values.segment<3>(at) -= turned * frames.target.position;
-    }
-  }
-  const Vector solution = shortest_solution(rows, values);
-  frames.base.position = solution.head<3>();
-  if (target) {
-    frames.target.position = solution.tail<3>();
-  }
-  return frames;
+  return some;
 }
 
 }  // namespace
@@ -328,34 +226,17 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
                            const Observations& observations, ConstVector home, bool base,
                            bool target) {
   constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kFew = 12;
   observations.check(mechanism, setup);
   const PoseSpace space = mechanism.pose_space();
   const Index dimensions = position_size(space);
-  const bool planar = dimensions == 2;
-  const RowMatrix robot = robot_poses(mechanism, setup, observations, home);
-  std::vector<SeenPose> pairs;
-  std::vector<Index> rows;
-  bool all_turned = true;
-  for (Index i = 0; observations.poses.any() && i < observations.count(); ++i) {
-    const auto seen = observations.poses.values.row(i);
-    if (!robot.row(i).allFinite() || !seen.head(dimensions).allFinite()) {
-      continue;
-    }
-    const Index rest = seen.size() - dimensions;
-    const bool turned = rest > 0 && seen.tail(rest).allFinite();
-    if (dimensions == 0 && !turned) {
-      continue;
-    }
-    Vector known = identity_pose(space);
-    known.head(dimensions) = seen.head(dimensions);
-    if (turned) {
-      known = seen;
-    }
-    all_turned = all_turned && turned;
-    pairs.push_back(
-        {frame_of_pose(space, robot.row(i).data()), frame_of_pose(space, known.data())});
-    rows.push_back(i);
+  Observations used = observations.of(some_of(observations.count()));
+  SeenPoses seen = seen_poses(mechanism, setup, used, home);
+  if (seen.pairs.size() < kFew && used.count() < observations.count()) {
+    used = observations;
+    seen = seen_poses(mechanism, setup, used, home);
   }
+  const auto& [pairs, rows, robot, all_turned] = seen;
   if (pairs.size() < kLeast) {
     throw InvalidInput("the frames need at least " + std::to_string(kLeast) + " poses whose " +
                        (dimensions > 0 ? "position" : "orientation") +
@@ -363,56 +244,23 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
                        std::to_string(pairs.size()));
   }
 
-  const FramePair given{setup.base, setup.target};
-  std::vector<FramePair> starts{given};
-  if (base) {
-    if (dimensions > 0) {
-      starts.push_back(by_positions(pairs, given, target, planar));
-    }
-    if (all_turned) {
-      starts.push_back(completed(pairs, starts.back(), target));
-      if (target) {
-        if (!planar) {  // all turns about one axis leave it open
-          starts.push_back(completed(pairs, by_orientations(pairs, given), true));
-        }
-        if (dimensions > 0) {
-          starts.push_back(completed(pairs, by_lever_arm(pairs, given, planar), true));
-        }
-      } else {
-        Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-        for (const SeenPose& pair : pairs) {
-          const Eigen::Matrix3d target_turned = pair.robot.rotation * given.target.rotation;
-          sum += pair.seen.rotation * target_turned.transpose();
-        }
-        FramePair turned = given;
-        turned.base.rotation = nearest_rotation(sum, false);
-        starts.push_back(completed(pairs, turned, false));
-      }
-    }
-  } else if (target && all_turned) {
-    FramePair turned = completed(pairs, given, true);
-    turned.base = given.base;
-    starts.push_back(turned);
-  }
+  const std::vector<FramePair> starts =
+      closed_form_frames(pairs, {setup.base, setup.target}, {space, all_turned, base, target});
 
   // Refined with the robot's poses as they are, every start; planar rotations stay planar.
   Observations alone;
-  alone.readings.values =
-      RowMatrix::Constant(static_cast<Index>(rows.size()), mechanism.leg_count(), kUnknown);
-  alone.readings.deviations = RowMatrix::Zero(alone.readings.values.rows(), mechanism.leg_count());
-  alone.poses.values.resize(alone.readings.values.rows(), robot.cols());
-  alone.poses.deviations.resize(alone.readings.values.rows(), mechanism.dof());
-  alone.reported.values = alone.poses.values;
-  alone.reported.deviations = RowMatrix::Zero(alone.readings.values.rows(), mechanism.dof());
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto at = static_cast<Index>(k);
-    alone.poses.values.row(at) = observations.poses.values.row(rows[k]);
-    alone.poses.deviations.row(at) = observations.poses.deviations.row(rows[k]);
-    alone.reported.values.row(at) = robot.row(rows[k]);
-  }
+  const auto count = static_cast<Index>(rows.size());
+  alone.readings.values = RowMatrix::Constant(count, mechanism.leg_count(), kUnknown);
+  alone.readings.deviations = RowMatrix::Zero(count, mechanism.leg_count());
+  alone.poses = used.poses.of(rows);
+  alone.reported = {robot, RowMatrix::Zero(count, mechanism.dof())};
   // The robot's poses are exact here, so what was measured of them cannot be.
-  alone.poses.deviations = alone.poses.deviations.unaryExpr(
-      [](double deviation) { return deviation == 0 ? 1 : deviation; });
+  const double length = longest_length(mechanism, setup);
+  for (Index k = 0; k < alone.poses.deviations.cols(); ++k) {
+    const double loose = k < dimensions ? length : 1;
+    alone.poses.deviations.col(k) = alone.poses.deviations.col(k).unaryExpr(
+        [loose](double deviation) { return deviation == 0 ? loose : deviation; });
+  }
   const UnknownList list(setup);
   Layout layout;
   layout.column.assign(static_cast<std::size_t>(list.size()), -1);
@@ -426,7 +274,24 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     }
   }
   // Loose, for what the poses do not show, such as the turn of a target that is only a point.
-  layout.prior = Vector::Constant(columns, 1e3);
+  const Vector sizes = natural_sizes(mechanism, setup);
+  layout.prior.resize(columns);
+  for (Index i = 0; i < sizes.size(); ++i) {
+    const Index column = layout.column[static_cast<std::size_t>(i)];
+    if (column >= 0) {
+      layout.prior[column] = 1e3 * sizes[i];
+    }
+  }
+  if (base && target && shown_places(pairs).cols() < dimensions) {
+    const auto measured = alone.poses.values.leftCols(dimensions).array().isFinite();
+    const auto deviations = alone.poses.deviations.leftCols(dimensions).array();
+    const double square = measured.select(deviations.square(), 0).sum() /
+                          static_cast<double>(measured.count() * count);
+    const double near = std::sqrt(square) / kHardlyTilted;
+    for (Index axis = 0; axis < dimensions; ++axis) {
+      layout.prior[layout.column[static_cast<std::size_t>(list.target() + axis)]] = near;
+    }
+  }
   // The fit goes on from there: last digits of a bad start are not worth waiting for.
   constexpr SolverOptions kBriefly{12};
   Setup best = setup;

@@ -74,6 +74,50 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   return names;
 }
 
+double longest_length(const Mechanism& mechanism, const Setup& setup) {
+  double longest = 0;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const ChainInfo& chain = mechanism.model(leg).info();
+    for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+      const ParameterInfo& parameter = chain.parameters[i];
+      const double value = std::abs(setup.parameters(leg, static_cast<Index>(i)));
+      if (!chain.is_angular(parameter) && parameter.role.kind != ParameterKind::gain &&
+          !is_constant(parameter.role.kind) && std::isfinite(value)) {
+        longest = std::max(longest, value);
+      }
+    }
+  }
+  return longest > 0 ? longest : 1;
+}
+
+Vector natural_sizes(const Mechanism& mechanism, const Setup& setup) {
+  const UnknownList list(setup);
+  const double length = longest_length(mechanism, setup);
+  Vector sizes = Vector::Constant(list.size(), length);
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const ChainInfo& chain = mechanism.model(leg).info();
+    double gain = 1;
+    for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+      const ParameterInfo& parameter = chain.parameters[i];
+      const Index scalar = list.leg(leg) + static_cast<Index>(i);
+      if (parameter.role.kind == ParameterKind::gain) {
+        gain = std::abs(setup.parameters(leg, static_cast<Index>(i)));
+        sizes[scalar] = gain > 0 ? gain : 1;
+      } else if (chain.is_angular(parameter)) {
+        sizes[scalar] = 1;
+      }
+    }
+    const double joint = is_angle(chain.active_joint) ? 1 : length;
+    sizes.segment(list.curvature(leg), UnknownList::kCurvature) << gain * gain / joint, joint,
+        joint;
+  }
+  for (const Index frame : {list.base(), list.target()}) {
+    sizes.segment(frame + 3, 3).setOnes();
+  }
+  sizes.tail(2).setOnes();  // of the plane
+  return sizes;
+}
+
 Layout Layout::of_all_parameters(const Mechanism& mechanism, const Setup& setup) {
   const UnknownList list(setup);
   Layout layout;

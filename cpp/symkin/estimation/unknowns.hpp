@@ -55,6 +55,14 @@ class UnknownList {
 // planar frame.
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup);
 
+// The robot's longest length; 1 of one that has none. Lengths are compared with it, so that nothing
+// depends on their unit.
+double longest_length(const Mechanism& mechanism, const Setup& setup);
+
+// What a change of each scalar of the UnknownList is compared with: that length, a radian, a gain's
+// own size, and what makes as much of the active joint.
+Vector natural_sizes(const Mechanism& mechanism, const Setup& setup);
+
 // Which scalars are estimated. A column of the estimate moves all scalars that name it by the same
 // amount (shared over legs); a scalar without one is held.
 struct Layout {

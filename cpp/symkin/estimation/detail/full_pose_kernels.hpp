@@ -36,7 +36,7 @@ struct FullPoseKernels {
   // unknowns' step changes the closures by `effects` (legs).
   void (*move)(const FullPoseRows& rows, const double* effects, double* moves, double* errors);
 
-  static constexpr Index kMostLegs = 16;
+  static constexpr Index kMostLegs = 32;
 };
 
 // Those for this processor; results are the same on all.

@@ -116,7 +116,16 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       spread_(spread),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
-      now_{{}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, {}} {
+      now_{{}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, {}},
+      length_(longest_length(mechanism, setup)),
+      sizes_(Vector::Zero(layout.columns())) {
+  const Vector sizes = natural_sizes(mechanism, setup);
+  for (Index i = 0; i < sizes.size(); ++i) {
+    const Index column = layout.column[static_cast<std::size_t>(i)];
+    if (column >= 0) {
+      sizes_[column] = std::max(sizes_[column], sizes[i]);
+    }
+  }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
       if (layout.column[static_cast<std::size_t>(list_.curvature(leg) + i)] >= 0) {
@@ -290,6 +299,13 @@ void LatentProblem::assemble(Index pose, LinearPose& linear) const {
   linear.misfit = rows.misfits.head(m);
   linear.variances = rows.variances.head(m);
   linear.by_unknowns = rows.by_unknowns.topRows(m);
+  // A trial step may lead where there is nothing to eliminate, as to a target turned by half a
+  // turn.
+  if (!linear.misfit.allFinite() || !rows.by_pose.topRows(m).allFinite()) {
+    linear.conditions = Vector::Constant(1, std::numeric_limits<double>::quiet_NaN());
+    linear.jacobian = RowMatrix::Zero(1, layout_.columns());
+    return;
+  }
   linear.elimination = eliminate_pose(rows.by_pose.topRows(m), linear.variances, pose);
   const RowMatrix& g = linear.elimination.conditions;
   linear.conditions = g.transpose() * linear.misfit;
@@ -391,14 +407,30 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   return std::isfinite(equations.cost) && equations.information.allFinite();
 }
 
+double LatentProblem::extent_of_pose(const Vector& move) const {
+  const Index position = position_size(mechanism_.pose_space());
+  double largest = 0;
+  for (Index i = 0; i < move.size(); ++i) {
+    largest = std::max(largest, std::abs(move[i]) / (i < position ? length_ : 1));
+  }
+  return largest;
+}
+
 void LatentProblem::step(const Vector& d) {
-  constexpr double kLargest = 0.3;  // m or rad
   saved_ = state_;
+  last_move_ = largest_move_;
+  move(d);
+}
+
+void LatentProblem::correct(const Vector& d) { move(d); }
+
+void LatentProblem::move(const Vector& d) {
+  constexpr double kLargest = 0.3;  // of a pose
   largest_move_ = 0;
   if (now_.full.any()) {
     now_.full.move({state_.poses, state_.errors, now_.legs}, d, moves_);
   }
-  Vector move(mechanism_.dof());
+  Vector tangent(mechanism_.dof());
   for (Index i = 0; i < observations_.count(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (aside_[at]) {
@@ -408,7 +440,7 @@ void LatentProblem::step(const Vector& d) {
       const LinearPose& linear = now_.poses[at];
       const Vector errors = -linear.variances.cwiseProduct(
           linear.elimination.conditions * (linear.conditions + linear.jacobian * d));
-      move = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+      tangent = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
       for (std::size_t row = 0; row < linear.origins.size(); ++row) {
         const RowOrigin& origin = linear.origins[row];
         if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
@@ -416,18 +448,18 @@ void LatentProblem::step(const Vector& d) {
         }
       }
     } else {
-      move = moves_.tangents.row(i);
+      tangent = moves_.tangents.row(i);
       state_.errors.row(i) = moves_.errors.row(i);
     }
-    const double size = move.lpNorm<Eigen::Infinity>();
+    const double size = extent_of_pose(tangent);
     if (size > kLargest) {
-      move *= kLargest / size;
+      tangent *= kLargest / size;
     }
     // A pose that says nothing of the parameters may wander about a double root.
     if (now_.counts[at] > 0) {
       largest_move_ = std::max(largest_move_, size);
     }
-    move_pose(mechanism_.pose_space(), move.data(), state_.poses.row(i).data());
+    move_pose(mechanism_.pose_space(), tangent.data(), state_.poses.row(i).data());
   }
   state_.setup = moved(state_.setup, layout_, d);
   state_.change += d;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "symkin/estimation/detail/full_poses.hpp"
@@ -43,11 +44,15 @@ class LatentProblem {
   Index size() const { return layout_.columns(); }
   bool linearise(NormalEquations& equations);
   void step(const Vector& d);
+  void correct(const Vector& d);
   void undo();
-  // In the typical sizes of the columns.
-  double extent(const Vector& d) const { return d.size() == 0 ? 0 : d.cwiseAbs().maxCoeff(); }
-  // Whether the last step left the latent poses where they were.
-  bool still() const { return largest_move_ < 1e-11; }
+  double extent(const Vector& d) const {
+    return d.size() == 0 ? 0 : d.cwiseQuotient(sizes_).cwiseAbs().maxCoeff();
+  }
+  // Whether the last step left the latent poses where they were, but for rounding.
+  bool still() const {
+    return largest_move_ < kStill || (largest_move_ < kRounding && largest_move_ >= last_move_);
+  }
   // Whether all poses start at measured ones, and are nearly right with that.
   bool starts_near() const;
 
@@ -81,6 +86,12 @@ class LatentProblem {
   }
 
  private:
+  // Of the robot's longest length, or of a radian.
+  static constexpr double kStill = 1e-11;
+  static constexpr double kRounding = 1e-8;
+
+  void move(const Vector& d);
+  double extent_of_pose(const Vector& move) const;
   static PoseRows rows_of(const LinearPose& pose, const RowMatrix& covariance);
 
   struct State {
@@ -118,7 +129,11 @@ class LatentProblem {
   State state_, saved_;
   Linearisation now_;
   FullPoses::Moves moves_;
-  double largest_move_ = 0;
+  double length_;  // the robot's longest
+  Vector sizes_;   // natural ones of the columns
+  // Of the poses, by the last step and by the one before.
+  double largest_move_ = std::numeric_limits<double>::infinity();
+  double last_move_ = largest_move_;
 };
 
 }  // namespace symkin

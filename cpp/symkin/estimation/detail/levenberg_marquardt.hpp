@@ -79,6 +79,13 @@ template <typename Problem>
 struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().orthogonal_step(
                                       std::declval<Vector&>()))>> : std::true_type {};
 
+template <typename Problem, typename = void>
+struct HasCorrect : std::false_type {};
+template <typename Problem>
+struct HasCorrect<
+    Problem, std::void_t<decltype(std::declval<Problem&>().correct(std::declval<const Vector&>()))>>
+    : std::true_type {};
+
 }  // namespace detail
 
 // Minimises a nonlinear least-squares problem by Levenberg-Marquardt, to the last useful digit and
@@ -87,10 +94,11 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool linearise(NormalEquations&);       at the present state; false where that is not finite
 //   void step(const Vector& d);             moves the state
 //   void undo();                            takes the last step back, with all that depends on it
-//   double extent(const Vector& d) const;   how far a step goes, relative to the state
+//   double extent(const Vector& d) const;   how far a step goes, relative to the state: no unit
 //   bool still() const;                     whether the last step left what the state holds beside
 //                                           the parameters where it was
 // and may have
+//   void correct(const Vector& d);          moves on; `undo` takes both steps back
 //   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
 //                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
@@ -101,10 +109,14 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
   constexpr double kStill = 1e-11;    // extent of a step
   constexpr double kRounding = 1e-7;  // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
+  // Of the cost, by which what the state holds beside the parameters may raise it as it settles.
+  constexpr double kSettling = 0.1;
   // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
   // more than the parameters, whose cost is that of an optimum in the rest only to first order.
   constexpr double kSlack = 1e-10;
   constexpr double kNearSlack = kNear * kNear;
+  constexpr int kCorrections = 2;
+  constexpr double kReturn = 0.5;
   // After a step that failed: little, since a curved valley that the data hardly show wants little,
   // and soon much more, where the start is far.
   constexpr double kLeastDamping = 1e-8;
@@ -126,9 +138,11 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
   bool failed = false;   // the last step
   bool undamped = true;  // no step without damping has failed since there was last none
   bool near = false;
+  bool settling = false;  // what the state holds beside the parameters has moved alone
   for (int tried = 0;; ++tried) {
     check_interrupt();
     double decrease = -1;
+    bool there = false;  // a step of the parameters would be too short to count
     if (!failed) {
       const NormalSteps::Step newton = steps.solve(now, 0, step);
       decrease = newton.decrease;
@@ -141,9 +155,9 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
         }
       }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
-      if (decrease >= 0 && problem.still() &&
-          (distance < options.enough || problem.extent(step) < kStill ||
-           (distance < kRounding && distance >= last_distance))) {
+      there = decrease >= 0 && (distance < options.enough || problem.extent(step) < kStill ||
+                                (distance < kRounding && distance >= last_distance));
+      if (there && problem.still()) {
         outcome.converged = true;
         return outcome;
       }
@@ -165,14 +179,48 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       }
       decrease = steps.solve(now, damping, step).decrease;
       if (!(decrease >= 0) || problem.extent(step) < kStill) {
-        outcome.failure = "no step lowers the cost";
+        outcome.converged = decrease >= 0 && last_distance < kRounding;
+        outcome.failure = outcome.converged ? "" : "no step lowers the cost";
         return outcome;
       }
     }
-    problem.step(step);
-    failed =
-        !problem.linearise(next) || !(next.cost - next.by_new_weights <=
-                                      now.cost + (near ? kNearSlack : kSlack) * (now.cost + 1));
+    bool finite = false;
+    const auto take = [&](double slack) {
+      problem.step(step);
+      finite = problem.linearise(next);
+      return finite && (next.cost - next.by_new_weights <= now.cost + slack);
+    };
+    // A step along a curved valley ends beside it; another from there leads back into it. Its own
+    // prediction says whether that is so: most of the rise has to go.
+    const auto corrected = [&] {
+      if constexpr (detail::HasCorrect<Problem>::value) {
+        for (int i = 0; i < kCorrections && finite; ++i) {
+          const double before = next.cost;
+          if (!(steps.solve(next, 0, step).decrease > kReturn * (before - now.cost))) {
+            return false;
+          }
+          problem.correct(step);
+          if (!problem.linearise(next) || !(next.cost < before)) {
+            return false;
+          }
+          if (next.cost < now.cost) {
+            return true;
+          }
+        }
+      }
+      return false;
+    };
+    failed = !take((there ? kSettling : near ? kNearSlack : kSlack) * (now.cost + 1));
+    const bool unsettled = near && !settling && !problem.still();
+    failed = failed && !(next.by_new_weights == 0 && corrected());
+    settling = failed && unsettled;
+    if (settling) {
+      // Where the rest of the state is far from its optimum the cost is known to first order only,
+      // and may seem lower than any that can be had.
+      problem.undo();
+      step.setZero();
+      failed = !take(kSettling * (now.cost + 1));
+    }
     if (failed) {
       problem.undo();
       undamped = undamped && damping > 0;

@@ -74,7 +74,7 @@ Relaxed relaxed(const Mechanism& mechanism, const Observations& observations, co
                 Index pose, const RowMatrix& start) {
   constexpr int kMaxSteps = 50;
   constexpr double kStill = 1e-10;
-  const Observations alone = observations.at(pose);
+  const Observations alone = observations.of({pose});
   const Layout held = nothing_free(setup);
   LatentProblem problem(mechanism, alone, held, setup, start, {false}, RobustLoss(), 1);
   NormalEquations equations;
@@ -102,7 +102,7 @@ Relaxed damped(const Mechanism& mechanism, const Observations& observations, con
   constexpr double kShorter = 0.5;   // after a step that takes back the last one
   constexpr double kLonger = 1.2;
   constexpr double kStill = 1e-8;
-  const Observations alone = observations.at(pose);
+  const Observations alone = observations.of({pose});
   if (alone.reported.any()) {
     return {};
   }
