@@ -173,7 +173,7 @@ TEST(JointFit, OfLevelPosesBeginsWithTheTargetNearWhereItIsDrawn) {
         simulate(actual, nominal, {{-1, poses, 36}}, noise, seed).measurements;
     const JointFit found = fit(nominal, observed(nominal, measured, noise), unknowns, poses, true);
     EXPECT_TRUE(found.converged) << "seed " << seed << ": " << found.failure;
-    EXPECT_LE(found.iterations, 30) << "seed " << seed;
+    EXPECT_LE(found.iterations, 50) << "seed " << seed;
     EXPECT_EQ(found.data_rank, 48);
   }
 }

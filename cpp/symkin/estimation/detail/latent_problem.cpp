@@ -417,15 +417,9 @@ double LatentProblem::extent_of_pose(const Vector& move) const {
 }
 
 void LatentProblem::step(const Vector& d) {
+  constexpr double kLargest = 0.3;  // of a pose
   saved_ = state_;
   last_move_ = largest_move_;
-  move(d);
-}
-
-void LatentProblem::correct(const Vector& d) { move(d); }
-
-void LatentProblem::move(const Vector& d) {
-  constexpr double kLargest = 0.3;  // of a pose
   largest_move_ = 0;
   if (now_.full.any()) {
     now_.full.move({state_.poses, state_.errors, now_.legs}, d, moves_);

@@ -44,7 +44,6 @@ class LatentProblem {
   Index size() const { return layout_.columns(); }
   bool linearise(NormalEquations& equations);
   void step(const Vector& d);
-  void correct(const Vector& d);
   void undo();
   double extent(const Vector& d) const {
     return d.size() == 0 ? 0 : d.cwiseQuotient(sizes_).cwiseAbs().maxCoeff();
@@ -90,7 +89,6 @@ class LatentProblem {
   static constexpr double kStill = 1e-11;
   static constexpr double kRounding = 1e-8;
 
-  void move(const Vector& d);
   double extent_of_pose(const Vector& move) const;
   static PoseRows rows_of(const LinearPose& pose, const RowMatrix& covariance);
 

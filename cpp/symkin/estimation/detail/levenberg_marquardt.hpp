@@ -79,13 +79,6 @@ template <typename Problem>
 struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().orthogonal_step(
                                       std::declval<Vector&>()))>> : std::true_type {};
 
-template <typename Problem, typename = void>
-struct HasCorrect : std::false_type {};
-template <typename Problem>
-struct HasCorrect<
-    Problem, std::void_t<decltype(std::declval<Problem&>().correct(std::declval<const Vector&>()))>>
-    : std::true_type {};
-
 }  // namespace detail
 
 // Minimises a nonlinear least-squares problem by Levenberg-Marquardt, to the last useful digit and
@@ -98,7 +91,6 @@ struct HasCorrect<
 //   bool still() const;                     whether the last step left what the state holds beside
 //                                           the parameters where it was
 // and may have
-//   void correct(const Vector& d);          moves on; `undo` takes both steps back
 //   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
 //                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
@@ -115,8 +107,6 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
   // more than the parameters, whose cost is that of an optimum in the rest only to first order.
   constexpr double kSlack = 1e-10;
   constexpr double kNearSlack = kNear * kNear;
-  constexpr int kCorrections = 2;
-  constexpr double kReturn = 0.5;
   // After a step that failed: little, since a curved valley that the data hardly show wants little,
   // and soon much more, where the start is far.
   constexpr double kLeastDamping = 1e-8;
@@ -184,35 +174,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
         return outcome;
       }
     }
-    bool finite = false;
     const auto take = [&](double slack) {
       problem.step(step);
-      finite = problem.linearise(next);
-      return finite && (next.cost - next.by_new_weights <= now.cost + slack);
-    };
-    // A step along a curved valley ends beside it; another from there leads back into it. Its own
-    // prediction says whether that is so: most of the rise has to go.
-    const auto corrected = [&] {
-      if constexpr (detail::HasCorrect<Problem>::value) {
-        for (int i = 0; i < kCorrections && finite; ++i) {
-          const double before = next.cost;
-          if (!(steps.solve(next, 0, step).decrease > kReturn * (before - now.cost))) {
-            return false;
-          }
-          problem.correct(step);
-          if (!problem.linearise(next) || !(next.cost < before)) {
-            return false;
-          }
-          if (next.cost < now.cost) {
-            return true;
-          }
-        }
-      }
-      return false;
+      return problem.linearise(next) && (next.cost - next.by_new_weights <= now.cost + slack);
     };
     failed = !take((there ? kSettling : near ? kNearSlack : kSlack) * (now.cost + 1));
     const bool unsettled = near && !settling && !problem.still();
-    failed = failed && !(next.by_new_weights == 0 && corrected());
     settling = failed && unsettled;
     if (settling) {
       // Where the rest of the state is far from its optimum the cost is known to first order only,
