@@ -28,10 +28,10 @@ CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
 run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
 	@.venv/bin/symkin run 3RRR --out out/3RRR --overwrite
 
-study: $(STAMPS)/package $(STAMPS)/cluster ## Judge the paper by a thousand robots a protocol and write out/study/report.html
+study: $(STAMPS)/paper $(STAMPS)/cluster ## Judge the paper by a thousand robots a protocol and write out/study/report.html
 	@.venv/bin/symkin study paper --workers $(JOBS) --out out/study --overwrite
 
-test: $(STAMPS)/package $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
+test: $(STAMPS)/paper $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
 	@cmake --build --preset dev --parallel $(JOBS)
 	@scripts/test
 
@@ -58,7 +58,7 @@ bench: $(STAMPS)/package $(STAMPS)/bench ## Build and run the benchmarks
 	@cmake --build --preset dev --parallel $(JOBS) --target benchmarks
 	@scripts/bench
 
-docs: $(STAMPS)/package $(STAMPS)/docs ## Build the documentation into build/docs
+docs: $(STAMPS)/paper $(STAMPS)/docs ## Build the documentation into build/docs
 	@$(PYTHON) -m sphinx -q -W --keep-going -b html docs build/docs
 	@$(PYTHON) scripts/check_site.py build/docs
 	@echo build/docs/index.html
@@ -117,4 +117,10 @@ $(STAMPS)/package: build/dev/configured $(PACKAGE_SOURCES)
 	@cmake --build --preset dev --parallel $(JOBS) --target _core
 	@$(PYTHON) -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps \
 	  --force-reinstall --config-settings=build-dir=build/dev .
+	@touch $@
+
+# The reproduction of the paper, which the wheel leaves out.
+$(STAMPS)/paper: $(STAMPS)/package $(call sources,paper)
+	@$(PYTHON) -m pip install -qq --disable-pip-version-check --no-build-isolation --no-deps \
+	  --force-reinstall ./paper
 	@touch $@

@@ -14,7 +14,8 @@ import matplotlib as mpl
 import symkin
 from symkin import plot
 from symkin.report.content import Table
-from symkin.report.study_paper import FIG_9_CELLS, HEADLINE_CELLS, paper_page
+from symkin_paper import figures
+from symkin_paper.page import FIG_9_CELLS, HEADLINE_CELLS, paper_page
 
 FOLDER = Path(__file__).parent
 # Section of the page, and how many of its tables are shown.
@@ -54,14 +55,14 @@ def write_tables(page, claims):
 if __name__ == "__main__":
     mpl.rcParams["svg.hashsalt"] = "symkin"
     study = symkin.run_study("paper", sys.argv[1])
-    found = study.paper
+    found = study.findings
     cells = study.cells
     write(plot.chosen_readings(found.plan, found.workspace.sample), "paper-fig7")
     write(
         plot.protocol_errors({name: cells[cell] for name, cell in FIG_9_CELLS.items()}),
         "paper-fig9",
     )
-    write(plot.local_errors(found.local), "paper-fig10")
+    write(figures.local_errors(found.local), "paper-fig10")
     headline = {name: cells[cell] for name, cell in HEADLINE_CELLS.items()}
     write(plot.protocol_errors(headline, before=False), "protocols")
     write_tables(paper_page(study, found), found.claims)

@@ -353,7 +353,7 @@ def study(
         str | None,
         typer.Argument(
             metavar="[NAME|FILE]",
-            help="A study file, or a built-in study: paper, protocols, cost or symmetry.",
+            help="A study file, or a built-in study: protocols, cost, symmetry, or paper.",
             autocompletion=_builtin,
             show_default=False,
         ),

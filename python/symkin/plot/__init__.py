@@ -46,9 +46,8 @@ from symkin.plot.estimates import (  # noqa: E402
     residuals,
     t_values,
 )
-from symkin.plot.studies import (  # noqa: E402  # noqa: E402
+from symkin.plot.studies import (  # noqa: E402
     chosen_readings,
-    local_errors,
     protocol_errors,
     study_cells,
     study_cost,
@@ -66,7 +65,6 @@ __all__ = [
     "error_histogram",
     "error_map",
     "explore",
-    "local_errors",
     "mechanism",
     "observability",
     "parameter_errors",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Figures of studies, and of those of the paper that need one (Figs. 7, 9 and 10)."""
+"""Figures of studies, and of chosen poses among readings."""
 
 from __future__ import annotations
 
@@ -20,12 +20,9 @@ from symkin.planning.plan import set_name
 from symkin.plot.style import (
     AFTER,
     BEFORE,
-    COLOUR_MAP,
     INK,
     LINE,
     SMALL,
-    Array,
-    colour_bar,
     flat_axes,
     leg_handles,
     leg_style,
@@ -41,7 +38,6 @@ from symkin.workspace import WorkspaceSample
 if TYPE_CHECKING:
     from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
     from symkin.study.asymmetry import Curve
-    from symkin.study.paper import LocalErrors
 
 
 _MILLI = 1e3
@@ -381,48 +377,6 @@ def protocol_errors(
     return figure
 
 
-def local_errors(errors: Sequence[LocalErrors], *, figure: FigureBase | None = None) -> FigureBase:
-    """Draw the position errors over constant-orientation workspaces (after Fig. 10).
-
-    Parameters
-    ----------
-    errors : sequence of LocalErrors
-        A column each; all panels have one scale.
-    figure : Figure or SubFigure, optional
-        Where to draw, by default in a new one.
-
-    Returns
-    -------
-    Figure or SubFigure
-    """
-    figure = new_figure(1.0 + 2.75 * len(errors), 5.0, figure)
-    places = figure.add_gridspec(2, len(errors))
-    ways = ("traditional", "divided")
-    names = {"traditional": "traditional", "divided": "divide and conquer"}
-    grids = [[_MILLI * getattr(each, way) for each in errors] for way in ways]
-    low, high = (
-        find([find(grid) for row in grids for grid in row]) for find in (np.nanmin, np.nanmax)
-    )
-    panels: list[Axes] = []
-    for row, way in enumerate(ways):
-        for column, each in enumerate(errors):
-            shared = panels[0] if panels else None
-            title = f"\N{GREEK SMALL LETTER PHI} = {each.orientation:g} rad" if row == 0 else ""
-            axes = flat_axes(
-                figure, places[row, column], title=title, share_x=shared, share_y=shared,
-                x="x, m" if row else "", y=f"{names[way]}\ny, m" if column == 0 else "",
-            )  # fmt: skip
-            axes.grid(False)
-            image = _draw_grid(axes, each, grids[row][column], (low, high))
-            axes.tick_params(labelbottom=row == 1, labelleft=column == 0)
-            panels.append(axes)
-    _crop(panels[0], errors)
-    colour_bar(
-        figure, image, panels, "position error, mm (root mean square)", shrink=0.8, pad=0.015
-    )
-    return figure
-
-
 def _draw_errors(axes: Axes, errors: Sequence[ErrorFigure], *, before: bool) -> None:
     places = np.arange(len(errors)) + before
     values = _MILLI * np.array([[each.rms, each.low, each.high, each.predicted] for each in errors])
@@ -457,31 +411,3 @@ def _say(axes: Axes, value: float, place: float, end: float | None = None) -> No
         fontsize=SMALL,
         color=INK,
     )
-
-
-def _draw_grid(axes: Axes, each: LocalErrors, values: Array, limits: tuple[float, float]) -> Any:
-    half_x, half_y = (0.5 * (centres[1] - centres[0]) for centres in (each.x, each.y))
-    axes.set_aspect("equal", adjustable="box")
-    return axes.imshow(
-        np.ma.masked_invalid(values),
-        origin="lower",
-        extent=(
-            each.x[0] - half_x, each.x[-1] + half_x, each.y[0] - half_y, each.y[-1] + half_y,
-        ),
-        cmap=COLOUR_MAP,
-        vmin=limits[0],
-        vmax=limits[1],
-        interpolation="nearest",
-    )  # fmt: skip
-
-
-def _crop(axes: Axes, errors: Sequence[LocalErrors]) -> None:
-    """Show where any of the slices has a value, and a little around."""
-    known = np.any([np.isfinite(each.divided) for each in errors], axis=0)
-    for centres, shown, set_limits in (
-        (errors[0].x, known.any(axis=0), axes.set_xlim),
-        (errors[0].y, known.any(axis=1), axes.set_ylim),
-    ):
-        inside = centres[shown]
-        margin = 0.06 * (inside[-1] - inside[0])
-        set_limits(inside[0] - margin, inside[-1] + margin)

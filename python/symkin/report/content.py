@@ -135,6 +135,8 @@ class Page:
     inputs: Sequence[tuple[str, Path | bytes]] = ()
 
 
-def plotted(name: str, *arguments: Any, **options: Any) -> Callable[[], FigureBase | Axes]:
+def plotted(
+    name: str, *arguments: Any, module: str = "symkin.plot", **options: Any
+) -> Callable[[], FigureBase | Axes]:
     """Return what draws a figure of `symkin.plot`, which takes a while to import."""
-    return lambda: getattr(import_module("symkin.plot"), name)(*arguments, **options)
+    return lambda: getattr(import_module(module), name)(*arguments, **options)

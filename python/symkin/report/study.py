@@ -23,10 +23,8 @@ _FEW = 40  # cells that a figure can name
 def study_page(result: StudyResult) -> Page:
     """Describe what a study of simulated robots found."""
     summary = study_summary(result)
-    if result.paper is not None:
-        from symkin.report.study_paper import paper_page
-
-        told = paper_page(result, result.paper)
+    if result.extension is not None:
+        told: Page = result.extension[1].page(result, result.findings)
         return dataclasses.replace(told, notes=[summary.judgement, *summary.doubts])
     sections = [
         *map(_recommendation, result.recommendations),

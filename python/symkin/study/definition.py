@@ -36,6 +36,7 @@ from symkin.io.toml_file import (
 from symkin.mechanism import Mechanism
 from symkin.observability import RowKind
 from symkin.planning.selection import Criterion, Design, SelectionMethod
+from symkin.study.extension import KNOWN, StudyExtension, extension_named, extension_names
 
 __all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
 
@@ -451,8 +452,8 @@ def _identifier(cell: Cell) -> str:
 
 
 def builtin_studies() -> list[str]:
-    """Return the names of the studies that come with symkin."""
-    return sorted(path.stem for path in _BUILTIN.glob("*.toml"))
+    """Return the names of the studies that symkin and packages installed beside it bring."""
+    return sorted({path.stem for path in _BUILTIN.glob("*.toml")} | {*extension_names()})
 
 
 def builtin_text(name: str) -> str:
@@ -466,9 +467,9 @@ def builtin_text(name: str) -> str:
     names = builtin_studies()
     if name not in names:
         raise SymkinError(
-            f'there is no study "{name}"{did_you_mean(name, names)} (built in: {", ".join(names)})'
+            f'there is no study "{name}"{_known(name, names)} (built in: {", ".join(names)})'
         )
-    return (_BUILTIN / f"{name}.toml").read_text(encoding="utf-8")
+    return _builtin_file(name).read_text(encoding="utf-8")
 
 
 def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
@@ -477,8 +478,8 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
     Parameters
     ----------
     name_or_path : str or path
-        A file, or ``"paper"``, ``"protocols"``, ``"cost"`` or ``"symmetry"``. Mechanisms that a
-        file names by files are looked for beside it.
+        A file, or ``"protocols"``, ``"cost"`` or ``"symmetry"``, or with the package symkin-paper
+        ``"paper"``. Mechanisms that a file names by files are looked for beside it.
 
     Raises
     ------
@@ -510,11 +511,36 @@ def _located(path: Path) -> Path:
     names = builtin_studies()
     if path.name not in names:
         raise StudyFileError(
-            f"is neither a file nor a built-in study{did_you_mean(path.name, names)} "
+            f"is neither a file nor a built-in study{_known(path.name, names)} "
             f"(built in: {', '.join(names)})",
             path,
         )
-    return _BUILTIN / f"{path.name}.toml"
+    return _builtin_file(path.name)
+
+
+def _builtin_file(name: str) -> Path:
+    extension = extension_named(name)
+    return extension.file if extension else _BUILTIN / f"{name}.toml"
+
+
+def _known(name: str, names: list[str]) -> str:
+    if name in KNOWN:
+        return f", and the package that brings it is not installed ({KNOWN[name]})"
+    return did_you_mean(name, names)
+
+
+def has_cells_of(definition: StudyDefinition, file: Path) -> bool:
+    """Whether a study has all cells of another, as they are there."""
+    return set(load_study(file).cells) <= set(definition.cells)
+
+
+def extension_of(definition: StudyDefinition) -> tuple[str, StudyExtension] | None:
+    """Return the name and the extension of a study whose cells a definition has, if any."""
+    for name in extension_names():
+        extension = extension_named(name)
+        if extension is not None and has_cells_of(definition, extension.file):
+            return name, extension
+    return None
 
 
 def _beside(path: Path, mechanism: str) -> str:

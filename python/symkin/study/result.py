@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,9 @@ from symkin.planning import Plan, predict_accuracy
 from symkin.planning.prediction import check_wanted, pose_count_curve
 from symkin.result import FolderResult, Value, field, plain, record
 from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, reading_curves
-from symkin.study.definition import Cell, StudyDefinition
+from symkin.study.definition import Cell, StudyDefinition, extension_of
+from symkin.study.extension import StudyExtension
 from symkin.study.robots import NORMAL_95, Job
-
-if TYPE_CHECKING:
-    from symkin.study.paper import PaperFindings
 
 __all__ = [
     "CellSummary",
@@ -180,15 +178,15 @@ class StudyResult(FolderResult):
     wanted : (float or None, float or None)
         Root mean square error of position (m) and orientation (rad) for which `recommendations`
         look.
-    paper_parts : sequence, optional
-        What `symkin.study.paper.paper_calls` returned to who ran it, for `paper`.
+    extension_parts : sequence, optional
+        What the calls of its `StudyExtension` returned to who ran it, for `findings`.
     """
 
     definition: StudyDefinition
     table: Mapping[str, NDArray[Any]]
     job: Job
     wanted: tuple[float | None, float | None] = (None, None)
-    paper_parts: Sequence[Any] | None = field(default=None, private=True, compare=False)
+    extension_parts: Sequence[Any] | None = field(default=None, private=True, compare=False)
 
     PAGE: ClassVar[str] = "study.study_page"
     SUMMARY: ClassVar[str] = "study.study_summary"
@@ -204,11 +202,16 @@ class StudyResult(FolderResult):
         return {cell.id: self._summary(cell) for cell in self.definition.cells}
 
     @cached_property
-    def paper(self) -> PaperFindings | None:
-        """What it says of the paper; None of any study but the built-in one of that name."""
-        from symkin.study.paper import is_paper, study_paper
+    def extension(self) -> tuple[str, StudyExtension] | None:
+        """Name and extension of the study that an installed package brings, if it is one."""
+        return extension_of(self.definition)
 
-        return study_paper(self, parts=self.paper_parts) if is_paper(self.definition) else None
+    @cached_property
+    def findings(self) -> Any:
+        """What it says of its extension's questions, as of the paper; None without an extension."""
+        if self.extension is None:
+            return None
+        return self.extension[1].findings(self, parts=self.extension_parts)
 
     def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
         """Return the rows of a cell, a robot each."""
@@ -311,7 +314,7 @@ class StudyResult(FolderResult):
             "cells": [summary.to_dict() for summary in self.cells.values()],
             "recommendations": [each.to_dict() for each in self.recommendations],
             "curves": plain(self.curves),
-            **({} if self.paper is None else {"paper": self.paper.to_dict()}),
+            **({self.extension[0]: self.findings.to_dict()} if self.extension else {}),
         }
 
     def columns(self) -> Mapping[str, Any]:

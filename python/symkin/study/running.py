@@ -26,8 +26,7 @@ from symkin.io.tables import write_table
 from symkin.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.study.cost import CostResult, measure_cost
-from symkin.study.definition import Cell, StudyDefinition, load_study
-from symkin.study.paper import paper_calls
+from symkin.study.definition import Cell, StudyDefinition, extension_of, load_study
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job, planned
 
@@ -161,8 +160,9 @@ def _simulated(
     tasks = max(len(left), len(definition.cells))
     with opened_client(workers, scheduler, tasks) as client:
         job = Job.of(definition, lambda poses: make_plans(definition, poses, client), tell)
-        # What of the paper needs no robot's result goes first: it would be waited for at the end.
-        of_paper = None if client is None else begun(paper_calls(definition, job), client)
+        # What needs no robot's result goes first: it would be waited for at the end.
+        extension = None if client is None else extension_of(definition)
+        others = begun(extension[1].calls(definition, job), client) if extension else None
         done = sum(end - first for first, end in found)
         tell("simulating robots", done / definition.robots)
         for chunk, columns in compute(job, left, client):
@@ -171,9 +171,9 @@ def _simulated(
             found[chunk] = columns
             done += chunk[1] - chunk[0]
             tell("simulating robots", done / definition.robots)
-        paper_parts = of_paper() if of_paper else None
+        extension_parts = others() if others else None
     table = _joined(job, [found[chunk] for chunk in sorted(found)])
-    return StudyResult(definition, table, job, paper_parts=paper_parts)
+    return StudyResult(definition, table, job, extension_parts=extension_parts)
 
 
 def _chunks(definition: StudyDefinition) -> Iterator[Chunk]:

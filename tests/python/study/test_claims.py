@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from symkin.study import claims
-from symkin.study.claims import Evidence, SliceErrors, judge
 from symkin.study.result import Ratio
+from symkin_paper import claims
+from symkin_paper.claims import Evidence, SliceErrors, judge
 
 SMALLER, LARGER, OPEN = Ratio(0.5, 0.4, 0.6), Ratio(2.0, 1.5, 2.5), Ratio(1.0, 0.8, 1.25)
 ALIKE, NEARLY = Ratio(1.0, 0.97, 1.03), Ratio(1.15, 1.12, 1.2)

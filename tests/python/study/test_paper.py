@@ -13,9 +13,10 @@ from symkin import plot
 from symkin.errors import SymkinError
 from symkin.report.rendering import page_html
 from symkin.report.study import study_page
-from symkin.report.study_paper import HEADLINE_CELLS, paper_page
-from symkin.study import StudyResult, load_study, run_study
-from symkin.study.paper import (
+from symkin.study import StudyResult, builtin_studies, builtin_text, load_study, run_study
+from symkin.workspace.study import constant_orientations
+from symkin_paper import STUDY, figures
+from symkin_paper.findings import (
     EACH_LEG,
     EQUAL_EFFORT,
     ORIENTATIONS,
@@ -25,7 +26,7 @@ from symkin.study.paper import (
     paper_calls,
     study_paper,
 )
-from symkin.workspace.study import constant_orientations
+from symkin_paper.page import HEADLINE_CELLS, paper_page
 
 
 @pytest.fixture(scope="module")
@@ -97,18 +98,19 @@ def test_local_errors_are_those_of_the_study_s_robots(study):
 
 def test_workers_find_of_the_paper_what_one_process_finds(study, findings, cluster, monkeypatch):
     few = functools.partial(paper_calls, poses=2000, mapped_robots=2)
-    monkeypatch.setattr("symkin.study.running.paper_calls", few)
+    small = "paper", dataclasses.replace(STUDY, calls=few)
+    monkeypatch.setattr("symkin.study.running.extension_of", lambda _definition: small)
     found = run_study(study.definition, scheduler=cluster.scheduler_address)
     assert isinstance(found, StudyResult)
     assert found == study
-    assert found.paper_parts is not None
-    assert found.paper is not None
+    assert found.extension_parts is not None
+    assert found.findings is not None
     timed = dict.fromkeys(("selection_saving", "plan_saving", "step_saving"), 0.0)
-    assert dataclasses.replace(found.paper.evidence, **timed) == dataclasses.replace(
+    assert dataclasses.replace(found.findings.evidence, **timed) == dataclasses.replace(
         findings.evidence, **timed
     )
-    assert found.paper.local == findings.local
-    assert found.paper.workspace == findings.workspace
+    assert found.findings.local == findings.local
+    assert found.findings.workspace == findings.workspace
 
 
 def test_only_the_paper_s_study_makes_its_calls(study):
@@ -130,7 +132,7 @@ def test_the_page_has_every_figure_beside_the_paper_s_words(study, findings):
 
 
 def test_results_and_page_of_the_study_have_the_claims(study, findings, monkeypatch):
-    monkeypatch.setitem(study.__dict__, "paper", findings)
+    monkeypatch.setitem(study.__dict__, "findings", findings)
     claims = study.to_dict()["paper"]["claims"]
     assert [each["verdict"] for each in claims] == [each.verdict for each in findings.claims]
     assert study_page(study).title == paper_page(study, findings).title
@@ -150,13 +152,13 @@ def test_other_cells_do_not_judge_the_paper(cells):
     own = tuple({**given[each["id"]], **each} for each in cells)
     found = run_study(whole.replace(cell=own, candidates=300, robots=1, evaluation_poses=20))
     assert isinstance(found, StudyResult)
-    assert found.paper is None
-    with pytest.raises(SymkinError, match='built-in study "paper"'):
+    assert found.findings is None
+    with pytest.raises(SymkinError, match='the study "paper"'):
         study_paper(found)
 
 
 def test_all_maps_of_local_errors_have_one_scale(findings):
-    figure = plot.local_errors(findings.local)
+    figure = figures.local_errors(findings.local)
     scales = {axes.images[0].get_clim() for axes in figure.axes if axes.images}
     assert len(scales) == 1
     (scale,) = scales
@@ -184,3 +186,20 @@ def test_protocols_are_drawn_side_by_side_with_and_without_the_state_before(stud
         assert names == (["before"] if before else []) + list(cells)
         assert "mm" in position.get_xlabel()
         assert "mrad" in orientation.get_xlabel()
+
+
+def test_without_its_package_the_study_says_what_to_install(monkeypatch):
+    monkeypatch.setattr("symkin.study.extension.entry_points", lambda **_group: ())
+    with pytest.raises(SymkinError, match=r"not installed.*symkin-paper"):
+        load_study("paper")
+    with pytest.raises(SymkinError, match=r"not installed.*symkin-paper"):
+        builtin_text("paper")
+    assert "paper" not in builtin_studies()
+
+
+def test_without_its_package_the_cells_are_a_study_as_any_other(study, monkeypatch):
+    monkeypatch.setattr("symkin.study.extension.entry_points", lambda **_group: ())
+    alone = dataclasses.replace(study)
+    assert alone.findings is None
+    assert "paper" not in alone.to_dict()
+    assert study_page(alone).title == study.definition.title

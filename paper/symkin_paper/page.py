@@ -18,8 +18,10 @@ from symkin.report.wording import (
     setting,
     significant,
 )
-from symkin.study.claims import Claim, Verdict
-from symkin.study.paper import (
+from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
+from symkin.workspace import least_reach_margin
+from symkin_paper.claims import Claim, Verdict
+from symkin_paper.findings import (
     EACH_LEG,
     EQUAL_EFFORT,
     PAPER,
@@ -27,8 +29,6 @@ from symkin.study.paper import (
     PaperFindings,
     study_paper,
 )
-from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
-from symkin.workspace import least_reach_margin
 
 # Of one claim, and of several.
 _TOLD: dict[Verdict, tuple[str, str]] = {
@@ -86,7 +86,7 @@ def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Pag
     Parameters
     ----------
     study : StudyResult
-        Of the built-in study ``"paper"``.
+        Of the study ``"paper"``.
     findings : PaperFindings, optional
         Of it, by default `study_paper` of it.
 
@@ -289,7 +289,7 @@ def _local(found: PaperFindings) -> Section:
         "Maps of the position error at three orientations, for two methods.",
         f"After Fig. 10: position error of the calibrated robots at \N{GREEK SMALL LETTER PHI} = "
         f"{angles} rad, in mm, root mean square over robots; all maps have one scale.",
-        plotted("local_errors", found.local),
+        plotted("local_errors", found.local, module="symkin_paper.figures"),
     )
     return Section("local", "Local errors (section 6.5, Fig. 10)", (), [figure, _claims(found, 10)])
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,8 @@ from symkin.planning.plan import thinned
 from symkin.planning.selection import LegRows, select_poses
 from symkin.result import Value, field, record
 from symkin.simulation import simulate_observed
-from symkin.study.claims import Claim, Evidence, SliceErrors, judge
 from symkin.study.cost import seconds_of
-from symkin.study.definition import StudyDefinition, load_study
+from symkin.study.definition import StudyDefinition, has_cells_of
 from symkin.study.result import Ratio, StudyResult
 from symkin.study.robots import Job, robot_seed
 from symkin.symmetry import leg_carriers, map_poses, observability_group
@@ -36,11 +36,21 @@ from symkin.workspace.study import (
     constant_orientations,
     study_workspace,
 )
+from symkin_paper.claims import Claim, Evidence, SliceErrors, judge
 
-__all__ = ["LocalErrors", "PaperFindings", "is_paper", "local_errors", "paper_calls", "study_paper"]
+__all__ = [
+    "STUDY_FILE",
+    "LocalErrors",
+    "PaperFindings",
+    "local_errors",
+    "paper_calls",
+    "study_paper",
+]
 
 Array = NDArray[np.float64]
 Call = tuple[Any, ...]  # a function and its arguments
+
+STUDY_FILE = Path(__file__).parent / "paper.toml"
 
 ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
 _OFFSETS = np.deg2rad([30.0, 150.0, -90.0])  # Eq. 19
@@ -98,7 +108,7 @@ def local_errors(
     Parameters
     ----------
     study : StudyResult
-        Of the built-in study ``"paper"``.
+        Of the study ``"paper"``.
     slices : sequence of ConstantOrientation
         Whose usable cells are evaluated.
     robots : int
@@ -204,11 +214,6 @@ class PaperFindings(Value):
     claims: tuple[Claim, ...]
 
 
-def is_paper(definition: StudyDefinition) -> bool:
-    """Whether a study has all cells of the built-in study ``"paper"``, as they are there."""
-    return set(load_study("paper").cells) <= set(definition.cells)
-
-
 def paper_calls(
     definition: StudyDefinition,
     job: Job,
@@ -220,7 +225,7 @@ def paper_calls(
 
     None for another study, or one whose poses could not be chosen.
     """
-    if not is_paper(definition):
+    if not has_cells_of(definition, STUDY_FILE):
         return []
     by_name = {cell.id: cell for cell in definition.cells}
     plan, traditional = (job.plans[by_name[name].plan_key] for name in (PAPER, TRADITIONAL))
@@ -245,7 +250,7 @@ def study_paper(
     Parameters
     ----------
     study : StudyResult
-        Of the built-in study ``"paper"``; its robots may be fewer.
+        Of the study ``"paper"``; its robots may be fewer.
     poses : int
         On which each element of the symmetry is tested.
     mapped_robots : int
@@ -258,8 +263,8 @@ def study_paper(
     SymkinError
         For a study without the cells of the paper.
     """
-    if not is_paper(study.definition):
-        raise SymkinError('the paper is judged by the cells of the built-in study "paper" alone')
+    if not has_cells_of(study.definition, STUDY_FILE):
+        raise SymkinError('the paper is judged by the cells of the study "paper" alone')
     plan, traditional, seed = study.plan(PAPER), study.plan(TRADITIONAL), study.definition.seed
     if parts is None:
         calls = paper_calls(study.definition, study.job, poses=poses, mapped_robots=mapped_robots)
