@@ -44,6 +44,7 @@ lint: build/dev/configured $(STAMPS)/lint | system-lint-packages ## Check format
 	@$(PYTHON) -m ruff check --quiet
 	@$(PYTHON) -m ruff format --check --quiet
 	@$(PYTHON) -m mypy
+	@PYTHONPATH=python:paper .venv/bin/lint-imports --no-logo --no-cache >build/imports.log || { cat build/imports.log; exit 1; }
 	@$(PYTHON) scripts/tidy.py build/dev cpp
 
 format: $(STAMPS)/lint | system-lint-packages ## Rewrite the sources in the project's format

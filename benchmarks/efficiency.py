@@ -24,10 +24,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import symkin
-from symkin.identification import JointIdentification
-from symkin.identification.problem import JointOptions, Problem
-from symkin.settings import Frames, NoiseSettings
-from symkin.simulation import Observed, Simulation
+from symkin.analysis.observed import Observed
+from symkin.estimate import JointIdentification
+from symkin.estimate.problem import JointOptions, Problem
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.planning.simulation import Simulation
 
 
 class Case(NamedTuple):

@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import symkin
-from symkin.chains import turn_of
-from symkin.identification.hypotheses import in_modes
-from symkin.settings import Frames, NoiseSettings
-from symkin.simulation import Observed
+from symkin.analysis.observed import Observed
+from symkin.estimate.corrections import in_modes
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.model.turns import turn_of
 
 SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
 ANCHOR = ((2.0, 1.0),)

@@ -21,8 +21,8 @@ from scipy.optimize import least_squares
 
 import symkin
 from symkin import _core
-from symkin.identification.fit import core_measurements
-from symkin.observability import noise_of
+from symkin.estimate.fit import core_measurements
+from symkin.model.tolerances import noise_of
 
 Array = NDArray[np.float64]
 

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.identification.knowledge import in_words
-from symkin.probing import CALIPER, PrintedLength, with_printed_length
-from symkin.settings import NoiseSettings
-from symkin.simulation import disturb
+from symkin.analysis.probing import CALIPER, PrintedLength, with_printed_length
+from symkin.estimate.precision import in_words
+from symkin.model.settings import NoiseSettings
+from symkin.planning.simulation import disturb
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def size_errors(believed: symkin.Mechanism, actual: symkin.Mechanism) -> list[fl
 
 
 def errors_of_shown(
-    found: symkin.identification.JointIdentification, actual: symkin.Mechanism
+    found: symkin.estimate.JointIdentification, actual: symkin.Mechanism
 ) -> tuple[list[float], list[str], list[str]]:
     """Errors of what the heights show, in deviations, and the names of what is shown or not."""
     truth = dict(zip(actual.parameter_names, actual.parameters.T, strict=True))

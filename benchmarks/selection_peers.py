@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symkin
-from symkin.observability import observability_rows
+from symkin.analysis.observability import observability_rows
 
 COUNT = 24
 STARTS = 10

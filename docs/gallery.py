@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 import symkin
 from symkin import plot
-from symkin.chains import PLATFORMS
-from symkin.io.template import mechanism_template
-from symkin.skeleton import skeleton_of
+from symkin.files.template import mechanism_template
+from symkin.model.chains import PLATFORMS
+from symkin.show.skeleton import skeleton_of
 
 ROOT = Path(__file__).parent.parent
 FOLDER = ROOT / "build" / "gallery"

@@ -13,7 +13,7 @@ import matplotlib as mpl
 
 import symkin
 from symkin import plot
-from symkin.report.content import Table
+from symkin.present import Table
 from symkin_paper import figures
 from symkin_paper.page import FIG_9_CELLS, HEADLINE_CELLS, paper_page
 

@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from symkin.report.wording import count, milli, plural, significant
-from symkin.result import Value, field, record
-from symkin.study.result import Ratio
+from symkin.show.wording import count, milli, plural, significant
+from symkin.study.summaries import Ratio
+from symkin.values import Value, field, record
 
 __all__ = ["Claim", "Evidence", "Judgement", "SliceErrors", "Verdict", "judge"]
 

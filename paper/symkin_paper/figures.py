@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from numpy.typing import NDArray
 
-from symkin.plot.style import COLOUR_MAP, colour_bar, flat_axes, new_figure
+from symkin.show.figures.style import COLOUR_MAP, colour_bar, flat_axes, new_figure
 from symkin_paper.findings import LocalErrors
 
 __all__ = ["local_errors"]

@@ -10,32 +10,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.conditions import check_conditions
-from symkin.errors import SymkinError
-from symkin.evaluation import evaluate
-from symkin.identification.estimate import identify
-from symkin.identification.fit import PoseUse
-from symkin.io.mechanism_file import load_mechanism
-from symkin.measurements import pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import analyse_observability, mechanism_rows, observability_rows
-from symkin.planning import Plan, make_plan, predict_accuracy
-from symkin.planning.plan import thinned
-from symkin.planning.selection import LegRows, select_poses
-from symkin.result import Value, field, record
-from symkin.simulation import simulate_observed
-from symkin.study.cost import seconds_of
-from symkin.study.definition import StudyDefinition, has_cells_of
-from symkin.study.result import Ratio, StudyResult
-from symkin.study.robots import Job, robot_seed
-from symkin.symmetry import leg_carriers, map_poses, observability_group
-from symkin.workspace import inside_workspace, sample_workspace
-from symkin.workspace.study import (
+from symkin.analysis.conditions import check_conditions
+from symkin.analysis.evaluation import evaluate
+from symkin.analysis.observability import analyse_observability, mechanism_rows, observability_rows
+from symkin.analysis.workspace import inside_workspace, sample_workspace
+from symkin.analysis.workspace.study import (
     ConstantOrientation,
     WorkspaceStudy,
     constant_orientations,
     study_workspace,
 )
+from symkin.errors import SymkinError
+from symkin.estimate.fit import PoseUse
+from symkin.estimate.identification import identify
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.model.symmetry import leg_carriers, map_poses, observability_group
+from symkin.planning import Plan, make_plan, predict_accuracy
+from symkin.planning.accuracy import thinned
+from symkin.planning.selection import LegRows, select_poses
+from symkin.planning.simulation import simulate_observed
+from symkin.robot import load_mechanism
+from symkin.study.cost import seconds_of
+from symkin.study.definition import StudyDefinition, has_cells_of
+from symkin.study.result import StudyResult
+from symkin.study.robots import Job, robot_seed
+from symkin.study.summaries import Ratio
+from symkin.values import Value, field, record
 from symkin_paper.claims import Claim, Evidence, SliceErrors, judge
 
 __all__ = [

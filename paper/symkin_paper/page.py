@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from symkin.measurements import pose_rows
-from symkin.report.content import Group, Image, Page, Section, Table, plotted
-from symkin.report.wording import (
+from symkin.analysis.workspace import least_reach_margin
+from symkin.model.poses import pose_rows
+from symkin.present import Group, Image, Page, Section, Table
+from symkin.show.images import plotted
+from symkin.show.wording import (
     NONE,
     decimals_of,
     fixed,
@@ -18,8 +20,8 @@ from symkin.report.wording import (
     setting,
     significant,
 )
-from symkin.study.result import CellSummary, ErrorFigure, Ratio, StudyResult
-from symkin.workspace import least_reach_margin
+from symkin.study.result import StudyResult
+from symkin.study.summaries import CellSummary, ErrorFigure, Ratio
 from symkin_paper.claims import Claim, Verdict
 from symkin_paper.findings import (
     EACH_LEG,

@@ -5,12 +5,14 @@ The flow, each arrow one function::
 
     load -> sample_workspace -> make_plan -> simulate or read_measurements -> identify -> evaluate
 
-`run_protocol` is all of it, and a `Mechanism` has these stages as methods. Units are metres and
-radians throughout; poses are arrays with one pose a row (see `Mechanism`). Legs and rows count from
-0 in Python, from 1 in files and on the command line.
+`run_protocol` is all of it, and a `Robot`, which `load` returns, has these stages as methods. Units
+are metres and radians throughout; poses are arrays with one pose a row (see `Mechanism`). Legs and
+rows count from 0 in Python, from 1 in files and on the command line.
 
-The modules have more: `symkin.settings`, `symkin.errors`, `symkin.symmetry`, `symkin.workspace`,
-`symkin.observability`, `symkin.planning`, `symkin.identification`, `symkin.study`, `symkin.plot`.
+The rooms have more, each above those that it is made of: `symkin.model` (a mechanism, its settings,
+its symmetry), `symkin.data` (measurements), `symkin.files`, `symkin.analysis` (workspace,
+observability, evaluation), `symkin.estimate`, `symkin.planning`, `symkin.study`, `symkin.exports`,
+`symkin.plot` and `symkin.show`.
 """
 
 from __future__ import annotations
@@ -28,38 +30,39 @@ except ModuleNotFoundError as error:
         "from the source directory"
     ) from error
 
-# At once, since the function has the name of its module.
-from symkin.chains import chain_info, chains
-
 if TYPE_CHECKING:
-    from symkin.alignment import align_frames
-    from symkin.checks import check_mechanism
+    from symkin.analysis.alignment import align_frames
+    from symkin.analysis.checks import check_mechanism
+    from symkin.analysis.evaluation import evaluate
+    from symkin.analysis.workspace import sample_workspace
+    from symkin.analysis.workspace.study import study_workspace
+    from symkin.data.measurements import Measurements
+    from symkin.data.reading import read_measurements, write_measurements
     from symkin.errors import SymkinError
-    from symkin.evaluation import evaluate
+    from symkin.estimate import cross_validate, identify, identify_many
     from symkin.exports import export
-    from symkin.identification import cross_validate, identify, identify_many
-    from symkin.io.measurements import read_measurements, write_measurements
-    from symkin.io.mechanism_file import load, load_columns, load_mechanism, shipped_mechanisms
-    from symkin.io.mechanism_schema import mechanism_schema
-    from symkin.io.mechanism_writer import save_mechanism
-    from symkin.io.plans import read_plan, write_plan
-    from symkin.io.results import read_results
-    from symkin.measurements import Measurements
-    from symkin.mechanism import Leg, Mechanism
+    from symkin.files.mechanism_file import load_columns, shipped_mechanisms
+    from symkin.files.mechanism_schema import mechanism_schema
+    from symkin.files.mechanism_writer import save_mechanism
+    from symkin.model.chains import chain_info, chains
+    from symkin.model.mechanism import Leg, Mechanism
+    from symkin.model.symmetry import compare_symmetry, detect_symmetry
     from symkin.pipeline import run_protocol
     from symkin.planning import Plan, make_plan, pose_count_curve, predict_accuracy
+    from symkin.planning.plan import write_plan
+    from symkin.planning.plan_files import read_plan
     from symkin.planning.selection import select_poses
-    from symkin.simulation import simulate
+    from symkin.planning.simulation import simulate
+    from symkin.robot import Robot, load, load_mechanism
+    from symkin.storage.results_file import read_results
     from symkin.study import run_study
-    from symkin.symmetry import compare_symmetry, detect_symmetry
-    from symkin.workspace import sample_workspace
-    from symkin.workspace.study import study_workspace
 
 __all__ = [
     "Leg",
     "Measurements",
     "Mechanism",
     "Plan",
+    "Robot",
     "SymkinError",
     "align_frames",
     "chain_info",
@@ -96,43 +99,42 @@ __all__ = [
 
 # Resolved when they are first used, so that nobody waits for what he does not use.
 _MODULES = {
-    "alignment": ("align_frames",),
-    "checks": ("check_mechanism",),
+    "analysis.alignment": ("align_frames",),
+    "analysis.checks": ("check_mechanism",),
+    "analysis.evaluation": ("evaluate",),
+    "analysis.workspace": ("sample_workspace",),
+    "analysis.workspace.study": ("study_workspace",),
+    "data.measurements": ("Measurements",),
+    "data.reading": ("read_measurements", "write_measurements"),
     "errors": ("SymkinError",),
-    "evaluation": ("evaluate",),
+    "estimate": ("cross_validate", "identify", "identify_many"),
     "exports": ("export",),
-    "identification": ("cross_validate", "identify", "identify_many"),
-    "io.measurements": ("read_measurements", "write_measurements"),
-    "io.mechanism_file": ("load", "load_columns", "load_mechanism", "shipped_mechanisms"),
-    "io.mechanism_schema": ("mechanism_schema",),
-    "io.mechanism_writer": ("save_mechanism",),
-    "io.plans": ("read_plan", "write_plan"),
-    "io.results": ("read_results",),
-    "measurements": ("Measurements",),
-    "mechanism": ("Leg", "Mechanism"),
+    "files.mechanism_file": ("load_columns", "shipped_mechanisms"),
+    "files.mechanism_schema": ("mechanism_schema",),
+    "files.mechanism_writer": ("save_mechanism",),
+    "model.chains": ("chain_info", "chains"),
+    "model.mechanism": ("Leg", "Mechanism"),
+    "model.symmetry": ("compare_symmetry", "detect_symmetry"),
     "pipeline": ("run_protocol",),
     "planning": ("Plan", "make_plan", "pose_count_curve", "predict_accuracy"),
+    "planning.plan": ("write_plan",),
+    "planning.plan_files": ("read_plan",),
     "planning.selection": ("select_poses",),
-    "simulation": ("simulate",),
+    "planning.simulation": ("simulate",),
+    "robot": ("Robot", "load", "load_mechanism"),
+    "storage.results_file": ("read_results",),
     "study": ("run_study",),
-    "symmetry": ("compare_symmetry", "detect_symmetry"),
-    "workspace": ("sample_workspace",),
-    "workspace.study": ("study_workspace",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _ROOMS = (
-    "alignment", "checks", "conditions", "errors", "evaluation", "exports", "identification", "io",
-    "kinematics", "measurements", "mechanism",
-    "observability", "pipeline", "planning", "plot", "poses", "report", "settings", "simulation",
-    "study", "symmetry", "workspace",
+    "analysis", "data", "errors", "estimate", "exports", "files", "model", "pipeline", "planning",
+    "plot", "present", "results", "robot", "show", "storage", "study", "values",
 )  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
-
-        return version("symkin")
+        return importlib.import_module("symkin.version").version()
     if name in _MODULE_OF:
         module = importlib.import_module(f"symkin.{_MODULE_OF[name]}")
         found = globals()[name] = getattr(module, name)

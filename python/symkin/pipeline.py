@@ -9,18 +9,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
+from symkin.analysis.evaluation import Evaluation, evaluate
+from symkin.analysis.observability import ExpectedAccuracy, RowKind
+from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
-from symkin.evaluation import Evaluation, evaluate
-from symkin.identification.estimate import Identification, identify_legs
-from symkin.identification.fit import Estimator, PoseUse
-from symkin.mechanism import Mechanism
-from symkin.observability import ExpectedAccuracy, RowKind
+from symkin.estimate.fit import Estimator, PoseUse
+from symkin.estimate.identification import Identification, identify_legs
+from symkin.model.framing import framed
+from symkin.model.mechanism import Mechanism
 from symkin.planning import Design, Plan, make_plan
+from symkin.planning.plan import write_plan
 from symkin.planning.selection import Criterion, SelectionMethod
-from symkin.poses import framed
-from symkin.result import FolderResult, Value, plain, record
-from symkin.simulation import Simulation, simulate_observed
-from symkin.workspace import WorkspaceSample, sample_workspace
+from symkin.planning.simulation import Simulation, simulate_observed
+from symkin.results import FolderResult
+from symkin.values import Value, plain, record
 
 __all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
 
@@ -87,8 +89,6 @@ class ProtocolResult(FolderResult):
     after: Evaluation
     seed: int
 
-    PAGE: ClassVar[str] = "run.run_page"
-    SUMMARY: ClassVar[str] = "run.run_summary"
     FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Identification.FILES)
 
     @cached_property
@@ -143,8 +143,6 @@ class ProtocolResult(FolderResult):
 
     def write_files(self, folder: Path) -> None:
         """Write the files of all stages into a folder."""
-        from symkin.io.plans import write_plan
-
         write_plan(self.plan, folder / "plan.csv", self.nominal)
         measured = self.simulation.measurements
         seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them

@@ -17,7 +17,7 @@ SHARED = Path(__file__).resolve().parents[3] / "shared"
 @pytest.fixture
 def unillustrated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages without figures, as without matplotlib: for tests that look at something else."""
-    monkeypatch.setattr("symkin.report.rendering._can_draw", lambda: False)
+    monkeypatch.setattr("symkin.show.rendering._can_draw", lambda: False)
 
 
 @pytest.fixture(scope="session")

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.alignment import poses_of_columns
+from symkin.analysis.alignment import poses_of_columns
+from symkin.analysis.observed import Observed
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
-from symkin.io.tables import read_table
-from symkin.poses import frame, poses_of, transforms
-from symkin.simulation import Observed
+from symkin.model.poses import frame, poses_of, transforms
+from symkin.storage.tables import read_table
 
 BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)
 DEVICE = "tracker_x_m,tracker_y_m,tracker_z_m,tracker_qx,tracker_qy,tracker_qz,tracker_qw"
@@ -33,7 +33,7 @@ def laboratory(hexapod_table):
 
 
 def poses(tangents):
-    from symkin.poses import poses_from_bounds
+    from symkin.model.poses import poses_from_bounds
 
     return poses_from_bounds("spatial", tangents)
 

@@ -6,8 +6,8 @@ import pytest
 import scipy.optimize
 from scipy.spatial.transform import Rotation
 
-from symkin.alignment import align
-from symkin.poses import Transform, moved, rotations_from_vectors, vectors_from_rotations
+from symkin.analysis.alignment import align
+from symkin.model.poses import Transform, moved, rotations_from_vectors, vectors_from_rotations
 
 LENGTH = 0.2
 SPACES = ("planar", "point", "spatial")

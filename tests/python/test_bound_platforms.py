@@ -6,12 +6,12 @@ import pytest
 
 import symkin
 from symkin import _core
+from symkin.analysis.observability import mechanism_rows, observability_rows
+from symkin.analysis.workspace import inside_box, workspace_coordinates
+from symkin.analysis.workspace.study import study_workspace
 from symkin.errors import MechanismFileError, SymkinError
-from symkin.io.template import mechanism_template
-from symkin.observability import mechanism_rows, observability_rows
-from symkin.settings import NoiseSettings, ProtocolSettings
-from symkin.workspace import inside_box, workspace_coordinates
-from symkin.workspace.study import study_workspace
+from symkin.files.template import mechanism_template
+from symkin.model.settings import NoiseSettings, ProtocolSettings
 
 HELD = {"3RPS": "base_height", "3PRS": "base_radius"}
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.checks import check_mechanism
-from symkin.conditions import check_conditions
-from symkin.result import Value
-from symkin.settings import WorkspaceSettings
-from symkin.simulation import disturb
-from symkin.symmetry import SymmetryGroup, compare_symmetry, detect_symmetry, map_poses
-from symkin.workspace.study import study_workspace
+from symkin.analysis.checks import check_mechanism
+from symkin.analysis.conditions import check_conditions
+from symkin.analysis.workspace.study import study_workspace
+from symkin.model.settings import WorkspaceSettings
+from symkin.model.symmetry import SymmetryGroup, compare_symmetry, detect_symmetry, map_poses
+from symkin.planning.simulation import disturb
+from symkin.values import Value
 
 
 def changed(mechanism, **changes):
@@ -180,7 +180,7 @@ def test_a_sample_is_taken_for_its_poses(paper, made):
     np.testing.assert_array_equal(
         map_poses(paper, "r1", sample), map_poses(paper, "r1", sample.poses)
     )
-    assert symkin.workspace.inside_workspace(paper, sample).all()
+    assert symkin.analysis.workspace.inside_workspace(paper, sample).all()
     assert len(sample) == 50
 
 

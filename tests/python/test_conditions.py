@@ -4,8 +4,8 @@
 import pytest
 
 import symkin
-from symkin.conditions import check_conditions
-from symkin.simulation import disturb
+from symkin.analysis.conditions import check_conditions
+from symkin.planning.simulation import disturb
 
 
 def failing(conditions):

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.identification import FitOptions
-from symkin.report.content import Table
-from symkin.report.rendering import page_html
-from symkin.result import Result
-from symkin.settings import ProtocolSettings
+from symkin.estimate import FitOptions
+from symkin.model.settings import ProtocolSettings
+from symkin.present import Table
+from symkin.results import Result
+from symkin.show.rendering import page_html
 
 
 @pytest.fixture(scope="module")
@@ -261,7 +261,7 @@ def test_a_sample_is_evaluated_like_its_poses(ran):
 def test_matplotlib_is_not_needed_for_a_prompt():
     code = (
         "import sys, symkin; robot = symkin.load_mechanism('3RRR');"
-        "settings = symkin.settings.ProtocolSettings(pose_count=10, candidates=100);"
+        "settings = symkin.model.settings.ProtocolSettings(pose_count=10, candidates=100);"
         "ran = symkin.run_protocol(robot.replace(protocol=settings));"
         "repr(ran), repr(ran.identification), repr(ran.before);"
         "sys.exit('matplotlib' in sys.modules)"

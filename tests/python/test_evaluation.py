@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.evaluation import Evaluation
-from symkin.poses import poses_from_bounds
-from symkin.simulation import disturb
+from symkin.analysis.evaluation import Evaluation
+from symkin.model.poses import poses_from_bounds
+from symkin.planning.simulation import disturb
 
 FRAMES = {
     "3RRR": ([0.05, -0.03, 0.2], [0.01, 0.02, -0.1]),

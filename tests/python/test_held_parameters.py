@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.alignment import poses_of_mechanism
+from symkin.analysis.alignment import poses_of_mechanism
+from symkin.analysis.observability import analyse_observability, observability_rows
+from symkin.analysis.observed import Observed
+from symkin.data.measurements import Measurements
 from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
-from symkin.measurements import Measurements
-from symkin.observability import analyse_observability, observability_rows
+from symkin.model.settings import NoiseSettings
 from symkin.planning import make_plan
-from symkin.settings import NoiseSettings
-from symkin.simulation import Observed, simulate
+from symkin.planning.simulation import simulate
 
 FINE = NoiseSettings(position=1e-6, orientation=0.0, reading=1e-6)
 

@@ -17,18 +17,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import symkin
-from symkin.chains import ABSENT
+from symkin.analysis.observability import analyse_observability
 from symkin.errors import FailedFitError, MechanismError, MechanismFileError, SymkinError
+from symkin.estimate.problem import JointOptions, core_setup, layout_of
 from symkin.exports.reading import import_mechanism
-from symkin.identification.problem import JointOptions, core_setup, layout_of
-from symkin.io.mechanism_file import load_columns
-from symkin.io.mechanism_schema import mechanism_schema
-from symkin.io.template import mechanism_template
-from symkin.mechanism import Leg, Mechanism
-from symkin.observability import analyse_observability, parameter_tolerances
-from symkin.report.mechanism import movable_data
-from symkin.settings import DeclaredSymmetry, ProtocolSettings
-from symkin.symmetry import generate_orbits, leg_carriers, map_poses
+from symkin.files.mechanism_file import load_columns
+from symkin.files.mechanism_schema import mechanism_schema
+from symkin.files.template import mechanism_template
+from symkin.model.chains import ABSENT
+from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.settings import DeclaredSymmetry, ProtocolSettings
+from symkin.model.symmetry import generate_orbits, leg_carriers, map_poses
+from symkin.model.tolerances import parameter_tolerances
+from symkin.show.mechanism import movable_data
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +189,7 @@ def test_calibrated_mixed_legs_read_back(data: Any, tmp_path: Path, planar: Mech
         deviations=None if np.isnan(deviations).all() else deviations.reshape(shape),
     )  # fmt: skip
     path = tmp_path / "mixed.toml"
-    made.save(path, overwrite=True)
+    symkin.save_mechanism(made, path, overwrite=True)
     again = symkin.load_mechanism(path)
     assert again == made
     assert again.chains == tuple(chains)
@@ -214,7 +215,7 @@ def test_two_orbits_of_one_chain_are_written_as_they_were_read(tmp_path: Path) -
     first, second = crank(0), Leg("[R]RR", RRR | {"distal_length": 0.5})
     legs = generate_orbits([first, second], DeclaredSymmetry("C3"))
     made = Mechanism("two orbits", legs, symmetry=DeclaredSymmetry("C3"))
-    made.save(tmp_path / "orbits.toml")
+    symkin.save_mechanism(made, tmp_path / "orbits.toml")
     assert (tmp_path / "orbits.toml").read_text().count("[[reference_legs]]") == 2
     assert symkin.load_mechanism(tmp_path / "orbits.toml") == made
 

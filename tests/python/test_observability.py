@@ -6,10 +6,10 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.observability import analyse_observability, expected_accuracy
-from symkin.settings import Tolerances
-from symkin.simulation import disturb
-from symkin.symmetry import leg_carriers, map_poses
+from symkin.analysis.observability import analyse_observability, expected_accuracy
+from symkin.model.settings import Tolerances
+from symkin.model.symmetry import leg_carriers, map_poses
+from symkin.planning.simulation import disturb
 
 
 def largest_deviation(mechanism, reference, poses):

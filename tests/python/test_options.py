@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import symkin
-from symkin.observability import mechanism_rows, observability_rows
+from symkin.analysis.observability import mechanism_rows, observability_rows
 
 
 @cache

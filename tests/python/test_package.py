@@ -52,14 +52,14 @@ def test_every_name_at_the_top_can_be_the_first_that_is_used() -> None:
 def test_importing_the_package_imports_hardly_anything_of_it() -> None:
     loaded = printed("import sys, symkin; print(*sys.modules)").split()
     own = {name for name in loaded if name.startswith("symkin")}
-    assert own == {"symkin", "symkin._core", "symkin.chains", "symkin.errors"}
+    assert own == {"symkin", "symkin._core", "symkin.errors"}
     assert not {"matplotlib", "pandas", "pyarrow", "tomllib", "typer"} & set(loaded)
 
 
 def test_the_top_of_the_package_is_small_and_completed() -> None:
-    assert len(symkin.__all__) <= 36
+    assert len(symkin.__all__) <= 37
     assert symkin.__all__ == sorted(symkin.__all__)
-    assert {*symkin.__all__, "plot", "settings", "__version__"} <= set(dir(symkin))
+    assert {*symkin.__all__, "plot", "model", "__version__"} <= set(dir(symkin))
     for name in symkin.__all__:
         assert getattr(symkin, name) is not None
     assert symkin.load is symkin.load_mechanism

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.observability import expected_accuracy
-from symkin.settings import ProtocolSettings, Tolerances
-from symkin.symmetry import leg_carriers, map_poses
+from symkin.analysis.observability import expected_accuracy
+from symkin.model.settings import ProtocolSettings, Tolerances
+from symkin.model.symmetry import leg_carriers, map_poses
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 
 import symkin
 from symkin.errors import MechanismFileError
-from symkin.io.template import mechanism_template
-from symkin.skeleton import joints_of
+from symkin.files.template import mechanism_template
+from symkin.show.skeleton import joints_of
 
 CHAIN = "U[P]S pulley"
 

@@ -6,11 +6,11 @@ import pytest
 
 import symkin
 from symkin import _core
+from symkin.analysis.observability import analyse_observability
+from symkin.analysis.workspace.study import check_elements, other_working_modes
 from symkin.errors import SymmetryError
-from symkin.observability import analyse_observability
-from symkin.settings import DeclaredSymmetry, ProtocolSettings
-from symkin.symmetry import leg_carriers, observability_group, verify_declared
-from symkin.workspace.study import check_elements, other_working_modes
+from symkin.model.settings import DeclaredSymmetry, ProtocolSettings
+from symkin.model.symmetry import leg_carriers, observability_group, verify_declared
 
 # The structure's group in the paper's notation, and the usual name of its subgroup that keeps the
 # working modes.

@@ -13,10 +13,10 @@ import pytest
 
 import symkin
 from symkin import _core
+from symkin.analysis.observed import Observed
 from symkin.errors import SymkinError
+from symkin.model.settings import NoiseSettings
 from symkin.planning import Plan
-from symkin.settings import NoiseSettings
-from symkin.simulation import Observed
 
 COUNT = 60
 NOISE = NoiseSettings(1e-4, 2e-4, 5e-5)
@@ -62,7 +62,7 @@ def frame(name: str, which: str) -> Any:
     values = np.array(FRAMES.get(name, {}).get(which, (0.0,) * 6), dtype=float)
     if len(values) == 3:
         values = np.array([values[0], values[1], 0, 0, 0, values[2]])
-    rotation = symkin.poses.rotations_from_vectors(values[None, 3:])[0]
+    rotation = symkin.model.poses.rotations_from_vectors(values[None, 3:])[0]
     return _core.Frame(values[:3], rotation)
 
 
@@ -197,7 +197,9 @@ def test_poses_that_a_controller_reports_tell_where_the_device_stands(tmp_path: 
     assert taken.reported is not None
     readings = simulation.actual.inverse_kinematics(taken.reported)
     assert np.abs(readings - taken.readings).max() < 0.01
-    measured, reported = symkin.alignment.poses_of_mechanism(made, tmp_path / "measurements.csv")
+    measured, reported = symkin.analysis.alignment.poses_of_mechanism(
+        made, tmp_path / "measurements.csv"
+    )
     assert reported == pytest.approx(taken.reported)
     frames = symkin.align_frames(measured, reported, convention="as measured").frames
     assert frames.base == pytest.approx(base, abs=1e-3)

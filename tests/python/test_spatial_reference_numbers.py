@@ -9,9 +9,9 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.chains import shortest
-from symkin.settings import WorkspaceSettings
-from symkin.workspace import workspace_coordinates
+from symkin.analysis.workspace import workspace_coordinates
+from symkin.model.chains import shortest
+from symkin.model.settings import WorkspaceSettings
 
 SHIPPED = {
     "linear_delta": "linear_delta_kossel",

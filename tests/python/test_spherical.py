@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.alignment import poses_of_mechanism
-from symkin.checks import undefined_angles
+from symkin.analysis.alignment import poses_of_mechanism
+from symkin.analysis.checks import undefined_angles
+from symkin.analysis.observed import Observed
 from symkin.errors import MeasurementError, MechanismFileError, SymkinError
+from symkin.model.poses import poses_from_bounds
+from symkin.model.settings import ProtocolSettings
 from symkin.planning import make_plan
-from symkin.poses import poses_from_bounds
-from symkin.settings import ProtocolSettings
-from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@
 import pytest
 
 import symkin
-from symkin.checks import check_mechanism, undefined_angles
+from symkin.analysis.checks import check_mechanism, undefined_angles
 from symkin.errors import NotIdentifiableError
-from symkin.settings import WorkspaceSettings
+from symkin.model.settings import WorkspaceSettings
 
 
 def with_values(mechanism, leg, **values):

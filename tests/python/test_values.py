@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.chains import FrozenMapping
-from symkin.settings import (
+from symkin.model.settings import (
     DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
@@ -23,6 +22,7 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
+from symkin.values import FrozenMapping
 
 # Each with another of its kind.
 VALUES: dict[str, tuple[Any, Any]] = {
@@ -131,9 +131,9 @@ def test_a_pickled_mechanism_computes_the_same(name: str) -> None:
 
 def test_a_mechanism_is_shown_in_a_line_and_in_a_notebook_as_a_drawing_and_a_table() -> None:
     paper = symkin.load("3RRR")
-    assert repr(paper) == '<Mechanism "3RRR": 3 legs [R]RR, planar, C3>'
+    assert repr(paper) == '<Robot "3RRR": 3 legs [R]RR, planar, C3>'
     calibrated = paper.replace(symmetry=None, deviations=_deviations, name="<b>")
-    assert repr(calibrated) == ('<Mechanism "<b>": 3 legs [R]RR, planar, with standard deviations>')
+    assert repr(calibrated) == ('<Robot "<b>": 3 legs [R]RR, planar, with standard deviations>')
     shown = calibrated._repr_html_()
     assert "<b>" not in shown
     assert shown.count("<svg") == 1

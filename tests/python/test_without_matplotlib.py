@@ -65,7 +65,7 @@ def test_a_notebook_shows_the_summary() -> None:
     assert 'class="plot"' not in ended.stdout
 
 
-@pytest.mark.parametrize("module", ["symkin.plot", "symkin.plot.estimates"])
+@pytest.mark.parametrize("module", ["symkin.plot", "symkin.show.figures.estimates"])
 def test_plotting_says_what_to_install(module: str) -> None:
     ended = _python(f"{_WITHOUT} import {module}")
     assert ended.stderr.splitlines()[-1] == (

@@ -21,6 +21,7 @@ from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
+from symkin.version import version as installed_version
 
 _DEBUG = "--debug"
 
@@ -78,10 +79,8 @@ def overview(
     an input that cannot be used.
     """
     if version:
-        import symkin
-
         refuse_unless(context.invoked_subcommand is None, "--version goes without a command")
-        typer.echo(f"symkin {symkin.__version__}")
+        typer.echo(f"symkin {installed_version()}")
     elif context.invoked_subcommand is None:
         raise typer.BadParameter("a command is missing")
 

@@ -10,15 +10,13 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import typer
 
 from symkin.errors import FailedFitError, SymkinError, printable
-
-if TYPE_CHECKING:
-    from symkin.result import Result
-
+from symkin.results import Result
+from symkin.storage.results_file import results_text, write_results
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
 _LONGEST = 500
@@ -35,8 +33,6 @@ def say(text: str = "") -> None:
 
 def print_json(document: Mapping[str, Any]) -> None:
     """Print the JSON document of a command, as a results file has it."""
-    from symkin.io.results import results_text
-
     sys.stdout.write(results_text(document))
 
 
@@ -59,8 +55,6 @@ def print_result(
 
 def write_result(result: Result, document: Mapping[str, Any], folder: Path, name: str) -> None:
     """Write a result's JSON document and its page."""
-    from symkin.io.results import write_results
-
     write_results(document, folder / f"{name}.json")
     result.report(folder / f"{name}.html")
 

@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 import typer
 
 import symkin
-from symkin.alignment import Convention, poses_of_columns, poses_of_mechanism
+from symkin.analysis.alignment import Convention, poses_of_columns, poses_of_mechanism
+from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import not_converged, print_result, progress, write_result
 from symkin.cli.options import (
     CandidatesOption,
@@ -35,13 +36,12 @@ from symkin.cli.options import (
     refuse_unless,
     with_sensor_table,
 )
-from symkin.identification import FitOptions, JointIdentification
-from symkin.identification.fleet import Fleet, fleet_of_files
-from symkin.identification.unknowns import Gauge, LossPer
-from symkin.io.output_files import OutputFiles
-from symkin.io.tables import read_table
-from symkin.mechanism import require_same_shape
-from symkin.probing import with_printed_length
+from symkin.estimate import FitOptions, JointIdentification
+from symkin.estimate.fleet import Fleet, fleet_of_files
+from symkin.estimate.unknowns import Gauge, LossPer
+from symkin.model.mechanism import require_same_shape
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import read_table
 
 _FILES = ("evaluation.json", "evaluation.html")
 

@@ -26,12 +26,14 @@ from symkin.cli.options import (
     option,
     quantity_of,
 )
-from symkin.drawing import as_drawn
-from symkin.io.columns import own_columns, pose_column_names, reading_column_names
-from symkin.io.output_files import OutputFiles
-from symkin.io.plans import read_pose_list
-from symkin.io.sensor_tables import read_all_readings, shown_readings
-from symkin.io.tables import csv_text, read_table, write_table
+from symkin.data.columns import own_columns, pose_column_names, reading_column_names
+from symkin.data.pose_tables import read_pose_list
+from symkin.data.sensor_tables import read_all_readings, shown_readings
+from symkin.exports.reading import import_mechanism
+from symkin.files.template import mechanism_template
+from symkin.model.file_frames import as_drawn
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import csv_text, read_table, write_table
 
 
 def _chains(incomplete: str) -> list[str]:
@@ -65,8 +67,6 @@ def new(
 
     It works with every command before you put your dimensions in place of its own.
     """
-    from symkin.io.template import mechanism_template
-
     sys.stdout.write(mechanism_template(chain, legs, platform))
 
 
@@ -374,8 +374,6 @@ def import_(
     the heights that DELTA_CALIBRATE recorded. Models are read if symkin wrote them. Last printed
     are the files that were written.
     """
-    from symkin.exports.reading import import_mechanism
-
     with OutputFiles([file], overwrite) as outputs:
         folder = outputs.folder(out, _MECHANISM, _PROBED)
         found = import_mechanism(file)

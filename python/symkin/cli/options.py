@@ -18,21 +18,21 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 import symkin
-from symkin.drawing import drawn_frames, own_frames
+from symkin.analysis.observability import RowKind
+from symkin.analysis.observed import Observed
+from symkin.analysis.probing import CALIPER, PrintedLength
+from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import QuantityError
-from symkin.identification.fit import Estimator, Loss, PoseUse
-from symkin.identification.unknowns import Priors, Sensor
-from symkin.io.mechanism_file import load_columns
-from symkin.io.quantities import evaluate_quantity, unit_factor
-from symkin.io.sensor_tables import read_sensor_table
-from symkin.mechanism import Mechanism
-from symkin.observability import RowKind
+from symkin.estimate.fit import Estimator, Loss, PoseUse
+from symkin.estimate.survey import Unknowns
+from symkin.estimate.unknowns import Priors, Sensor
+from symkin.files.mechanism_file import load_columns
+from symkin.model.file_frames import drawn_frames, own_frames
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Frames, MeasurementColumns
 from symkin.planning import Design, Region
-from symkin.planning.observing import Unknowns
 from symkin.planning.selection import Criterion, SelectionMethod
-from symkin.probing import CALIPER, PrintedLength
-from symkin.settings import Frames, MeasurementColumns
-from symkin.simulation import Observed
+from symkin.storage.quantities import evaluate_quantity, unit_factor
 
 Command = Callable[..., None]
 

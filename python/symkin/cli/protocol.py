@@ -41,11 +41,14 @@ from symkin.cli.options import (
     refuse_unless,
     region_of,
 )
-from symkin.io.output_files import OutputFiles
+from symkin.data.pose_tables import read_pose_list
 from symkin.pipeline import ProtocolResult
 from symkin.planning import NeededPoses, PoseCountCurve
-from symkin.planning.observing import is_probing, write_bed_points
-from symkin.simulation import Simulation
+from symkin.planning.observing import is_probing
+from symkin.planning.plan_files import write_bed_points
+from symkin.planning.simulation import Simulation
+from symkin.storage.output_files import OutputFiles
+from symkin.study import StudyResult, builtin_studies, builtin_text, load_study, run_study
 
 _PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
 _POINTS = "points.csv"
@@ -126,8 +129,6 @@ def plan(
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
-    from symkin.io.plans import read_pose_list
-
     _refuse_unused_count(choosing, pose_count, spares)
     refuse_unless(
         columns is None or measured is not None,
@@ -339,8 +340,6 @@ def run(
 
 
 def _builtin(incomplete: str) -> list[str]:
-    from symkin.study import builtin_studies
-
     return [name for name in builtin_studies() if name.startswith(incomplete)]
 
 
@@ -396,8 +395,6 @@ def study(
     The same command continues a study that was killed, and adds robots to one that has fewer. The
     same seed gives the same table, byte for byte, on any number of processes or machines.
     """
-    from symkin.study import StudyResult, builtin_text, load_study, run_study
-
     if show is not None:
         others = (
             name, out, mechanism, robots, accuracy, workers > 1, scheduler, format != "csv",

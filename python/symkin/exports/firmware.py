@@ -29,9 +29,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import Leg
 from symkin.errors import SymkinError
-from symkin.exports import (
+from symkin.exports.common import (
     ExportOptions,
     Loss,
     Written,
@@ -41,7 +40,8 @@ from symkin.exports import (
     workspace_poses,
 )
 from symkin.exports.models import structure_of
-from symkin.mechanism import Mechanism
+from symkin.model.chains import Leg
+from symkin.model.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 

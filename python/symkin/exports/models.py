@@ -27,12 +27,17 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import MechanismError, SymkinError
-from symkin.exports import MARK, ExportOptions, Written
-from symkin.measurements import pose_rows
-from symkin.mechanism import Mechanism
-from symkin.poses import Transform, rotations_from_quaternions, rotations_from_vectors, transforms
-from symkin.workspace import workspace_coordinates
+from symkin.exports.common import MARK, ExportOptions, Written
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import (
+    Transform,
+    pose_rows,
+    rotations_from_quaternions,
+    rotations_from_vectors,
+    transforms,
+)
 
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)

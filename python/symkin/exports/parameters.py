@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import legs_in_words
+from symkin.analysis.evaluation import Evaluation, evaluate
+from symkin.analysis.workspace import interpolated, workspace_coordinates
 from symkin.errors import SymkinError
-from symkin.evaluation import Evaluation, evaluate
-from symkin.exports import ExportOptions, Loss, Written, workspace_poses
-from symkin.mechanism import Mechanism, require_same_shape
-from symkin.poses import between, poses_from_bounds, transforms
-from symkin.workspace import interpolated, workspace_coordinates
+from symkin.exports.common import ExportOptions, Loss, Written, workspace_poses
+from symkin.model.chains import legs_in_words
+from symkin.model.mechanism import Mechanism, require_same_shape
+from symkin.model.poses import between, poses_from_bounds, transforms
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."

@@ -22,17 +22,15 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.chains import Leg, chain_info
-from symkin.drawing import point_parameters, polar
+from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.exports import MARK
+from symkin.exports.common import MARK
 from symkin.exports.firmware import TOWERS, LinearDelta
-from symkin.io.tables import file_bytes
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
-from symkin.poses import rotations_from_vectors
-from symkin.result import Value, field, record
-from symkin.settings import (
+from symkin.model.chains import Leg, chain_info
+from symkin.model.file_frames import point_parameters, polar
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import rotations_from_vectors
+from symkin.model.settings import (
     Frames,
     IdentificationSettings,
     JointLimits,
@@ -40,6 +38,8 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
+from symkin.storage.tables import file_bytes
+from symkin.values import Value, field, record
 
 __all__ = ["Imported", "import_mechanism"]
 

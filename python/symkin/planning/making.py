@@ -10,21 +10,19 @@ from typing import Any, Literal, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.checks import undefined_angles
+from symkin.analysis.checks import undefined_angles
+from symkin.analysis.observability import RowKind
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
-from symkin.measurements import ALL_LEGS, Measurements, pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import RowKind
-from symkin.planning.observing import (
-    ObservedTask,
-    Observing,
-    Survey,
-    Unknowns,
-    is_probing,
-    on_the_bed,
-    probing_unknowns,
-)
-from symkin.planning.plan import ChosenPoses, Plan, PlanBasis, thinned, visiting_order
+from symkin.estimate.survey import Observing, Survey, Unknowns
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.model.symmetry import SymmetryElement, map_poses
+from symkin.planning.accuracy import thinned
+from symkin.planning.basis import ChosenPoses, PlanBasis
+from symkin.planning.observing import ObservedTask, is_probing, on_the_bed, probing_unknowns
+from symkin.planning.plan import Plan
 from symkin.planning.selection import (
     Clearance,
     Criterion,
@@ -39,8 +37,7 @@ from symkin.planning.selection import (
     design_tasks,
     select_poses,
 )
-from symkin.symmetry import SymmetryElement, map_poses
-from symkin.workspace import WorkspaceSample
+from symkin.planning.visiting import visiting_order
 
 __all__ = ["make_plan"]
 

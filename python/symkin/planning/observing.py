@@ -3,375 +3,26 @@
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, cast
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from symkin import _core
-from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.identification.estimate import with_file_settings
-from symkin.identification.problem import JointOptions, Problem, layout_of
-from symkin.identification.unknowns import Layout, Priors, Sensor, core_setup
-from symkin.measurements import Measurements, pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import ExpectedAccuracy, RowKind, name_combination
+from symkin.analysis.observability import RowKind
+from symkin.analysis.observed import Observed
+from symkin.analysis.probing import with_probing_defaults
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.survey import PRIORS_HOLD, Observing, Survey, Unknowns, placed
+from symkin.estimate.unknowns import with_file_settings
+from symkin.model.mechanism import Mechanism
 from symkin.planning.selection import Task
-from symkin.poses import frame, transforms
-from symkin.probing import with_probing_defaults
-from symkin.result import Value, field, record
-from symkin.settings import Frames
-from symkin.simulation import Observable, Observed
 
-if TYPE_CHECKING:
-    from symkin.planning.plan import Plan
-
-__all__ = [
-    "SILENT",
-    "HeldByPriors",
-    "Observing",
-    "PlannedUnknown",
-    "Survey",
-    "Unknowns",
-    "is_probing",
-    "on_the_bed",
-    "placed",
-    "probing_unknowns",
-    "write_bed_points",
-]
+__all__ = ["is_probing", "on_the_bed", "probing_unknowns"]
 
 Array = NDArray[np.float64]
-Observing = Observed | Observable | Sequence[Observable]
-
-_RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
-_BLOCK = 4096  # poses whose effects are held together
-SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
-_FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
-_PRIORS = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
-
-
-class Unknowns(TypedDict, total=False):
-    """What is unknown, as the arguments of `identify` with these names."""
-
-    free: Sequence[str] | None
-    fixed: Sequence[str] | None
-    shared: Sequence[str] | None
-    prior: Priors | None
-    frames: Sequence[str] | None
-    sensor: Sensor | None
-
-
-@record
-class PlannedUnknown(Value):
-    """How well an unknown will be known.
-
-    Attributes
-    ----------
-    name, unit : str
-        As `JointIdentification.names` has it; ``m``, ``rad``, or empty for a number.
-    deviation : float
-        Expected standard deviation.
-    tolerance, prior : float
-        Standard deviations of manufacturing and of the prior; NaN without.
-    """
-
-    name: str
-    unit: str
-    deviation: float
-    tolerance: float
-    prior: float
-
-
-@record
-class HeldByPriors(Value):
-    """What observations will say next to nothing of: the priors hold it.
-
-    Attributes
-    ----------
-    combinations : tuple of str
-        Of the unknowns, in tolerances.
-    position, orientation : float
-        The part of the expected end-effector error that comes from them, m and rad: no more poses
-        of this kind make it smaller, and it is as right as the priors are.
-    """
-
-    combinations: tuple[str, ...]
-    position: float = field(unit="m")
-    orientation: float = field(unit="rad")
-
-
-@record
-class Survey(Value):
-    """What will be observed of a robot beside its readings, and what of it is unknown then.
-
-    Attributes
-    ----------
-    observed : Observed
-        What will be observed, with the frames of the mechanism where it gives none itself.
-    unknowns : tuple of str
-        Names of the columns that are estimated.
-    priors : ndarray
-        Standard deviation of each about the drawing; infinite without a prior.
-    """
-
-    observed: Observed
-    unknowns: tuple[str, ...]
-    priors: Array
-    mechanism: Mechanism = field(private=True)
-    layout: Layout = field(private=True)
-    options: JointOptions = field(private=True)
-
-    @classmethod
-    def of(
-        cls,
-        mechanism: Mechanism,
-        poses: Array,
-        observe: Observing | None,
-        unknowns: Mapping[str, Any],
-    ) -> Survey | None:
-        """What was asked for at such poses; None if that is full poses and all parameters.
-
-        Raises
-        ------
-        SymkinError
-            For options that `identify` refuses, and for what nobody can know beforehand.
-        """
-        given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
-        further = sorted(unknowns.keys() - given.keys())
-        if further:
-            raise TypeError(f"unexpected arguments: {', '.join(further)}")
-        if observe is None and all(each is None for each in given.values()):
-            return None
-        readings = mechanism.inverse_kinematics(poses)
-        observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
-        options = JointOptions(**with_file_settings(given, mechanism.identification))
-        layout = layout_of(mechanism, core_setup(mechanism), options, readings)
-        return cls(observed, layout.names, layout.prior, mechanism, layout, options)
-
-    @property
-    def asked(self) -> dict[str, Any]:
-        """What is unknown, as it was asked for."""
-        return {name: getattr(self.options, name) for name in Unknowns.__annotations__}
-
-    @property
-    def scale(self) -> Array:
-        """A typical size of each unknown: its tolerance, else its prior, else a small one."""
-        tolerances = self.layout.column_tolerances
-        others = np.where(np.isfinite(self.priors), self.priors, _FRAME)
-        return np.where(tolerances > 0, tolerances, others)
-
-    @property
-    def prior_information(self) -> Array:
-        """What the priors say, as an information matrix."""
-        return np.diag(self.priors**-2.0)
-
-    def rows(self, poses: Array, read: NDArray[np.bool_] | None = None) -> Array:
-        """Rows that the observations bring at poses, shape (n, r, unknowns).
-
-        Whitened, at the nominal values: the least squares of these rows is what `joint` solves. A
-        pose with fewer conditions than another has rows of zeros; one out of reach, of NaN. `read`,
-        shape (n, legs), says which readings are taken; by default all.
-
-        Raises
-        ------
-        NotIdentifiableError
-            If no pose says anything.
-        """
-        mechanism = self.mechanism
-        readings = mechanism.inverse_kinematics(poses)
-        reached = np.asarray(np.isfinite(readings).all(axis=1))
-        if read is not None:
-            readings = np.where(read, readings, np.nan)
-        exact = Measurements.of(
-            poses,
-            readings,
-            reading_unit=mechanism.reading_unit,
-            pose_space=mechanism.pose_space,
-        )
-        taken = self.observed.exact(exact).observations(mechanism.noise)
-        places = np.where(reached[:, None], poses, np.nan)
-        rows = self._rows(core_setup(mechanism), taken, places)
-        if not rows.shape[1]:
-            raise NotIdentifiableError(
-                f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
-                "say nothing of what is unknown; observe more of the poses"
-            )
-        return rows
-
-    def measured_rows(self, measured: Measurements) -> Array:
-        """Rows of what is measured already, of any kind, without poses that no start is found for.
-
-        Returns
-        -------
-        ndarray, shape (k, r, unknowns)
-        """
-        problem = Problem.of(self.mechanism, measured, self.options)
-        core, setup, seen = self.mechanism.core, problem.setup, problem.observations
-        places = _core.starting_poses(core, setup, seen, self.mechanism.home)
-        rows = self._rows(setup, seen, places)
-        return rows[np.isfinite(rows).all(axis=(1, 2))]
-
-    def _rows(self, setup: _core.Setup, seen: _core.Observations, places: Array) -> Array:
-        layout, core = self.layout, self.mechanism.core
-        rows = _core.observed_rows(core, setup, seen, layout.column.tolist(), layout.prior, places)
-        return rows.reshape(len(places), -1, len(layout.names))
-
-    def covariance(self, rows: Sequence[Array]) -> Array:
-        """Covariance of the unknowns that rows and priors promise.
-
-        Raises
-        ------
-        NotIdentifiableError
-            Naming combinations that neither shows.
-        """
-        values, vectors = self._decomposed([*rows, np.diag(1 / self.priors)[None]])
-        if len(values) < len(vectors):
-            raise NotIdentifiableError(
-                f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
-                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))}); {_PRIORS}"
-            )
-        half = vectors / values[:, None] * self.scale
-        return np.asarray(half.T @ half)
-
-    def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:
-        """Combinations of unknowns, in tolerances, that the observations alone do not show."""
-        values, vectors = self._decomposed(rows)
-        return self._named(vectors[len(values) :])
-
-    def held(self, workspace: ArrayLike | Any, covariance: Array) -> HeldByPriors:
-        """What of this covariance is the priors' own; see `HeldByPriors`.
-
-        Combinations of unknowns that have priors, each in units of its own, whose deviation is not
-        a tenth smaller than before.
-        """
-        known = np.flatnonzero(np.isfinite(self.priors))
-        units = self.priors[known]
-        shares, vectors = np.linalg.eigh(covariance[np.ix_(known, known)] / np.outer(units, units))
-        kept = shares > SILENT**2
-        # What goes with each of these, which are independent of the other combinations.
-        moves = (covariance[:, known] / units) @ vectors[:, kept] / np.sqrt(shares[kept])
-        named = np.zeros((int(kept.sum()), len(self.scale)))
-        named[:, known] = (vectors[:, kept] * (units / self.scale[known])[:, None]).T
-        expected = self.expected(workspace, moves @ moves.T)
-        return HeldByPriors(self._named(named), expected.position, expected.orientation)
-
-    def _decomposed(self, rows: Sequence[Array]) -> tuple[Array, Array]:
-        """Singular values above zero, and all directions of the unknowns in their scale."""
-        columns = len(self.scale)
-        whole = [*(each.reshape(-1, columns) for each in rows), np.zeros((columns, columns))]
-        _, values, vectors = np.linalg.svd(np.concatenate(whole) * self.scale, full_matrices=False)
-        return values[values > _RANK * values[0]], vectors
-
-    def _named(self, directions: Array) -> tuple[str, ...]:
-        return tuple(name_combination(each, self.unknowns) for each in directions)
-
-    def expected(self, workspace: ArrayLike | Any, covariance: Array) -> ExpectedAccuracy:
-        """Error to expect of the target in the device's frame, at given readings.
-
-        Without frames that is the platform's in the robot's own. What frames and parameters explain
-        alike does not matter to it, however uncertain either is.
-        """
-        position, orientation, evaluated, failed = self._weights(pose_rows(workspace))
-        return ExpectedAccuracy(
-            _rms(position, covariance), _rms(orientation, covariance), evaluated, failed
-        )
-
-    def error_weight(self, workspace: ArrayLike | Any) -> Array:
-        """As `symkin.observability.error_weight`, by the unknowns."""
-        position, orientation, *_ = self._weights(pose_rows(workspace))
-        return np.asarray(position + self.mechanism.characteristic_length**2 * orientation)
-
-    def promised(self, covariance: Array) -> tuple[PlannedUnknown, ...]:
-        """How well each unknown will be known."""
-        layout = self.layout
-        tolerances = layout.column_tolerances
-        values = (
-            np.sqrt(np.diag(covariance)),
-            np.where(tolerances > 0, tolerances, np.nan),
-            np.where(np.isfinite(self.priors), self.priors, np.nan),
-        )
-        columns = zip(*(each.tolist() for each in values), strict=True)
-        named = zip(layout.names, layout.column_units, columns, strict=True)
-        return tuple(PlannedUnknown(name, unit, *each) for name, unit, each in named)
-
-    def _weights(self, poses: Array) -> tuple[Array, Array, int, int]:
-        """Mean squared errors, as quadratic forms of errors of the unknowns; poses in and out."""
-        columns = len(self.unknowns)
-        forms, evaluated = np.zeros((2, columns, columns)), 0
-        for first in range(0, len(poses), _BLOCK):
-            effects, _ = self.effects(poses[first : first + _BLOCK])
-            evaluated += len(effects)
-            for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
-                form += np.einsum("nij,nik->jk", part, part)
-        if not evaluated:
-            raise SymkinError(
-                f'mechanism "{self.mechanism.name}" can take none of the {len(poses)} poses over '
-                "which accuracy is expected"
-            )
-        position, orientation = forms / evaluated
-        return position, orientation, evaluated, len(poses) - evaluated
-
-    def effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """How the target moves in the device's frame with the unknowns, at the readings of poses.
-
-        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular;
-        and which those are.
-        """
-        mechanism, space = self.mechanism, self.mechanism.pose_space
-        legs, p, k = len(mechanism.legs), len(mechanism.parameter_names), mechanism.closures
-        offset = mechanism.parameter_names.index("sensor_offset")
-        readings = mechanism.inverse_kinematics(poses)
-        by_pose, by_leg = [], []
-        for leg, psi in enumerate(readings.T):
-            rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
-            terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
-            bent = rows.by_parameters[:, [offset]] * np.repeat(terms, k, axis=0)
-            by_pose.append(rows.by_pose.reshape(len(poses), k, -1))
-            by_leg.append(np.hstack([rows.by_parameters, bent]).reshape(len(poses), k, -1))
-        by_poses = np.concatenate(by_pose, axis=1)
-        by_legs = np.stack(by_leg, axis=1)  # poses, legs, closures, scalars
-        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
-        singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
-        good = reached & (singular[:, -1] > _RANK * singular[:, 0])
-        inverse = np.linalg.pinv(by_poses[good])
-        of_rows = inverse.reshape(len(inverse), -1, legs, k)
-        of_legs = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])
-        of_legs = of_legs.reshape(len(inverse), -1, legs * (p + 3))
-        moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
-        moves[:, mechanism.space.components] = of_legs
-
-        frames = mechanism.frames or Frames()
-        base, target = frame(space, frames.base), frame(space, frames.target)
-        platform = transforms(space, poses[good])
-        arm = platform.rotation @ target.translation
-        seen = (platform.translation + arm) @ base.rotation.T
-        turned = base.rotation @ platform.rotation
-        effects = np.concatenate(
-            [
-                _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves,
-                _adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
-                _adjoint(turned, np.zeros_like(seen)),
-            ],
-            axis=2,
-        )
-        if space == "point":
-            effects[:, 3:] = 0
-        column = self.layout.column[: effects.shape[2]]
-        onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
-        return np.asarray(effects @ onto), good
-
-
-def _adjoint(rotations: Array, arms: Array) -> Array:
-    """Tangents of points at the ends of arms, turned, by those of where the arms begin."""
-    made = np.zeros((len(arms), 6, 6))
-    made[:, :3, :3] = made[:, 3:, 3:] = rotations
-    made[:, :3, 3:] = rotations @ np.cross(arms[:, None], np.eye(3))
-    return made
 
 
 @dataclass(frozen=True)
@@ -397,7 +48,7 @@ class ObservedTask(Task):
         return self.survey.scale
 
     def error_weight(self, poses: Array) -> Array:
-        """B of the expected squared error, see `symkin.observability.error_weight`."""
+        """B of the expected squared error, see `symkin.analysis.observability.error_weight`."""
         return self.survey.error_weight(poses)
 
     def prior(self, measured: Measurements | None, _kind: RowKind) -> Array | None:
@@ -410,38 +61,7 @@ class ObservedTask(Task):
 
     def advice(self) -> str:
         """What to do where nothing shows an unknown."""
-        return _PRIORS
-
-
-def _rms(form: Array, covariance: Array) -> float:
-    return math.sqrt(max(float(np.sum(form * covariance)), 0.0))
-
-
-def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:
-    """What is observed and the mechanism, with the same frames: those observed, else its own."""
-    frames = mechanism.frames or Frames()
-    if not isinstance(observe, Observed):
-        kinds: Any = (observe,) if isinstance(observe, str) else tuple(observe)
-        observe = Observed(
-            kinds,
-            points=frames.points if "points" in kinds else (),
-            anchors=frames.anchors if "distance" in kinds else (),
-        )
-    for name in ("missing", "spread"):
-        if getattr(observe, name):
-            raise SymkinError(
-                f"observe has {name} = {getattr(observe, name):g}; expected 0 in a plan, since "
-                "nobody knows beforehand which rows that will be"
-            )
-    observed = observe.in_frames(frames)
-    placed = Frames(
-        base=observed.base or (),
-        target=observed.target or (),
-        points=observed.points or frames.points,
-        anchors=observed.anchors or frames.anchors,
-        plane=observed.plane if mechanism.space.size == 3 else (),
-    )
-    return observed, mechanism.replace(frames=placed)
+        return PRIORS_HOLD
 
 
 _FREE_ROOM = 1e-9  # m, by which rounding may put a plane beyond the workspace
@@ -483,11 +103,3 @@ def probing_unknowns(mechanism: Mechanism, unknowns: Mapping[str, Any]) -> Unkno
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     chosen = with_probing_defaults(with_file_settings(given, mechanism.identification))
     return cast(Unknowns, {name: chosen.get(name) for name in given})
-
-
-def write_bed_points(plan: Plan, path: str | os.PathLike[str]) -> None:
-    """Write where to probe, in the order of the plan, without spares: ``x_mm,y_mm``."""
-    from symkin.io.tables import write_table
-
-    points = np.round(1e3 * plan.poses[~plan.spare, :2], 2)
-    write_table(Path(path), {"x_mm": points[:, 0], "y_mm": points[:, 1]})

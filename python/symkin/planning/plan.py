@@ -8,112 +8,39 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from symkin.analysis.observability import (
+    ExpectedAccuracy,
+    Observability,
+    RowKind,
+    analyse_observability,
+)
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.data.columns import pose_column_names, reading_column_names
+from symkin.data.measured_rows import make_arrays
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.sensor_tables import shown_readings
 from symkin.errors import MeasurementError, SymkinError
-from symkin.measurements import ALL_LEGS, Measurements, make_arrays, pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import ExpectedAccuracy, Observability, RowKind, analyse_observability
-from symkin.planning.observing import HeldByPriors, PlannedUnknown, Survey
-from symkin.planning.selection import Clearance, Criterion, Design, Selection, SelectionMethod
-from symkin.result import Result, Value, field, record
+from symkin.estimate.fit import Estimator
+from symkin.estimate.survey import HeldByPriors, PlannedUnknown, Survey
+from symkin.model.file_frames import as_drawn
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.planning.accuracy import predict_accuracy, survey_rows, thinned
+from symkin.planning.basis import PlanBasis
+from symkin.planning.visiting import travel_length
+from symkin.results import Result
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import write_table
+from symkin.values import record
 
-if TYPE_CHECKING:
-    from symkin.identification.fit import Estimator, PoseUse
-    from symkin.workspace import WorkspaceSample
-
-__all__ = [
-    "ChosenPoses",
-    "Plan",
-    "PlanBasis",
-    "set_name",
-    "thinned",
-    "travel_length",
-    "visiting_order",
-]
+__all__ = ["Plan", "plan_columns", "write_plan"]
 
 Array = NDArray[np.float64]
-Way = NDArray[np.intp]  # stations in their order; what stands first and last stays there
-
-_AVERAGED = 2000  # poses over which an expected error is averaged
-_KICKS = 100  # restarts from a way that is changed a little
-_EFFORT = 5 * 10**6  # restarts times the square of the stations, so that large plans do not wait
-_NEIGHBOURHOOD = 50  # stations among which a way is changed
-_PIECE = 600  # stations that are improved together
-_MOVED = 3  # stations that are moved together
-_GAIN = -1e-12  # of the longest distance: less is rounding
-
-
-def set_name(leg: int) -> str:
-    """Name the set of a leg (from 0), or of all (-1), as people count."""
-    return "all legs" if leg == ALL_LEGS else f"leg {leg + 1}"
-
-
-def thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """At most 2000 of the poses, over which an expected error is averaged."""
-    return poses[:: -(-len(poses) // _AVERAGED)]
-
-
-@record
-class ChosenPoses(Value):
-    """One selection of a plan.
-
-    Attributes
-    ----------
-    legs : tuple of int
-        The legs, from 0, that it serves.
-    elements : tuple of str
-        The symmetry elements that carry its poses to them: to one leg each, or (design "orbits")
-        all of them to every leg.
-    selection : Selection
-        What was chosen, with its certificate. A pose of an orbit counts once.
-    """
-
-    legs: tuple[int, ...] = field(number=True)
-    elements: tuple[str, ...]
-    selection: Selection
-
-
-@record
-class PlanBasis(Value):
-    """How a plan was made.
-
-    Attributes
-    ----------
-    design, rows, criterion, method
-        As `make_plan` takes them.
-    seed : int
-        Of the selections.
-    candidates : int
-        Poses to choose from, and
-    excluded : int
-        how many of them the constraints left out.
-    clearance : Clearance
-        How far they stay from the end of a leg's reach and from singularities.
-    choices : tuple of ChosenPoses
-        One for each leg that is its own reference.
-    survey : Survey or None
-        What will be observed and what is unknown then; None for full poses and all parameters.
-    """
-
-    design: Design
-    rows: RowKind
-    criterion: Criterion
-    method: SelectionMethod
-    seed: int
-    candidates: int
-    excluded: int
-    clearance: Clearance
-    choices: tuple[ChosenPoses, ...]
-    survey: Survey | None = None
-
-    @property
-    def symmetrical(self) -> bool:
-        """Whether one choice serves all legs alike, so that all are equally observable."""
-        return self.design != "mechanism" and len(self.choices) == 1
 
 
 @record
@@ -155,8 +82,6 @@ class Plan(Result):
     candidates: WorkspaceSample | NDArray[np.float64] | None = None
     measured: Measurements | None = None
 
-    PAGE: ClassVar[str] = "plan.plan_page"
-
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
         make_arrays(
@@ -197,8 +122,6 @@ class Plan(Result):
         With `estimator`, all poses and those measured already, for what the plan was made to
         observe; see `predict_accuracy`.
         """
-        from symkin.planning.prediction import predict_accuracy
-
         if self.candidates is None:
             return None
         cloud = thinned(pose_rows(self.candidates))
@@ -307,8 +230,6 @@ class Plan(Result):
 
     def columns(self) -> Mapping[str, Any]:
         """Return the columns of its file."""
-        from symkin.io.plans import plan_columns
-
         return plan_columns(self, self.mechanism)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
@@ -316,150 +237,43 @@ class Plan(Result):
 
         A file that exists is replaced with `overwrite` alone.
         """
-        from symkin.io.plans import write_plan
-
         write_plan(self, path, self.mechanism, overwrite=overwrite)
         return Path(path)
 
 
-def survey_rows(
-    survey: Survey,
-    plan: Plan,
-    *,
-    poses: PoseUse = "all",
-    measured: Measurements | None = None,
-) -> list[NDArray[np.float64]]:
-    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
-    wanted = ~plan.spare
-    sets = plan.leg_sets[wanted, None]
-    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
-    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
-    if not np.isfinite(rows[0]).all():
-        raise SymkinError("a pose of the plan is out of the nominal robot's reach")
-    return rows if measured is None else [*rows, survey.measured_rows(measured)]
+ROLES = ("primary", "spare")
 
 
-def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:
-    """Length of the way from home through poses in their order, m; of a platform that turns, rad.
+def write_plan(
+    plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism, *, overwrite: bool = False
+) -> None:
+    """Write a plan as CSV or Parquet, by extension; it reads back to the same numbers.
 
-    Beside a position a rotation counts as the way of a point at the characteristic length from the
-    centre.
+    A file that exists is replaced only with `overwrite`.
+
+    Columns ``leg, order, role``, the pose (``x_m, y_m, phi_rad``, or spatially ``x_m, y_m, z_m, qx,
+    qy, qz, qw``) and the reading of every leg (``psi_1_rad``, ...).
     """
-    stations = np.vstack([mechanism.home, pose_rows(poses)])
-    return float(_distances(mechanism, stations[:-1], stations[1:]).sum())
+    with OutputFiles(overwrite=overwrite) as outputs:
+        write_table(outputs.file(Path(path)), plan_columns(plan, mechanism))
 
 
-def visiting_order(mechanism: Mechanism, poses: Array, seed: int) -> NDArray[np.intp]:
-    """Order poses for a short way from home through all of them (a heuristic), to the last one.
-
-    Rows of the poses, shape (N,); in the given order if the heuristic finds no shorter way.
-    """
-    given = np.arange(len(poses), dtype=np.intp)
-    if len(poses) < 2:
-        return given
-    stations = np.vstack([mechanism.home, poses])
-    ways = np.zeros((len(stations) + 1,) * 2)  # the last one is nowhere: it ends an open way
-    ways[:-1, :-1] = _distances(mechanism, stations[:, None], stations[None])
-    found = _short_way(ways / max(ways.max(), 1e-300), seed)[1:-1] - 1
-    shorter = travel_length(mechanism, poses[found]) < travel_length(mechanism, poses)
-    return found if shorter else given
-
-
-def _short_way(ways: Array, seed: int) -> Way:
-    """A short path through all stations, from the first to the last."""
-    count = len(ways)
-    best = _improved(ways, _nearest_neighbours(ways))
-    random = np.random.default_rng(seed)
-    width = min(_NEIGHBOURHOOD, count - 2)
-    for _ in range(min(_KICKS, _EFFORT // count**2) if width >= 3 else 0):
-        begin = random.integers(1, count - width)
-        first, second, third = begin + np.sort(random.choice(width, 3, replace=False))
-        swapped = [best[:first], best[second:third], best[first:second], best[third:]]
-        tried = _improved(ways, np.concatenate(swapped))
-        if _length(ways, tried) < _length(ways, best):
-            best = tried
-    return best
-
-
-def _nearest_neighbours(ways: Array) -> Way:
-    """Always go to the nearest station that is left."""
-    left = ways.copy()
-    path = [0]
-    for _ in range(len(ways) - 2):
-        left[:, path[-1]] = np.inf
-        path.append(int(left[path[-1], :-1].argmin()))
-    return np.array([*path, len(ways) - 1], dtype=np.intp)
-
-
-def _improved(ways: Array, path: Way) -> Way:
-    """The path when neither turning a part of it round nor moving a few stations helps."""
-    if len(path) > _PIECE:
-        pieces = range(0, len(path) - 1, _PIECE - 1)
-        improved = [_improved(ways, path[begin : begin + _PIECE]) for begin in pieces]
-        return np.concatenate([*(piece[:-1] for piece in improved), path[-1:]])
-    while len(path) > 3:
-        between = ways[np.ix_(path, path)]
-        better = _turned(between)
-        if better is None:
-            better = _moved(between)
-        if better is None:
-            break
-        path = path[better]
-    return path
-
-
-def _turned(ways: Array) -> Way | None:
-    """Places of the path in a better order, by the part that is best turned round."""
-    steps, last = ways.diagonal(1), len(ways) - 2
-    gains = ways[:last, 1:-1] + ways[1:-1, 2:] - steps[:-1, None] - steps[1:]
-    gains[np.tril_indices(last)] = 0
-    first, end = np.unravel_index(gains.argmin(), gains.shape)
-    if gains[first, end] > _GAIN:
-        return None
-    order = np.arange(len(ways))
-    order[first + 1 : end + 2] = order[first + 1 : end + 2][::-1]
-    return order
-
-
-def _moved(ways: Array) -> Way | None:
-    """The same by moving up to three stations to the best other place (or-opt)."""
-    steps, order = ways.diagonal(1), np.arange(len(ways))
-    gaps = order[:-1]
-    best, better = _GAIN, None
-    for size in range(1, min(_MOVED, len(ways) - 3) + 1):
-        first = np.arange(1, len(ways) - size)
-        last = first + size - 1
-        freed = steps[first - 1] + steps[last] - ways[first - 1, last + 1]
-        forth = ways[first, :-1] + ways[last, 1:]
-        back = ways[last, :-1] + ways[first, 1:]
-        gains = np.minimum(forth, back) - steps - freed[:, None]
-        gains[(gaps >= first[:, None] - 1) & (gaps <= last[:, None])] = 0
-        at, gap = np.unravel_index(gains.argmin(), gains.shape)
-        if gains[at, gap] < best:
-            best = gains[at, gap]
-            part = order[first[at] : last[at] + 1]
-            part = part[::-1] if back[at, gap] < forth[at, gap] else part
-            rest = np.delete(order, part)
-            place = gap + 1 if gap < first[at] else gap + 1 - size
-            better = np.concatenate([rest[:place], part, rest[place:]])
-    return better
-
-
-def _length(ways: Array, path: Way) -> float:
-    return float(ways[path[:-1], path[1:]].sum())
-
-
-def _distances(mechanism: Mechanism, one: Array, other: Array) -> Array:
-    """Way between poses, in the shape that the poses broadcast to, m or rad."""
-    size = mechanism.space.size
-    ways = np.linalg.norm(one[..., :size] - other[..., :size], axis=-1)
-    if mechanism.space.has_quaternion:
-        # From the chord: the arc cosine of a product has 1e-8 rad of rounding near zero.
-        chords = [
-            np.linalg.norm(one[..., size:] + sign * other[..., size:], axis=-1) for sign in (1, -1)
-        ]
-        angles = 4 * np.arcsin(np.minimum(np.minimum(*chords) / 2, 1))
-    else:
-        angles = np.abs(one[..., size:] - other[..., size:]).sum(axis=-1)
-    length = mechanism.characteristic_length if mechanism.space.moves else 1.0
-    return np.asarray(ways + length * angles)
+def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
+    """Return the columns of a plan's table."""
+    pose_names = pose_column_names(mechanism.pose_space)
+    reading_names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
+    readings = shown_readings(mechanism, plan.readings)
+    beyond = np.argwhere(np.isnan(readings))
+    if len(beyond):
+        row, leg = beyond[0].tolist()
+        raise MeasurementError(
+            f"the plan has pose {plan.order[row]} where the table of the sensors has nothing that "
+            f"leg {leg + 1} would show; set joint_limits within the table, or measure more of it"
+        )
+    return {
+        "leg": plan.leg_sets + 1,
+        "order": plan.order,
+        "role": [ROLES[int(spare)] for spare in plan.spare],
+        **dict(zip(pose_names, as_drawn(mechanism, plan.poses).T, strict=True)),
+        **dict(zip(reading_names, readings.T, strict=True)),
+    }

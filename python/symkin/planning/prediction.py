@@ -5,112 +5,32 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import SymkinError, one_of
-from symkin.identification.estimate import identify_legs
-from symkin.identification.fit import Estimator, PoseUse
-from symkin.measurements import Measurements, pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import ExpectedAccuracy, RowKind, expected_accuracy
+from symkin.analysis.observability import ExpectedAccuracy, RowKind
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.errors import SymkinError
+from symkin.estimate.fit import Estimator, PoseUse
+from symkin.estimate.survey import HeldByPriors, Observing, Survey, Unknowns
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.planning.accuracy import predict_accuracy, require_joint, thinned
 from symkin.planning.making import make_plan
-from symkin.planning.observing import (
-    HeldByPriors,
-    Observing,
-    Survey,
-    Unknowns,
-    is_probing,
-    probing_unknowns,
-)
-from symkin.planning.plan import Plan, survey_rows, thinned
+from symkin.planning.observing import is_probing, probing_unknowns
+from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
-from symkin.result import Result, Value, plain, record
+from symkin.results import Result
+from symkin.values import Value, plain, record
 
-if TYPE_CHECKING:
-    from symkin.workspace import WorkspaceSample
-
-__all__ = ["NeededPoses", "PoseCountCurve", "Remedy", "pose_count_curve", "predict_accuracy"]
+__all__ = ["NeededPoses", "PoseCountCurve", "Remedy", "pose_count_curve"]
 
 _POINTS = 25  # of a curve
 _LARGEST = 10  # times as many poses as parameters, of a curve
 _MOST = 50  # the same, when an accuracy asks for them
 _LEAST_HELP = 0.01  # share of the error that a remedy takes away
-
-
-def predict_accuracy(
-    mechanism: Mechanism,
-    plan: Plan,
-    workspace: ArrayLike | WorkspaceSample,
-    estimator: Estimator | None = None,
-    *,
-    poses: PoseUse = "all",
-    measured: Measurements | None = None,
-    observe: Observing | None = None,
-    **unknowns: Unpack[Unknowns],
-) -> ExpectedAccuracy:
-    """Predict the end-effector error after identification with a plan, to first order.
-
-    The covariance is the estimator's at the nominal parameters and the mechanism's declared noise;
-    no robot is simulated.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The nominal one.
-    plan : Plan
-        Its spares do not count.
-    workspace : WorkspaceSample, or array_like of shape (n, coordinates)
-        Poses over which the error is averaged.
-    estimator, poses
-        See `identify`; by default "implicit", and "joint" with what follows.
-    measured : Measurements, optional
-        What is measured already and identifies the legs too.
-    observe, **unknowns
-        What will be observed and what is unknown, see `make_plan`; by default what the plan was
-        made for. What is held has no error, and priors count. The error is that of the target in
-        the device's frame, at given readings: without frames, of the platform in the robot's own.
-
-    Raises
-    ------
-    NotIdentifiableError
-        If the plan's poses and the priors do not show all unknowns; names the combination.
-    SymkinError
-        If the plan's poses do not show all parameters, or for an estimator that cannot know what is
-        observed or unknown.
-    """
-    survey = Survey.of(mechanism, plan.poses, observe, unknowns)
-    if survey is None and plan.basis is not None and plan.basis.survey is not None:
-        made_for = plan.basis.survey
-        survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
-    if survey is not None:
-        _require_joint(estimator)
-        rows = survey_rows(survey, plan, poses=poses, measured=measured)
-        return survey.expected(workspace, survey.covariance(rows))
-    wanted = ~plan.spare
-    parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
-    if measured is not None:
-        measured.require_complete()
-        readings = mechanism.inverse_kinematics(measured.poses)
-        readings[~np.isfinite(measured.readings)] = np.nan
-        parts.append((measured.poses, readings, measured.leg_sets))
-    poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
-    exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
-    how = estimator or "implicit"
-    covariance = identify_legs(mechanism, exact, how, poses=poses).covariance
-    if not np.isfinite(covariance).all():
-        raise SymkinError("the plan's poses do not show all parameters")
-    return expected_accuracy(mechanism, workspace, covariance)
-
-
-def _require_joint(estimator: Estimator | None) -> None:
-    if estimator is not None and one_of("estimator", estimator, Estimator) != "joint":
-        raise SymkinError(
-            f'the estimator "{estimator}" looks at each leg by itself, from full poses; expected '
-            '"joint" for what is observed or unknown otherwise'
-        )
 
 
 @record
@@ -155,8 +75,6 @@ class PoseCountCurve(Result):
     least_gain: float
     enough: int | None
     held: HeldByPriors | None = None
-
-    PAGE: ClassVar[str] = "plan.pose_count_page"
 
     def for_accuracy(
         self, position: float | None = None, orientation: float | None = None
@@ -294,8 +212,6 @@ class NeededPoses(Result):
     expected: ExpectedAccuracy
     remedies: tuple[Remedy, ...]
 
-    PAGE: ClassVar[str] = "plan.needed_poses_page"
-
     @property
     def excess(self) -> float:
         """How many times the expected error is what is wanted; at most 1 if it is reached.
@@ -374,7 +290,7 @@ def pose_count_curve(
     known = {name: value for name, value in unknowns.items() if value is not None}
     surveyed = known if observe is None else {"observe": observe, **known}
     if surveyed:
-        _require_joint(estimator)
+        require_joint(estimator)
     settings = {
         "design": design,
         "rows": rows,

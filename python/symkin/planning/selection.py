@@ -6,42 +6,40 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.errors import NotIdentifiableError, SymkinError, one_of
-from symkin.measurements import ALL_LEGS, Measurements, pose_rows
-from symkin.mechanism import Mechanism
-from symkin.observability import (
+from symkin.analysis.observability import (
     RowKind,
     error_weight,
     mechanism_rows,
-    noise_of,
     observability_rows,
-    parameter_tolerances,
     with_combinations,
 )
-from symkin.result import Value, field, record
-from symkin.symmetry import (
-    SymmetryElement,
-    leg_carriers,
-    map_poses,
-    observability_group,
-    symmetry_group,
-)
-from symkin.workspace import (
+from symkin.analysis.workspace import (
+    WorkspaceSample,
     closure_deviation,
     coordinate_names,
     inside_box,
     least_reach_margin,
     workspace_coordinates,
 )
-
-if TYPE_CHECKING:
-    from symkin.workspace import WorkspaceSample
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.model.symmetry import (
+    SymmetryElement,
+    leg_carriers,
+    map_poses,
+    observability_group,
+    symmetry_group,
+)
+from symkin.model.tolerances import noise_of, parameter_tolerances
+from symkin.values import Value, field, record
 
 __all__ = [
     "Certificate",
@@ -372,7 +370,7 @@ class Task:
         return parameter_tolerances(self.mechanism)[self._identified()]
 
     def error_weight(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-        """B of the expected squared error, see `symkin.observability.error_weight`."""
+        """B of the expected squared error, see `symkin.analysis.observability.error_weight`."""
         own = np.flatnonzero(self._identified())
         return error_weight(self.mechanism, poses)[np.ix_(own, own)]
 

@@ -9,33 +9,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.mechanism import Mechanism
-from symkin.observability import observability_rows
 from symkin.planning import Plan
-from symkin.planning.selection import LegRows, allowed_candidates, design_tasks, select_poses
-from symkin.result import Value, record
-from symkin.study.definition import Cell
-from symkin.symmetry import map_poses
+from symkin.planning.selection import LegRows, select_poses
+from symkin.study.definition import Cell, StudyDefinition
+from symkin.study.mapping import _log_information
+from symkin.study.robots import Job
+from symkin.study.summaries import CellSummary
+from symkin.values import Value, record
 
-if TYPE_CHECKING:
-    from symkin.study.result import StudyResult
-
-__all__ = [
-    "LOSSES",
-    "OFF",
-    "Curve",
-    "asymmetry_curves",
-    "linearity_curves",
-    "mapped_candidates",
-    "mapped_efficiency",
-    "reading_curves",
-]
+__all__ = ["LOSSES", "OFF", "Curve", "asymmetry_curves", "linearity_curves", "reading_curves"]
 
 Array = NDArray[np.float64]
 
@@ -87,7 +75,20 @@ class Curve(Value):
         return float(np.exp(np.interp(loss, y, x)))
 
 
-def asymmetry_curves(result: StudyResult) -> tuple[Curve, ...]:
+class Studied(Protocol):
+    """What of a study's result the curves are read from."""
+
+    @property
+    def definition(self) -> StudyDefinition: ...
+    @property
+    def job(self) -> Job: ...
+    @property
+    def cells(self) -> Mapping[str, CellSummary]: ...
+    def rows(self, cell: str) -> Mapping[str, NDArray[Any]]:
+        """Return the rows of a cell, a robot each."""
+
+
+def asymmetry_curves(result: Studied) -> tuple[Curve, ...]:
     """Efficiency of mapped poses against the robots' errors, in multiples of the tolerances."""
     curves = []
     for cells in _series(result, "tolerance_level"):
@@ -109,7 +110,7 @@ def asymmetry_curves(result: StudyResult) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def reading_curves(result: StudyResult) -> tuple[Curve, ...]:
+def reading_curves(result: Studied) -> tuple[Curve, ...]:
     """Efficiency of a selection that is not told of the noise of the readings."""
     curves = []
     noises = np.array(sorted(each for each in result.definition.reading_noises if each > 0))
@@ -133,7 +134,7 @@ def reading_curves(result: StudyResult) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def linearity_curves(result: StudyResult, what: str) -> tuple[Curve, ...]:
+def linearity_curves(result: Studied, what: str) -> tuple[Curve, ...]:
     """Simulated over predicted position error as "noise_level" or "tolerance_level" grows.
 
     Robots and noise are the same at all levels but for their size, so what differs from the lowest
@@ -142,7 +143,7 @@ def linearity_curves(result: StudyResult, what: str) -> tuple[Curve, ...]:
     return tuple(_linearity(result, cells, what) for cells in _series(result, what))
 
 
-def _linearity(result: StudyResult, cells: Sequence[Cell], what: str) -> Curve:
+def _linearity(result: Studied, cells: Sequence[Cell], what: str) -> Curve:
     first = cells[0]
     start = result.rows(first.id)
     values, errors, failed = [], [], []
@@ -174,7 +175,7 @@ def _blind(plan: Plan, candidates: Array, noise: float) -> float:
     return math.exp(gain / mechanism.estimated_counts[0])
 
 
-def _series(result: StudyResult, what: str) -> list[list[Cell]]:
+def _series(result: Studied, what: str) -> list[list[Cell]]:
     """Cells that differ in one level alone, the other being one; at least two, ascending."""
     other = {"noise_level": "tolerance_level", "tolerance_level": "noise_level"}[what]
     found: dict[tuple[Any, ...], list[Cell]] = {}
@@ -206,45 +207,3 @@ def _curve(
 
 def _protocol(cell: Cell) -> str:
     return f"{cell.design}, {cell.rows}, {cell.criterion}, {cell.pose_count} poses a leg"
-
-
-def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:
-    """What each leg's poses could have been: the candidates of its reference leg, carried to it.
-
-    The plan is of design "legs", and chose from the candidates, shape (n, coordinates).
-    """
-    mechanism, basis = plan.mechanism, plan.basis
-    assert basis is not None
-    carried: dict[int, Array] = {}
-    for task in design_tasks(mechanism, "legs", use_symmetry=True):
-        allowed = allowed_candidates(task, candidates, None, (), basis.clearance)
-        for leg, (element,) in task.sets:
-            carried[leg] = map_poses(mechanism, element, candidates[allowed])
-    return tuple(carried[leg] for leg in sorted(carried))
-
-
-def mapped_efficiency(robot: Mechanism, plan: Plan, candidates: tuple[Array, ...]) -> float:
-    """Compare a plan's poses with those that would have been chosen for the robot as it was made.
-
-    With the `mapped_candidates`: ``(det M_plan / det M_own)^(1/p)`` of the least lucky leg, with M
-    the information of the leg's own poses. With 0.9, so much is lost as with every tenth pose.
-    """
-    assert plan.basis is not None
-    gains = []
-    for leg, where in enumerate(candidates):
-        poses = plan.poses[plan.rows_of(leg)]
-        reached = where[np.isfinite(robot.inverse_kinematics(where)[:, leg])]
-        own = select_poses(
-            LegRows(robot, leg, reached, "noise_aware"), len(poses), plan.basis.seed, threads=1
-        )
-        gain = _log_information(robot, leg, poses) - own.log_det
-        gains.append(gain / robot.estimated_counts[leg])
-    return float(np.exp(min(gains)))
-
-
-def _log_information(mechanism: Mechanism, leg: int, poses: Array) -> float:
-    """Logarithm of the determinant of what a leg's poses show; those out of reach show nothing."""
-    rows = observability_rows(mechanism, leg, poses, "noise_aware")
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    sign, value = np.linalg.slogdet(rows.T @ rows)
-    return float(value) if sign > 0 else -np.inf

@@ -9,25 +9,26 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
-from symkin.identification.fit import Estimator, PoseUse, core_measurements
-from symkin.mechanism import Mechanism
-from symkin.observability import noise_of
+from symkin.estimate.fit import Estimator, PoseUse, core_measurements
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import DeclaredSymmetry
+from symkin.model.symmetry import generate_legs
+from symkin.model.tolerances import noise_of
 from symkin.planning import Design, make_plan
 from symkin.planning.selection import LegRows, select_poses
-from symkin.result import FolderResult, Value, record
-from symkin.settings import DeclaredSymmetry
-from symkin.simulation import simulate_observed
+from symkin.planning.simulation import simulate_observed
+from symkin.results import FolderResult
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.robots import NORMAL_95
-from symkin.symmetry import generate_legs
-from symkin.workspace import sample_workspace
+from symkin.values import Value, record
 
 __all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "seconds_of", "with_legs"]
 
@@ -78,8 +79,6 @@ class CostResult(FolderResult):
 
     definition: StudyDefinition
     table: Mapping[str, NDArray[Any]]
-
-    PAGE: ClassVar[str] = "study.cost_page"
 
     @cached_property
     def exponents(self) -> tuple[Exponent, ...]:

@@ -17,11 +17,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
+from symkin.analysis.observability import RowKind
 from symkin.errors import StudyFileError, SymkinError, did_you_mean
-from symkin.identification.fit import Estimator, Loss, PoseUse
-from symkin.io.mechanism_file import load_mechanism
-from symkin.io.mechanism_writer import mechanism_text
-from symkin.io.toml_file import (
+from symkin.estimate.fit import Estimator, Loss, PoseUse
+from symkin.files.mechanism_file import read_mechanism
+from symkin.files.mechanism_writer import mechanism_text
+from symkin.model.mechanism import Mechanism
+from symkin.planning.selection import Criterion, Design, SelectionMethod
+from symkin.storage.toml_file import (
     Kind,
     WrongValueError,
     choice,
@@ -33,10 +36,8 @@ from symkin.io.toml_file import (
     text,
     whole,
 )
-from symkin.mechanism import Mechanism
-from symkin.observability import RowKind
-from symkin.planning.selection import Criterion, Design, SelectionMethod
 from symkin.study.extension import KNOWN, StudyExtension, extension_named, extension_names
+from symkin.version import version
 
 __all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
 
@@ -352,10 +353,8 @@ class StudyDefinition:
     @functools.cached_property
     def digest(self) -> str:
         """What its rows depend on, as a SHA-256: all but the number of robots and the title."""
-        import symkin
-
         values = {
-            "symkin": symkin.__version__,
+            "symkin": version(),
             "kind": self.kind,
             "cells": [dataclasses.asdict(cell) for cell in self.cells],
             "mechanisms": {name: mechanism_text(each) for name, each in self.loaded.items()},
@@ -388,7 +387,7 @@ class StudyDefinition:
         if isinstance(given, Mechanism):
             return given
         if given not in self._files:
-            self._files[given] = load_mechanism(given)
+            self._files[given] = read_mechanism(given)
         return self._files[given]
 
     def _cells(self) -> Iterator[Cell]:

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.evaluation import evaluate
+from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
-from symkin.evaluation import evaluate
-from symkin.identification.fit import Fit, FitOptions
-from symkin.mechanism import Mechanism
+from symkin.estimate.fit import Fit, FitOptions
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Tolerances
 from symkin.planning import Plan, make_plan
-from symkin.settings import Tolerances
-from symkin.simulation import Simulation, disturb, simulate_observed
-from symkin.study.asymmetry import mapped_candidates, mapped_efficiency
+from symkin.planning.simulation import Simulation, disturb, simulate_observed
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.workspace import sample_workspace
+from symkin.study.mapping import mapped_candidates, mapped_efficiency
 
 __all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
 

@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import itertools
 import json
-import logging
 import os
 import pickle
 import shutil
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
@@ -20,28 +17,18 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.cluster import begun, opened_client, spread
 from symkin.errors import SymkinError, one_of
-from symkin.io.output_files import OutputFiles
-from symkin.io.tables import write_table
-from symkin.mechanism import Mechanism
+from symkin.model.mechanism import Mechanism
 from symkin.planning import Plan
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import write_table
 from symkin.study.cost import CostResult, measure_cost
 from symkin.study.definition import Cell, StudyDefinition, extension_of, load_study
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job, planned
 
-__all__ = [
-    "Chunk",
-    "Progress",
-    "begun",
-    "compute",
-    "dask_client",
-    "make_plans",
-    "opened_client",
-    "require_version",
-    "run_study",
-    "spread",
-]
+__all__ = ["Chunk", "Progress", "compute", "make_plans", "run_study"]
 
 Array = NDArray[np.float64]
 PlanKey = tuple[Any, ...]
@@ -51,19 +38,6 @@ Progress = Callable[[str, float], None]
 TableFormat = Literal["csv", "parquet"]
 
 _ROWS = 300  # of a chunk: what a kill can lose is a second of every core
-_AHEAD = 3  # chunks that every core has or waits for
-_CONNECT, _WORKERS = 15, 60  # s
-
-# By default a worker is profiled a hundred times a second and its event loop measured fifty times,
-# and memory that an array frees goes back to the system at once.
-_UNDISTURBED = {
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.tick.interval": "1s",
-    "distributed.admin.system-monitor.interval": "2s",
-    "distributed.nanny.pre-spawn-environ": dict.fromkeys(
-        ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), 1
-    ),
-}
 
 
 def run_study(
@@ -255,16 +229,6 @@ def _digest_of(mark: Path) -> str:
         return ""
 
 
-@contextlib.contextmanager
-def opened_client(workers: int, scheduler: str | None, tasks: int) -> Iterator[Any]:
-    """A client of Dask where one is asked for, else None: the work is then done in this process."""
-    if workers == 1 and scheduler is None:
-        yield None
-        return
-    with dask_client(min(workers, tasks), scheduler) as client:
-        yield client
-
-
 def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Chunk, Columns]]:
     """Chunks of robots, in whatever order they are ready; without a client computed here."""
     if client is None:
@@ -274,15 +238,6 @@ def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Ch
     # The job goes with every chunk: data of its own would be lost with its worker.
     parcel = pickle.dumps(job.light())
     yield from spread(client, _chunk, ((parcel, chunk) for chunk in chunks))
-
-
-def begun(calls: Sequence[tuple[Any, ...]], client: Any) -> Callable[[], list[Any]]:
-    """Have workers call functions, each first of its arguments, beside what else they compute.
-
-    What is returned waits for the calls, and returns their results in order.
-    """
-    futures = [_submitted(client, *call) for call in calls]
-    return lambda: list(client.gather(futures))
 
 
 def make_plans(
@@ -306,89 +261,6 @@ def make_plans(
         yield from spread(client, _plan, calls)
 
 
-@contextlib.contextmanager
-def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
-    """Connect to a scheduler, or start so many processes of one thread on this machine."""
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        raise SymkinError(
-            "more than one process needs Dask: pip install 'symkin[cluster]', or leave out "
-            "--workers and --scheduler"
-        ) from error
-    with contextlib.ExitStack() as opened:
-        address: Any = scheduler
-        if scheduler is None:
-            # Any free port, since the usual one may be another's, and no dashboard, which needs
-            # packages that nobody asked for. Nor does anybody see what is found by interrupting the
-            # work for it. What a worker logs, such as that its scheduler has closed before it, is
-            # not for the user: a call that fails raises its exception here.
-            opened.enter_context(dask.config.set(_UNDISTURBED))
-            address = opened.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address=":0",
-                    scheduler_kwargs={"dashboard": False},
-                    memory_limit=0,
-                    silence_logs=logging.CRITICAL,
-                )
-            )
-        try:
-            client = opened.enter_context(Client(address, timeout=_CONNECT))
-        except (OSError, ValueError) as error:
-            raise SymkinError(
-                f"{scheduler}: no Dask scheduler answers; expected the address that "
-                "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
-            ) from error
-        try:
-            client.wait_for_workers(1, timeout=_WORKERS)
-        except TimeoutError as error:
-            raise SymkinError(
-                f"{scheduler}: the scheduler has no workers; start some: dask worker {scheduler}"
-            ) from error
-        yield client
-
-
-def spread(
-    client: Any, function: Callable[..., Any], calls: Iterable[tuple[Any, ...]]
-) -> Iterator[Any]:
-    """Results of calls of a function, in whatever order they are ready.
-
-    Keeps all workers busy; Dask gives the calls of one that dies to others.
-    """
-    from distributed import as_completed
-
-    left = iter(calls)
-
-    def submitted(waiting: int) -> list[Any]:
-        """More calls, so many as the cores that there are now can do soon."""
-        cores = max(sum(client.nthreads().values()), 1)
-        return [
-            _submitted(client, function, *call)
-            for call in itertools.islice(left, max(_AHEAD * cores - waiting, 0))
-        ]
-
-    ready: Any = as_completed(submitted(0))
-    for future in ready:
-        result = future.result()
-        future.release()
-        ready.update(submitted(ready.count()))
-        yield result
-
-
-def require_version(version: str) -> None:
-    """Refuse to work for another version of symkin."""
-    import symkin
-
-    if symkin.__version__ != version:
-        raise SymkinError(
-            f"a worker has symkin {symkin.__version__}; expected {version}, as where it was started"
-        )
-
-
 def _cost(definition: StudyDefinition, cell: Cell) -> int:
     """How long a plan takes, in a unit of its own: some criteria take the time of six others."""
     counts = [len(leg.parameters) for leg in definition.loaded[cell.mechanism].legs]
@@ -400,19 +272,6 @@ def _plan(
     key: PlanKey, mechanism: Mechanism, cell: Cell, candidates: Array, seed: int
 ) -> tuple[PlanKey, Plan | str]:
     return key, planned(mechanism, cell, candidates, seed)
-
-
-def _submitted(client: Any, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Have a worker call a function, if it has the same symkin."""
-    import symkin
-
-    return client.submit(_called, symkin.__version__, function, *arguments, pure=False)
-
-
-def _called(version: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a worker does."""
-    require_version(version)
-    return function(*arguments)
 
 
 def _chunk(parcel: bytes, chunk: Chunk) -> tuple[Chunk, Columns]:

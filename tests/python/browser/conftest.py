@@ -14,7 +14,7 @@ from contextlib import suppress
 import pytest
 
 import symkin
-from symkin.settings import ProtocolSettings
+from symkin.model.settings import ProtocolSettings
 
 _PATIENCE = 60  # s, for a machine that is busy
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")

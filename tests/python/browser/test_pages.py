@@ -11,9 +11,9 @@ import pytest
 import symkin
 from symkin import plot
 from symkin.cli import main
-from symkin.report.content import Group, Image, Page, Section, Table
-from symkin.report.mechanism import movable
-from symkin.report.rendering import page_html
+from symkin.present import Group, Image, Page, Section, Table
+from symkin.show.mechanism import movable
+from symkin.show.rendering import page_html
 
 SEEN = list(itertools.product((1200, 400), ("light", "dark")))
 RESIDUALS = "document.querySelector('#residuals .plot svg')"

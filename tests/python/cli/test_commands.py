@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
-from symkin.report.wording import milli
+from symkin.show.wording import milli
 
 COMMANDS = [
     "check",

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
-from symkin.workspace import least_reach_margin
+from symkin.analysis.workspace import least_reach_margin
 
 FIVE_BAR = """
 schema = 1

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import symkin as library
-from symkin.identification import Identification
-from symkin.io.template import mechanism_template
+from symkin.estimate import Identification
+from symkin.files.template import mechanism_template
 from symkin.pipeline import ProtocolResult
-from symkin.simulation import Simulation
+from symkin.planning.simulation import Simulation
 
 CHECK_FILES = ("check.json", "check.html")
 WORKSPACE_FILES = ("workspace.json", "workspace.html")
@@ -31,7 +31,7 @@ def idle(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("sample_workspace", "identify", "simulate", "run_protocol", "study_workspace")
     for name in (*names, "evaluate"):
         monkeypatch.setattr(library, name, computed)
-    monkeypatch.setattr("symkin.checks.check_mechanism", computed)
+    monkeypatch.setattr("symkin.analysis.checks.check_mechanism", computed)
 
 
 @pytest.mark.usefixtures("idle")

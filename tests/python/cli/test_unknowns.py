@@ -6,8 +6,8 @@ import json
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.cli import main
-from symkin.simulation import Observed
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 import symkin
-from symkin.simulation import disturb
+from symkin.planning.simulation import disturb
 
 
 @pytest.fixture(scope="session")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import symkin
 from symkin.errors import SymkinError
-from symkin.poses import rotations_from_quaternions
+from symkin.model.poses import rotations_from_quaternions
 
 Array = NDArray[np.float64]
 
@@ -336,6 +336,6 @@ def test_a_delta_that_firmware_does_not_know_is_refused_in_words() -> None:
 
 def test_the_joint_limit_is_the_endstop_if_nothing_else_is_said() -> None:
     robot = symkin.load_mechanism("linear_delta")
-    limits = symkin.settings.JointLimits(upper=0.42)
+    limits = symkin.model.settings.JointLimits(upper=0.42)
     written = symkin.export(robot.replace(joint_limits=limits), "klipper")
     assert written.text == symkin.export(robot, "klipper", endstops=[0.42] * 3).text

@@ -19,8 +19,9 @@ from scipy.interpolate import RegularGridInterpolator
 
 import symkin
 from symkin.errors import SymkinError
-from symkin.exports import FORMATS, workspace_poses
-from symkin.poses import poses_from_bounds
+from symkin.exports import FORMATS
+from symkin.exports.common import workspace_poses
+from symkin.model.poses import poses_from_bounds
 
 
 def calibrated() -> symkin.Mechanism:
@@ -152,7 +153,7 @@ def test_every_format_is_offered_by_the_command_and_written_or_refused(tmp_path:
     robot = symkin.load_mechanism("linear_delta")
     for to in FORMATS:
         path = tmp_path / f"robot.{to}"
-        firmware = FORMATS[to].module == "firmware"
+        firmware = FORMATS[to].write.__module__.endswith("firmware")
         needed = {"endstops": 0.4} if firmware else {"nominal": robot if to == "table" else None}
         made = symkin.export(robot, to, path, **needed)
         assert path.read_text(encoding="utf-8") == made.text

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 
 import symkin
-import symkin.drawing
 import symkin.exports
+import symkin.model.file_frames
 from symkin import _core
+from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.errors import NotIdentifiableError
-from symkin.observability import error_weight, expected_accuracy, mechanism_rows
+from symkin.model.sensor_table import SensorTable
+from symkin.model.settings import DrawnPoints
+from symkin.model.symmetry import map_poses
 from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
-from symkin.sensor_table import SensorTable
-from symkin.settings import DrawnPoints
-from symkin.symmetry import map_poses
 
 MECHANISMS = ("3RRR", "5bar", "hexapod_jugglebot")
 
@@ -52,7 +52,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     core, legs = mechanism.core, len(mechanism.legs)
     readings = mechanism.inverse_kinematics(poses)
     noise = _core.MeasurementNoise(1e-4, 1e-4, 1e-4)
-    group = symkin.symmetry.symmetry_group(mechanism).core
+    group = symkin.model.symmetry.symmetry_group(mechanism).core
     element = group.elements[-1]
     kind = _core.RowKind.noise_aware
     leg = {"leg": 0}
@@ -90,7 +90,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     coordinates = np.random.default_rng(5).normal((0, 0, 1.75, 0, 0, 0), 0.1, (20, 6))
     yield Call(
         "_core.on_constraint",
-        {"poses": symkin.poses.poses_from_bounds("spatial", coordinates)},
+        {"poses": symkin.model.poses.poses_from_bounds("spatial", coordinates)},
         lambda poses: _core.on_constraint(bound.core, poses),
     )
     yield Call("Mechanism.poses_at", {"coordinates": coordinates}, bound.poses_at)
@@ -130,7 +130,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda poses: _core.mechanism_rows(core, poses, kind, noise),
     )
     rows = _core.observability_rows(core, 0, poses, kind, noise)
-    tolerances = symkin.observability.tolerances_of(mechanism.tolerances)
+    tolerances = symkin.model.tolerances.tolerances_of(mechanism.tolerances)
     yield Call(
         "_core.analyse_observability",
         {"rows": rows, "scale": tolerances.deviations(core, 0)},
@@ -360,7 +360,7 @@ def _fit_jointly(mechanism: symkin.Mechanism, given: dict[str, Any]) -> _core.Jo
 
 
 def _options(mechanism: symkin.Mechanism) -> _core.WorkspaceOptions:
-    return symkin.workspace.workspace_options(mechanism)
+    return symkin.analysis.workspace.workspace_options(mechanism)
 
 
 def _in_box(name: str, mechanism: symkin.Mechanism, box: dict[str, Any], count: int) -> Any:
@@ -369,7 +369,7 @@ def _in_box(name: str, mechanism: symkin.Mechanism, box: dict[str, Any], count: 
         setattr(options, key, value)
     if name == "sample_workspace":
         return _core.sample_workspace(mechanism.core, options, count, 1)
-    group = symkin.symmetry.symmetry_group(mechanism).core
+    group = symkin.model.symmetry.symmetry_group(mechanism).core
     element = group.elements[-1]
     return _core.verify_workspace_symmetry(mechanism.core, options, group, element, count, 1)
 
@@ -408,7 +408,7 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     points = DrawnPoints(base=(0.1, -0.2, 0.3)[: max(mechanism.space.size, 2)])
     drawn = mechanism.replace(points=points)
     for name in ("as_drawn", "from_drawing"):
-        function = partial(getattr(symkin.drawing, name), drawn)
+        function = partial(getattr(symkin.model.file_frames, name), drawn)
         yield Call(name, {"poses": poses}, function)
     yield Call("joint_values", {"poses": poses}, partial(symkin.exports.joint_values, mechanism))
     yield Call(
@@ -433,7 +433,7 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     yield Call("Mechanism.parameter_jacobian", {"poses": poses}, mechanism.parameter_jacobian, leg)
     for name in ("analyse_observability", "observability_rows"):
-        function = getattr(symkin.observability, name)
+        function = getattr(symkin.analysis.observability, name)
         yield Call(
             name,
             {"poses": poses},
@@ -520,35 +520,38 @@ def _of_further(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
             {"shown": readings},
             lambda shown, name=name: getattr(table, name)(shown),
         )
-    yield Call("pose_rows", {"poses": poses}, symkin.measurements.pose_rows)
+    yield Call("pose_rows", {"poses": poses}, symkin.model.poses.pose_rows)
     for name in ("closure_deviation", "inside_box", "inside_workspace", "workspace_coordinates"):
-        function = getattr(symkin.workspace, name)
+        function = getattr(symkin.analysis.workspace, name)
         yield Call(name, {"poses": poses}, partial(function, mechanism))
-    yield Call("wrong_quaternion", {"poses": poses}, symkin.poses.wrong_quaternion)
-    bounds = symkin.workspace.workspace_coordinates(mechanism, poses)
+    yield Call("wrong_quaternion", {"poses": poses}, symkin.model.poses.wrong_quaternion)
+    bounds = symkin.analysis.workspace.workspace_coordinates(mechanism, poses)
     yield Call(
         "poses_from_bounds",
         {"values": bounds},
-        partial(symkin.poses.poses_from_bounds, mechanism.pose_space),
+        partial(symkin.model.poses.poses_from_bounds, mechanism.pose_space),
     )
     vectors = np.random.default_rng(4).normal(size=(20, 3))
-    rotations = symkin.poses.rotations_from_vectors(vectors)
+    rotations = symkin.model.poses.rotations_from_vectors(vectors)
     of_poses = {
         "cross_matrices": vectors,
         "rotations_from_vectors": vectors,
         "quaternions_from_rotation_vectors": vectors,
         "vectors_from_rotations": rotations,
-        "rotations_from_quaternions": symkin.poses.quaternions_from_rotation_vectors(vectors),
-        "vectors_from_quaternions": symkin.poses.quaternions_from_rotation_vectors(vectors),
+        "rotations_from_quaternions": symkin.model.poses.quaternions_from_rotation_vectors(vectors),
+        "vectors_from_quaternions": symkin.model.poses.quaternions_from_rotation_vectors(vectors),
     }
     for name, array in of_poses.items():
-        function = getattr(symkin.poses, name)
+        function = getattr(symkin.model.poses, name)
         yield Call(name, {"array": array}, lambda array, function=function: function(array))
-    other = symkin.poses.Transform(rotations, vectors)
+    other = symkin.model.poses.Transform(rotations, vectors)
 
     def product(rotation: Any, translation: Any) -> list[np.ndarray]:
         # In another memory order a product is summed in another one.
-        return [np.round(each, 9) for each in symkin.poses.Transform(rotation, translation) @ other]
+        return [
+            np.round(each, 9)
+            for each in symkin.model.poses.Transform(rotation, translation) @ other
+        ]
 
     yield Call("Transform", {"rotation": rotations, "translation": vectors}, product)
     directions = np.eye(4)[:, :2]
@@ -557,7 +560,7 @@ def _of_further(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         error = NotIdentifiableError("nothing shows them")
         error.null_directions = directions
         names = tuple(f"p{index}" for index in range(len(directions)))
-        return str(symkin.observability.with_combinations(error, names, scale))
+        return str(symkin.analysis.observability.with_combinations(error, names, scale))
 
     yield Call("with_combinations", {"directions": directions, "scale": np.ones(4)}, combined)
 

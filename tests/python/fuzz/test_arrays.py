@@ -119,7 +119,8 @@ def _of_package() -> list[str]:
     documented = set(re.findall(r"^\.\. auto(?:class|function):: (symkin\.\S+)", reference, re.M))
     for path in documented:
         name = path.rpartition(".")[2]
-        if name in RESULTS or path.startswith("symkin.plot."):
+        # A robot is a mechanism, and its verbs are functions with the same options.
+        if name in {*RESULTS, "Robot"} or path.startswith("symkin.plot."):
             continue
         each = pkgutil.resolve_name(path)
         if _takes_arrays(each):

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import symkin
-from symkin.settings import ProtocolSettings
+from symkin.model.settings import ProtocolSettings
 
 MECHANISMS = Path(__file__).parents[3] / "mechanisms"
 _FEWEST = 5000

@@ -14,14 +14,15 @@ from scipy.spatial.transform import Rotation
 
 import symkin
 from symkin import _core
-from symkin.checks import check_mechanism
-from symkin.drawing import with_moved_workspace
+from symkin.analysis.checks import check_mechanism
+from symkin.analysis.workspace import inside_box
 from symkin.errors import FailedFitError, SymkinError
-from symkin.identification.fit import canonical, changed_settings
-from symkin.poses import POSE_SPACES
-from symkin.settings import JointLimits, ProtocolSettings
-from symkin.simulation import disturb
-from symkin.workspace import inside_box
+from symkin.estimate.fit import changed_settings
+from symkin.model.canonical import canonical
+from symkin.model.file_frames import with_moved_workspace
+from symkin.model.poses import POSE_SPACES
+from symkin.model.settings import JointLimits, ProtocolSettings
+from symkin.planning.simulation import disturb
 
 Array = NDArray[np.float64]
 

@@ -10,13 +10,14 @@ import pytest
 
 import symkin
 from symkin.cli import main
+from symkin.data.measurements import Measurements
+from symkin.data.reading import read_fleet
+from symkin.data.writing import measurement_columns
 from symkin.errors import MeasurementError, SymkinError
-from symkin.identification import FitOptions
-from symkin.io.measurements import measurement_columns, read_fleet
-from symkin.io.tables import write_table
-from symkin.measurements import Measurements
-from symkin.poses import framed
-from symkin.settings import Frames, NoiseSettings
+from symkin.estimate import FitOptions
+from symkin.model.framing import framed
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.storage.tables import write_table
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +186,7 @@ def test_options_are_those_of_identify():
 
 
 def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, robots, tmp_path):
-    from symkin.identification.fleet import fleet_of_files
+    from symkin.estimate.fleet import fleet_of_files
 
     paths = [tmp_path / folder / "m.csv" for folder in "ab"]
     for path in paths:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.errors import FailedFitError
-from symkin.identification import hypotheses, problem
-from symkin.identification.hypotheses import hypotheses_of, in_modes
-from symkin.identification.problem import JointOptions
-from symkin.settings import Frames, NoiseSettings
-from symkin.simulation import Observed
+from symkin.estimate import corrections, problem
+from symkin.estimate.corrections import hypotheses_of, in_modes
+from symkin.estimate.problem import JointOptions
+from symkin.model.settings import Frames, NoiseSettings
 
 POSITIONS = Observed("position")
 TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
@@ -157,13 +157,13 @@ def test_a_first_look_has_enough_to_judge_by(monkeypatch, observed, least):
     arm = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((2.0, 1.0),)))
     plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
     taken = of_leg(0, np.negative)(measured(arm, plan, observed))
-    looks, some = [], hypotheses._Correction.some
+    looks, some = [], corrections._Correction.some
 
     def noted(correction, most):
         looks.append(most)
         return some(correction, most)
 
-    monkeypatch.setattr(hypotheses._Correction, "some", noted)
+    monkeypatch.setattr(corrections._Correction, "some", noted)
     tried = hypotheses_of(arm, taken, JointOptions())
     assert "the readings of leg 1 have the opposite sign" in tried[0].what
     assert min(looks) == least

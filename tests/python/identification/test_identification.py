@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observability import expected_accuracy
 from symkin.errors import MechanismError, NotIdentifiableError
-from symkin.observability import expected_accuracy
-from symkin.settings import NoiseSettings
+from symkin.model.settings import NoiseSettings
 
 
 def errors_after(mechanism, plan, poses, robots, estimator, pose_use):

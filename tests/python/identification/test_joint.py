@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.identification import Identification, JointIdentification, diagnosis, suspicions
-from symkin.identification.problem import observed_count
-from symkin.identification.suspicions import blunders_of
-from symkin.settings import Frames, IdentificationSettings, NoiseSettings
-from symkin.simulation import Observed
+from symkin.estimate import Identification, JointIdentification, diagnosis, wider_models
+from symkin.estimate.doubts import blunders_of
+from symkin.estimate.problem import observed_count
+from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 
 SEED = 11
 
@@ -462,9 +462,9 @@ def test_straight_sensors_are_cross_validated_once_for_all_doubts_about_them(
 ):
     validated = []
 
-    def unseen_rms(found, options):
+    def unseen_rms(nominal, measurements, options):
         validated.append(options.sensor)
-        return suspicions.unseen_rms(found, options)
+        return wider_models.unseen_rms(nominal, measurements, options)
 
     monkeypatch.setattr(diagnosis, "unseen_rms", unseen_rms)
     readings = taken.measurements.readings

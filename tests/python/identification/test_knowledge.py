@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.simulation import Observed
+from symkin.analysis.observed import Observed
 
 
 @pytest.fixture(scope="module")

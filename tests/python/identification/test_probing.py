@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.probing import PrintedLength, with_printed_length
+from symkin.data.reading import write_measurements
 from symkin.errors import MeasurementError, SymkinError
-from symkin.identification.knowledge import in_words
-from symkin.io.measurements import write_measurements
-from symkin.probing import PrintedLength, with_printed_length
-from symkin.settings import NoiseSettings
-from symkin.simulation import disturb
+from symkin.estimate.precision import in_words
+from symkin.model.settings import NoiseSettings
+from symkin.planning.simulation import disturb
 
 STEP = 1e-3 / 80
 POINTS = np.array(

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.settings import Tolerances
-from symkin.simulation import disturb
+from symkin.model.settings import Tolerances
+from symkin.planning.simulation import disturb
 
 Change = Callable[[symkin.Mechanism, symkin.Measurements], symkin.Measurements]
 

@@ -6,8 +6,9 @@ import pytest
 
 import symkin
 from symkin.errors import SymkinError
-from symkin.identification.unknowns import Layout, core_setup
-from symkin.settings import Frames
+from symkin.estimate.unknowns import Layout
+from symkin.model.core_setup import core_setup
+from symkin.model.settings import Frames
 
 
 @pytest.fixture

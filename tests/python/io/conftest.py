@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symkin.data.measurements import Measurements
 from symkin.errors import MechanismFileError
-from symkin.io.mechanism_file import load_mechanism
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.robot import load_mechanism
 
 MECHANISMS = Path(__file__).parents[3] / "mechanisms"
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symkin.errors import MeasurementError, MechanismFileError
-from symkin.io.columns import (
+from symkin.data.columns import (
     check_columns,
     own_columns,
     pose_column_names,
@@ -19,9 +18,10 @@ from symkin.io.columns import (
     read_readings,
     reading_column_names,
 )
-from symkin.io.mechanism_file import load_columns
-from symkin.io.tables import Table, read_table
-from symkin.settings import MeasurementColumns
+from symkin.errors import MeasurementError, MechanismFileError
+from symkin.files.mechanism_file import load_columns
+from symkin.model.settings import MeasurementColumns
+from symkin.storage.tables import Table, read_table
 
 Write = Callable[..., Path]
 MECHANISMS = Path(__file__).parents[3] / "mechanisms"

@@ -13,15 +13,23 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import symkin
-from symkin.alignment import poses_of_mechanism
+from symkin.analysis.alignment import poses_of_mechanism
 from symkin.cli.options import Observing
-from symkin.drawing import as_drawn, axis_of_drawing, cartesian, from_drawing, jacobian, polar
+from symkin.data.pose_tables import read_pose_list
 from symkin.errors import MeasurementError, MechanismFileError
-from symkin.io.mechanism_schema import ends_of
-from symkin.io.mechanism_writer import mechanism_text, toml_value
-from symkin.io.plans import read_pose_list
-from symkin.poses import Transform, poses_of, rotations_from_vectors, transforms, unframed
-from symkin.settings import Frames
+from symkin.files.mechanism_schema import ends_of
+from symkin.files.mechanism_writer import mechanism_text, toml_value
+from symkin.model.file_frames import (
+    as_drawn,
+    axis_of_drawing,
+    cartesian,
+    from_drawing,
+    jacobian,
+    polar,
+)
+from symkin.model.framing import unframed
+from symkin.model.poses import Transform, poses_of, rotations_from_vectors, transforms
+from symkin.model.settings import Frames
 
 STAYS = Transform(np.eye(3), np.zeros(3))
 HERE = {"base": STAYS, "platform": STAYS}

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import symkin
-from symkin.io.mechanism_schema import mechanism_schema
-from symkin.io.toml_file import read_toml
+from symkin.files.mechanism_schema import mechanism_schema
+from symkin.storage.toml_file import read_toml
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_a_shipped_file_fits_the_schema_and_a_misspelt_one_does_not(schema: Any,
 
 
 def test_the_module_prints_the_schema(schema: Any) -> None:
-    command = [sys.executable, "-m", "symkin.io.mechanism_schema"]
+    command = [sys.executable, "-m", "symkin.files.mechanism_schema"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert json.loads(printed) == schema
 

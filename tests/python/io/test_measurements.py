@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symkin.analysis.workspace import sample_workspace
+from symkin.data.measurements import Measurements
+from symkin.data.reading import read_measurements, write_measurements
 from symkin.errors import MeasurementError, NotIdentifiableError
-from symkin.identification import identify
-from symkin.io.measurements import read_measurements, write_measurements
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.estimate import identify
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import MeasurementColumns
 from symkin.planning import make_plan
-from symkin.settings import MeasurementColumns
-from symkin.simulation import simulate
-from symkin.workspace import sample_workspace
+from symkin.planning.simulation import simulate
 
 Write = Callable[..., Path]
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from symkin.errors import MechanismError, MechanismFileError
-from symkin.io.mechanism_file import load_mechanism, shipped_mechanisms
-from symkin.io.mechanism_writer import save_mechanism
-from symkin.mechanism import Mechanism
-from symkin.settings import JointLimits, NoiseSettings, ProtocolSettings, Tolerances
+from symkin.files.mechanism_file import shipped_mechanisms
+from symkin.files.mechanism_writer import save_mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import JointLimits, NoiseSettings, ProtocolSettings, Tolerances
+from symkin.robot import load_mechanism
 
 Write = Callable[..., Path]
 Refused = Callable[..., None]

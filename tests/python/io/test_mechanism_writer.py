@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin.errors import SymkinError, SymmetryError
-from symkin.io.mechanism_file import load_mechanism
-from symkin.io.mechanism_writer import save_mechanism, toml_value
-from symkin.mechanism import Leg, Mechanism
-from symkin.settings import (
+from symkin.files.mechanism_writer import save_mechanism, toml_value
+from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.settings import (
     DeclaredSymmetry,
     JointLimits,
     MeasurementColumns,
@@ -26,6 +25,7 @@ from symkin.settings import (
     Tolerances,
     WorkspaceSettings,
 )
+from symkin.robot import load_mechanism
 
 Write = Callable[..., Path]
 
@@ -145,7 +145,7 @@ def test_a_mechanism_of_listed_legs_is_changed_leg_by_leg(write: Write, listed_t
 
 
 def test_another_reference_leg_stays_a_reference_leg(tmp_path: Path, paper: Mechanism) -> None:
-    from symkin.symmetry import generate_legs
+    from symkin.model.symmetry import generate_legs
 
     assert paper.symmetry is not None
     reference = Leg("[R]RR", {**paper.legs[0].parameters, "distal_length": 1.6}, -1)

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 import symkin
-from symkin.checks import check_mechanism
+from symkin.analysis.checks import check_mechanism
 from symkin.errors import SymkinError
-from symkin.io.output_files import OutputFiles
-from symkin.io.results import write_results
+from symkin.model.settings import ProtocolSettings
 from symkin.pipeline import ProtocolResult
-from symkin.settings import ProtocolSettings
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.results_file import write_results
 
 NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
 
@@ -155,7 +155,7 @@ def test_a_link_stays_one(tmp_path: Path) -> None:
 # Writes four files and kills itself before one of the renames; the last rename is never reached.
 _KILLED = """
 import os, pathlib, signal, sys
-from symkin.io.output_files import OutputFiles
+from symkin.storage.output_files import OutputFiles
 
 folder, left = pathlib.Path(sys.argv[1]), int(sys.argv[2])
 replace = pathlib.Path.replace
@@ -267,8 +267,8 @@ def test_of_writers_at_the_same_time_without_leave_to_replace_one_wins(tmp_path:
 _FULL = """
 import pathlib, resource, signal, sys
 import symkin
-from symkin.io.output_files import OutputFiles
-from symkin.io.tables import write_table
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import write_table
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 path = pathlib.Path(sys.argv[1])

@@ -13,12 +13,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from symkin.data.measurements import Measurements
+from symkin.data.reading import read_measurements, write_measurements
+from symkin.data.writing import measurement_columns
 from symkin.errors import MeasurementError, MechanismFileError, NotIdentifiableError
-from symkin.io.measurements import measurement_columns, read_measurements, write_measurements
-from symkin.io.mechanism_file import load_columns, load_mechanism
-from symkin.measurements import Measurements
-from symkin.mechanism import Leg, Mechanism
-from symkin.settings import MeasurementColumns, NoiseSettings
+from symkin.files.mechanism_file import load_columns
+from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.settings import MeasurementColumns, NoiseSettings
+from symkin.robot import load_mechanism
 
 Write = Callable[..., Path]
 ROWS = 12

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symkin.data.measurements import Measurements
 from symkin.errors import MeasurementError
-from symkin.io.plans import read_plan, write_plan
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.model.mechanism import Mechanism
 from symkin.planning import Plan
+from symkin.planning.plan import write_plan
+from symkin.planning.plan_files import read_plan
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from symkin.errors import QuantityError
-from symkin.io.quantities import evaluate_quantity, unit_factor, unit_names
+from symkin.storage.quantities import evaluate_quantity, unit_factor, unit_names
 
 
 @pytest.mark.parametrize(

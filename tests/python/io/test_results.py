@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symkin.errors import ResultsError
-from symkin.io.results import read_results, results_text, write_results
+from symkin.storage.results_file import read_results, results_text, write_results
 
 Write = Callable[..., Path]
 

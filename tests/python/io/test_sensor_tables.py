@@ -13,11 +13,11 @@ from typer.testing import CliRunner
 
 import symkin
 from symkin.cli import app
+from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import MeasurementError, MechanismError, MechanismFileError, SymkinError
-from symkin.io.sensor_tables import read_sensor_table
-from symkin.io.tables import read_table
-from symkin.sensor_table import SensorTable
-from symkin.simulation import Simulation
+from symkin.model.sensor_table import SensorTable
+from symkin.planning.simulation import Simulation
+from symkin.storage.tables import read_table
 
 STEPS = 72
 BENT = 0.01  # rad: an encoder that errs by half a degree, twice and three times a turn
@@ -127,7 +127,7 @@ def test_a_table_of_another_number_of_legs_is_refused(table):
 
 
 def test_with_the_table_a_bent_sensor_is_as_good_as_a_straight_one(robot, made, tmp_path):
-    symkin.io.measurements.write_measurements(made.measurements, tmp_path / "m.csv", robot)
+    symkin.data.reading.write_measurements(made.measurements, tmp_path / "m.csv", robot)
     straight = robot.replace(sensor_table=None)
     alike = dataclasses.replace(made.measurements, sensor_table=None)
     best = symkin.identify(straight, alike)
@@ -156,7 +156,7 @@ def test_measurements_that_did_not_go_through_the_table_are_refused(robot, made)
 
 def test_what_is_written_is_what_the_sensors_show_and_reads_back(robot, made, tmp_path):
     path = tmp_path / "m.csv"
-    symkin.io.measurements.write_measurements(made.measurements, path, robot)
+    symkin.data.reading.write_measurements(made.measurements, path, robot)
     written = read_table(path)
     shown = np.column_stack([written.numbers(f"psi_{leg}_rad") for leg in (1, 2, 3)])
     away = robot.sensor_table.straight(shown) - made.measurements.readings

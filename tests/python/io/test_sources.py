@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.data.columns import pose_column_names, reading_column_names
+from symkin.data.measurements import Measurements
+from symkin.data.pose_tables import read_pose_list
 from symkin.errors import MeasurementError
-from symkin.io import tables
-from symkin.io.columns import pose_column_names, reading_column_names
-from symkin.io.plans import read_pose_list
-from symkin.measurements import Measurements
-from symkin.mechanism import Mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.storage import tables
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from symkin.errors import MeasurementError
-from symkin.io.tables import read_table, write_table
+from symkin.storage.tables import read_table, write_table
 
 Write = Callable[..., Path]
 

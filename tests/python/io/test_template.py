@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 import symkin
-from symkin.io.template import mechanism_template
+from symkin.files.template import mechanism_template
 
 
-def _counts(info: symkin.chains.ChainInfo, counts: tuple[int, ...]) -> tuple[int, ...]:
+def _counts(info: symkin.model.chains.ChainInfo, counts: tuple[int, ...]) -> tuple[int, ...]:
     return (6 // info.closures,) if info.pose_space == "spatial" else counts
 
 

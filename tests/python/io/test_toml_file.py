@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from symkin.errors import MechanismFileError
-from symkin.io.toml_file import KeyPath, dotted, read_toml
+from symkin.storage.toml_file import KeyPath, dotted, read_toml
 
 # The value of every key is its own line.
 NUMBERED = '''\

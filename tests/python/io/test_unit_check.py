@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symkin.data.measurements import Measurements
+from symkin.data.reading import read_measurements, write_measurements
 from symkin.errors import MeasurementError
-from symkin.io.measurements import read_measurements, write_measurements
-from symkin.measurements import Measurements
-from symkin.mechanism import Leg, Mechanism
-from symkin.poses import quaternions_from_rotation_vectors
+from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.poses import quaternions_from_rotation_vectors
 
 Write = Callable[..., Path]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.model.settings import NoiseSettings
 from symkin.planning import pose_count_curve, predict_accuracy
-from symkin.settings import NoiseSettings
 
 
 @pytest.fixture(scope="module")

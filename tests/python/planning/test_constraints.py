@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin import _core
-from symkin.observability import error_weight, observability_rows
+from symkin.analysis.observability import error_weight, observability_rows
+from symkin.analysis.workspace import inside_box, workspace_coordinates
+from symkin.model.settings import Tolerances
+from symkin.model.symmetry import map_poses
 from symkin.planning import Clearance
-from symkin.settings import Tolerances
-from symkin.symmetry import map_poses
-from symkin.workspace import inside_box, workspace_coordinates
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symkin
+from symkin.analysis.observability import mechanism_rows, observability_rows
 from symkin.errors import NotIdentifiableError
-from symkin.observability import mechanism_rows, observability_rows
+from symkin.model.symmetry import map_poses, observability_group
 from symkin.planning import predict_accuracy
-from symkin.symmetry import map_poses, observability_group
 
 
 @pytest.fixture(scope="module")

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observability import expected_accuracy, mechanism_rows
+from symkin.analysis.observed import Observed
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.observability import expected_accuracy, mechanism_rows
-from symkin.planning import Survey, predict_accuracy
-from symkin.poses import (
+from symkin.model.poses import (
     Transform,
     frame,
     rotations_from_vectors,
     transforms,
     vectors_from_rotations,
 )
-from symkin.settings import Frames, NoiseSettings
-from symkin.simulation import Observed
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.planning import Survey, predict_accuracy
 
 PRIORS = {"observe": "position", "prior": "tolerances"}
 

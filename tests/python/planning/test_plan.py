@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.observability import expected_accuracy
+from symkin.analysis.observability import expected_accuracy
+from symkin.model.poses import poses_from_bounds
+from symkin.model.settings import WorkspaceSettings
 from symkin.planning import pose_count_curve, predict_accuracy, travel_length
-from symkin.planning.plan import visiting_order
-from symkin.poses import poses_from_bounds
-from symkin.settings import WorkspaceSettings
+from symkin.planning.visiting import visiting_order
 
 
 @pytest.fixture(scope="module")

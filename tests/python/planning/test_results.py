@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.observability import (
+from symkin.analysis.observability import (
     analyse_observability,
     error_weight,
     expected_accuracy,

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observability import observability_rows
 from symkin.errors import NotIdentifiableError
-from symkin.observability import observability_rows
+from symkin.model.symmetry import map_poses
 from symkin.planning.selection import LegRows
-from symkin.symmetry import map_poses
 
 ROTATIONS = ("r0", "r1", "r2")
 

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import pytest
 
 import symkin
-from symkin.settings import ProtocolSettings
+from symkin.model.settings import ProtocolSettings
 
 
 class Page(HTMLParser):

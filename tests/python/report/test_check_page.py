@@ -3,8 +3,8 @@
 
 import pytest
 
-from symkin.checks import check_mechanism
-from symkin.simulation import disturb
+from symkin.analysis.checks import check_mechanism
+from symkin.planning.simulation import disturb
 
 CONDITIONS = "The paper's conditions"
 

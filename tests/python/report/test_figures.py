@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 import symkin
 from symkin import plot
-from symkin.evaluation import Evaluation
-from symkin.plot.style import point_names
+from symkin.analysis.evaluation import Evaluation
+from symkin.show.theme import point_names
 
 # One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
 DRAWN = ["3RRR", "3PRR", "3PRP", "3RRP", "3RPR", "3RPR_end_joint", "5bar", "hexapod_jugglebot"]
@@ -202,7 +202,7 @@ def test_figures_need_neither_pyplot_nor_a_display():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("module", ["symkin", "symkin.report.rendering"])
+@pytest.mark.parametrize("module", ["symkin", "symkin.show.rendering"])
 def test_matplotlib_is_imported_for_figures_only(module):
     code = f"import sys, {module}; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

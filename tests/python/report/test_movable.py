@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.poses import poses_from_bounds, rotations_from_quaternions
-from symkin.report.mechanism import movable
-from symkin.settings import WorkspaceSettings
-from symkin.workspace import inside_workspace
+from symkin.analysis.workspace import inside_workspace
+from symkin.model.poses import poses_from_bounds, rotations_from_quaternions
+from symkin.model.settings import WorkspaceSettings
+from symkin.show.mechanism import movable
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 MECHANISMS = sorted(path.stem for path in (Path(__file__).parents[3] / "mechanisms").glob("*.toml"))

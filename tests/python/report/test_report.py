@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.observability import analyse_observability, expected_accuracy
-from symkin.report.content import Group, Page, Section, Table
-from symkin.report.rendering import page_text
-from symkin.report.wording import fixed, milli, significant
+from symkin.analysis.observability import analyse_observability, expected_accuracy
+from symkin.present import Group, Page, Section, Table
+from symkin.show.rendering import page_text
+from symkin.show.wording import fixed, milli, significant
 
 FITS = "How the legs fit (chi-square per degree of freedom, 1 if the noise is as declared)"
 RUN_FIGURES = {

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from symkin.report import wording
+from symkin.show import wording
 
 SPACE = "\N{NO-BREAK SPACE}"
 

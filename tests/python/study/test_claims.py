@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from symkin.study.result import Ratio
+from symkin.study.summaries import Ratio
 from symkin_paper import claims
 from symkin_paper.claims import Evidence, SliceErrors, judge
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.model.symmetry import verify_declared
 from symkin.study import CostResult, StudyDefinition, StudyResult, run_study
-from symkin.study.asymmetry import Curve, mapped_candidates, mapped_efficiency
+from symkin.study.asymmetry import Curve
 from symkin.study.cost import TASKS, _power, with_legs
-from symkin.symmetry import verify_declared
+from symkin.study.mapping import mapped_candidates, mapped_efficiency
 
 
 def test_times_are_measured_for_every_number_of_legs_that_holds_the_platform() -> None:
@@ -59,8 +60,8 @@ def test_mapped_poses_lose_nothing_on_a_symmetric_robot_and_something_on_a_crook
     plan = symkin.make_plan(paper, poses)
     candidates = mapped_candidates(plan, poses)
     assert mapped_efficiency(paper, plan, candidates) == pytest.approx(1, abs=1e-9)
-    crooked = symkin.simulation.disturb(
-        paper.replace(tolerances=symkin.settings.Tolerances(0.05, 0.05, 0.05)), 1
+    crooked = symkin.planning.simulation.disturb(
+        paper.replace(tolerances=symkin.model.settings.Tolerances(0.05, 0.05, 0.05)), 1
     )
     assert mapped_efficiency(crooked, plan, candidates) < 0.999
 

@@ -142,7 +142,7 @@ def test_a_mechanism_file_is_looked_for_beside_the_study(
 
 
 def test_two_mechanisms_of_one_name_are_refused(paper: symkin.Mechanism) -> None:
-    other = paper.replace(noise=symkin.settings.NoiseSettings(1e-3))
+    other = paper.replace(noise=symkin.model.settings.NoiseSettings(1e-3))
     with pytest.raises(symkin.SymkinError, match='two have the name "3RRR"'):
         _ = StudyDefinition(mechanisms=(paper, other)).cells
 
@@ -150,7 +150,7 @@ def test_two_mechanisms_of_one_name_are_refused(paper: symkin.Mechanism) -> None
 def test_the_digest_tells_what_changes_rows_and_nothing_else(paper: symkin.Mechanism) -> None:
     study = StudyDefinition(mechanisms=(paper,))
     assert study.replace(robots=5, title="Another").digest == study.digest
-    noisier = paper.replace(noise=symkin.settings.NoiseSettings(1e-3))
+    noisier = paper.replace(noise=symkin.model.settings.NoiseSettings(1e-3))
     for other in (
         study.replace(seed=2),
         study.replace(estimators=("joint",)),

@@ -10,11 +10,11 @@ import pytest
 
 import symkin
 from symkin import plot
+from symkin.analysis.workspace.study import constant_orientations
 from symkin.errors import SymkinError
-from symkin.report.rendering import page_html
-from symkin.report.study import study_page
+from symkin.show.rendering import page_html
+from symkin.show.study import study_page
 from symkin.study import StudyResult, builtin_studies, builtin_text, load_study, run_study
-from symkin.workspace.study import constant_orientations
 from symkin_paper import STUDY, figures
 from symkin_paper.findings import (
     EACH_LEG,

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.io.tables import read_table
+from symkin.cluster import dask_client
+from symkin.storage.tables import read_table
 from symkin.study import StudyDefinition, StudyResult, run_study
-from symkin.study.running import dask_client
 
 
 def _command(study: Path, out: Path, *options: str) -> list[str]:
@@ -150,7 +150,7 @@ def test_without_dask_one_process_works_and_two_say_what_to_install(
 def test_a_scheduler_that_does_not_answer_is_told(
     one_cell: StudyDefinition, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("symkin.study.running._CONNECT", 0.5)
+    monkeypatch.setattr("symkin.cluster._CONNECT", 0.5)
     with pytest.raises(symkin.SymkinError, match="no Dask scheduler answers"):
         run_study(one_cell, scheduler="tcp://127.0.0.1:9")
 

@@ -2,9 +2,9 @@
 """The groups by their names in the paper and in general."""
 
 import symkin
-from symkin.conditions import check_conditions
-from symkin.symmetry import SymmetryGroup
-from symkin.symmetry.groups import describe_element, mechanism_groups, subgroup_names
+from symkin.analysis.conditions import check_conditions
+from symkin.model.symmetry import SymmetryGroup
+from symkin.model.symmetry.groups import describe_element, mechanism_groups, subgroup_names
 
 
 def named(groups):

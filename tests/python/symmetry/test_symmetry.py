@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symkin
-from symkin.observability import analyse_observability, observability_rows
-from symkin.symmetry import (
+from symkin.analysis.observability import analyse_observability, observability_rows
+from symkin.model.symmetry import (
     SymmetryGroup,
     leg_carriers,
     map_poses,

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.settings import Tolerances
-from symkin.simulation import disturb
-from symkin.symmetry import compare_symmetry
+from symkin.model.settings import Tolerances
+from symkin.model.symmetry import compare_symmetry
+from symkin.planning.simulation import disturb
 
 
 def changed(mechanism, leg, parameter, change):

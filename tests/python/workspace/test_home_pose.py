@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.checks import check_mechanism
+from symkin.analysis.checks import check_mechanism
 from symkin.errors import MechanismFileError
-from symkin.settings import WorkspaceSettings
+from symkin.model.settings import WorkspaceSettings
 
 
 @pytest.fixture

@@ -12,12 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import symkin
-from symkin.cli import main
-from symkin.errors import SymmetryError
-from symkin.plot import active_joints, workspace
-from symkin.settings import JointLimits
-from symkin.symmetry import SymmetryGroup
-from symkin.workspace.study import (
+from symkin.analysis.workspace.study import (
     _connected_regions,
     check_elements,
     constant_orientations,
@@ -26,6 +21,11 @@ from symkin.workspace.study import (
     singular_orientations,
     study_workspace,
 )
+from symkin.cli import main
+from symkin.errors import SymmetryError
+from symkin.model.settings import JointLimits
+from symkin.model.symmetry import SymmetryGroup
+from symkin.plot import active_joints, workspace
 
 
 @pytest.fixture(scope="module")

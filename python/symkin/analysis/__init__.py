@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""What is known of a mechanism before anything is measured, and how well it does."""

@@ -1,0 +1,559 @@
+# SPDX-License-Identifier: MIT
+"""The frames of a measuring device and of its target, against a robot whose geometry is trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.data.columns import read_pose_values
+from symkin.data.measurements import Measurements
+from symkin.data.reading import read_measurements
+from symkin.errors import MeasurementError, SymkinError, one_of
+from symkin.files.mechanism_writer import toml_value
+from symkin.model.core_setup import core_setup
+from symkin.model.file_frames import as_drawn
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import (
+    POSE_SPACES,
+    STAYS,
+    Transform,
+    cross_matrices,
+    in_plane,
+    moved,
+    nearest_rotation,
+    poses_of,
+    rotations_from_vectors,
+    space_named,
+    transforms,
+)
+from symkin.model.settings import Frames, MeasurementColumns
+from symkin.results import Result
+from symkin.storage.tables import Table, TableSource
+from symkin.values import Value, field, record
+
+__all__ = [
+    "Alignment",
+    "Convention",
+    "ConventionFit",
+    "align_frames",
+    "poses_of_columns",
+    "poses_of_mechanism",
+]
+
+Array = NDArray[np.float64]
+Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
+
+_STEPS = 50
+_CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
+_DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
+_FEW = 500  # poses that decide which start is the best
+_PLAINLY = 3.0  # times: a convention fits if the next one leaves so much more
+_STEP = 1e-6
+_UNSEEN = 1e-9  # of the largest eigenvalue
+
+
+@record
+class ConventionFit(Value):
+    """How well the measured poses fit, taken in one way.
+
+    Attributes
+    ----------
+    convention : str
+        "as measured"; "inverse", the device's pose in the target's frame; "conjugate", rotations
+        the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed
+        frame.
+    position_rms, orientation_rms : float
+        What is left of the distance (m) and of the angle (rad).
+    cost : float
+        Root mean square of both (m), a rotation counting as the way at `Alignment.length`; of a
+        platform that only turns in rad.
+    closure_unit : {"m", "rad"}
+        Of it.
+    """
+
+    convention: Convention
+    position_rms: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    cost: float = field(unit="closure")
+    closure_unit: str = field(private=True, default="m")
+
+
+@record
+class Alignment(Result):
+    """Frames that bring the robot's poses nearest to those that a device measured.
+
+    Attributes
+    ----------
+    frames : Frames
+        The base in the device's frame, and the target in the platform's.
+    base_deviations, target_deviations : ndarray, shape (6,) spatially, else (3,)
+        Standard deviations, m and rad, from what is left; infinite where the poses do not tell. NaN
+        of the target of a platform that never turns, which counts as the platform itself.
+    convention : str
+        The way of taking the measured poses that fits.
+    conventions : tuple of ConventionFit
+        All ways, the best first.
+    position_rms, position_max, orientation_rms, orientation_max : float
+        What is left: m and rad.
+    differences : ndarray, shape (N, dof)
+        The same of every pose: position, then angle or rotation vector.
+    length : float
+        At which a rotation was made comparable with a translation, m.
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+        Kind of the poses.
+    """
+
+    frames: Frames
+    base_deviations: Array
+    target_deviations: Array
+    convention: Convention
+    conventions: tuple[ConventionFit, ...]
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
+    differences: Array = field(private=True)
+    length: float = field(unit="m")
+    pose_space: str = field(private=True)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to trust the frames; empty if there are none."""
+        return tuple(self._doubts())
+
+    @property
+    def trustworthy(self) -> bool:
+        """Whether one convention fits plainly, and the poses show both frames."""
+        return not self.doubts
+
+    def _doubts(self) -> Iterator[str]:
+        best, *others = self.conventions
+        unit = f"m{POSE_SPACES[self.pose_space].closure_unit}"
+        near = [each for each in others if each.cost < _PLAINLY * best.cost]
+        if near:
+            names = ", ".join(f'"{each.convention}"' for each in near)
+            yield (
+                f'the poses fit "{best.convention}" ({1e3 * best.cost:.3g} {unit}), but hardly '
+                f"better than {names} ({1e3 * near[0].cost:.3g} {unit}): measure poses that tilt "
+                "and move more"
+            )
+        elif others and best.convention != "as measured":
+            plain = next(each for each in others if each.convention == "as measured")
+            yield (
+                f'the poses were not taken as they are, but as "{best.convention}", which leaves '
+                f"{1e3 * best.cost:.3g} {unit} instead of {1e3 * plain.cost:.3g} {unit}: correct "
+                "the table, or say so with --convention"
+            )
+        deviations = np.concatenate([self.base_deviations, self.target_deviations])
+        if np.isinf(deviations).any():
+            yield (
+                "these poses do not tell the base frame from the target frame: they need to turn "
+                "about more than one axis, and to move"
+            )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        found = super().to_dict()
+        verdict = {"trustworthy": self.trustworthy, "doubts": list(self.doubts)}
+        return {"command": "align", **verdict, **found}
+
+    def frames_text(self) -> str:
+        """Return the ``[frames]`` section of a mechanism file."""
+        notes = {
+            "base": "of the robot in the frame of the measuring device",
+            "target": "in the platform's frame",
+        }
+        lines = [
+            f"{name} = {toml_value(getattr(self.frames, name))}  # {note}"
+            for name, note in notes.items()
+        ]
+        return "\n".join(["[frames]", *lines]) + "\n"
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return what is left, a row a pose."""
+        units = POSE_SPACES[self.pose_space].units
+        names = [f"{name}_{unit}" for name, unit in units.items()]
+        return dict(zip(names, self.differences.T, strict=True))
+
+
+def align_frames(
+    measured: ArrayLike,
+    robot: ArrayLike,
+    *,
+    convention: Convention | None = None,
+    length: float = 1.0,
+    pose_space: str = "",
+) -> Alignment:
+    """Find where a measuring device stands, and what it measures on the platform.
+
+    Least squares of ``base @ robot @ target`` against the measured poses. The robot's geometry is
+    trusted; to find both, see `identify` with ``frames``.
+
+    Parameters
+    ----------
+    measured : array_like, shape (N, coordinates)
+        Poses of the target in the device's frame.
+    robot : array_like, shape (N, coordinates)
+        Poses of the platform in the base's frame: reported by the controller, or of the forward
+        kinematics. Rows with NaN in either are left out.
+    convention : str, optional
+        How to take the measured poses, see `ConventionFit`; by default whichever fits best, which
+        the result says.
+    length : float
+        At which a rotation counts as much as a translation, m.
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+        Kind of the poses; by default the one with so many coordinates, planar if two have.
+
+    Raises
+    ------
+    SymkinError
+        For poses of unequal shapes, or too few of them.
+    """
+    device, own = (np.atleast_2d(np.asarray(each, dtype=float)) for each in (measured, robot))
+    if device.shape != own.shape:
+        raise MeasurementError(
+            f"the measured poses are {device.shape}, the robot's {own.shape}; expected as many of "
+            "both"
+        )
+    space = space_named(pose_space, device.shape[1]).name
+    kept = np.isfinite(device).all(axis=1) & np.isfinite(own).all(axis=1)
+    device, poses = device[kept], transforms(space, own[kept])
+    if convention is not None:
+        one_of("convention", convention, Convention)
+    ways = [convention] if convention else list(get_args(Convention))
+    fits = [
+        _aligned(way, poses, wanted, length, space)
+        for way in ways
+        for wanted in [_taken(way, device, space)]
+        if wanted is not None
+    ]
+    fits.sort(key=lambda fit: fit[0].cost)
+    best, base, target, wanted = fits[0]
+    kind = POSE_SPACES[space]
+    size, shown = kind.size, kind.frame_components
+    differences = moved(base, poses, target, wanted)[:, kind.components]
+    deviations = _deviations(base, poses, target, wanted, space)
+    position, orientation = (
+        np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
+    )
+    return Alignment(
+        frames=Frames(*(tuple(each.tangent[shown].tolist()) for each in (base, target))),
+        base_deviations=deviations[: len(shown)],
+        target_deviations=deviations[len(shown) :],
+        convention=best.convention,
+        conventions=tuple(fit[0] for fit in fits),
+        position_rms=best.position_rms,
+        position_max=float(position.max()),
+        orientation_rms=best.orientation_rms,
+        orientation_max=float(orientation.max(initial=0.0)),
+        differences=differences,
+        length=length,
+        pose_space=space,
+    )
+
+
+def align(
+    poses: Transform, wanted: Transform, length: float, pose_space: str
+) -> tuple[Transform, Transform] | None:
+    """Find the constant motions that bring poses nearest to those wanted.
+
+    Least squares of ``base @ poses @ tool`` against the wanted poses, where a rotation counts as
+    the way of a point at `length` from the centre.
+
+    Parameters
+    ----------
+    poses, wanted : Transform
+        One motion from platform to base frame for each of N poses.
+    length : float
+        m.
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+        A planar pose is moved in its plane. A platform that never turns has no tool frame, since
+        the base frame does the same.
+
+    Returns
+    -------
+    tuple of Transform, or None
+        Base and tool; None for so few poses that they would always fit. Where the poses do not tell
+        base and tool apart, either does.
+    """
+    space = POSE_SPACES[pose_space]
+    base_free, tool_free = space.frame_components, space.frame_components if space.turns else []
+    if space.dof * len(wanted.translation) <= len(base_free) + len(tool_free):
+        return None
+    problem = _Problem(poses, wanted, length, base_free, tool_free)
+    few = problem.some(_FEW)
+    best = min((few.polished(*start) for start in few.starts()), key=lambda each: few.cost(*each))
+    return problem.polished(*best)
+
+
+class _Problem(NamedTuple):
+    poses: Transform
+    wanted: Transform
+    length: float
+    base_free: list[int]
+    tool_free: list[int]
+
+    def some(self, count: int) -> _Problem:
+        """The same with about so many of the poses, evenly spread."""
+        rows = slice(None, None, max(1, len(self.poses.translation) // count))
+        return self._replace(
+            poses=Transform(*(part[rows] for part in self.poses)),
+            wanted=Transform(*(part[rows] for part in self.wanted)),
+        )
+
+    def residuals(self, base: Transform, tool: Transform) -> Array:
+        # A point has no orientation, so that the base may turn without a rotation error.
+        scale = np.repeat([1.0, self.length if self.tool_free else 0.0], 3)
+        return np.asarray(moved(base, self.poses, tool, self.wanted) * scale)
+
+    def cost(self, base: Transform, tool: Transform) -> float:
+        return float(np.sum(self.residuals(base, tool) ** 2))
+
+    def starts(self) -> Iterator[tuple[Transform, Transform]]:
+        """No motion; what the rotations say; what the positions say."""
+        yield STAYS, STAYS
+        turns, wanted_turns = self.poses.rotation, self.wanted.rotation
+        count = len(turns)
+        if 3 in self.base_free:
+            # From R_Y = R_B R_P R_T: kron(R_P, R_Y) vec(R_T) = vec(R_B') for all poses alike.
+            product = np.einsum("nab,ncd->acbd", turns, wanted_turns).reshape(9, 9)
+            stacked = np.linalg.svd(product)[0][:, 0].reshape(3, 3).T
+            yield self._turned(stacked * np.sign(np.linalg.det(stacked)))
+        # p_Y = b + R_B p_P + R_Y (R_T' t) is linear in b, R_B and R_T' t.
+        points = np.einsum("ij,nk->nijk", np.eye(3), self.poses.translation).reshape(count, 3, 9)
+        every = np.broadcast_to(np.eye(3), (count, 3, 3))
+        matrix = np.concatenate([points, every, wanted_turns], axis=2).reshape(3 * count, 15)
+        solution = np.linalg.lstsq(matrix, self.wanted.translation.ravel(), rcond=1e-9)[0]
+        turn = solution[:9].reshape(3, 3)
+        yield self._turned(turn if 3 in self.base_free else in_plane(turn))
+
+    def _turned(self, near_base: Array) -> tuple[Transform, Transform]:
+        """Frames turned as this matrix nearly says; the first step moves them."""
+        base = nearest_rotation(near_base)
+        tool = np.eye(3)
+        if self.tool_free:
+            tool = nearest_rotation(
+                np.mean(
+                    np.swapaxes(base @ self.poses.rotation, 1, 2) @ self.wanted.rotation, axis=0
+                )
+            )
+        return Transform(base, np.zeros(3)), Transform(tool, np.zeros(3))
+
+    def polished(self, base: Transform, tool: Transform) -> tuple[Transform, Transform]:
+        """Gauss-Newton, with halved steps where a whole one leads upwards."""
+        cost = self.cost(base, tool)
+        for _ in range(_STEPS):
+            step, decrease = self._step(base, tool)
+            if decrease <= _CONVERGED * cost or np.abs(step).max() < _CONVERGED:
+                break
+            size = 1.0
+            while size > 1e-6:
+                new = _stepped(base, tool, size * step)
+                new_cost = self.cost(*new)
+                if new_cost <= cost:
+                    break
+                size /= 2
+            else:
+                break
+            (base, tool), cost = new, new_cost
+        return base, tool
+
+    def _step(self, base: Transform, tool: Transform) -> tuple[Array, float]:
+        """Tangents (12) of base (on its left) and tool (on its right), and what the cost loses."""
+        found = base @ self.poses @ tool
+        columns = np.zeros((len(found.translation), 6, 12))
+        columns[:, :3, :3] = np.eye(3)
+        columns[:, :3, 3:6] = -cross_matrices(found.translation - base.translation) / self.length
+        columns[:, 3:, 3:6] = np.eye(3) if self.tool_free else 0.0
+        columns[:, :3, 6:9] = base.rotation @ self.poses.rotation
+        columns[:, 3:, 9:] = found.rotation
+        # The derivative of a rotation vector is left out: it does not change the gradient.
+        free = [*self.base_free, *(6 + index for index in self.tool_free)]
+        matrix = columns[:, :, free].reshape(-1, len(free))
+        gradient = matrix.T @ self.residuals(base, tool).ravel()
+        values, vectors = np.linalg.eigh(matrix.T @ matrix)
+        shown = values > _DEGENERATE * values[-1]
+        along = vectors[:, shown].T @ gradient
+        step = np.zeros(12)
+        step[free] = -vectors[:, shown] @ (along / values[shown])
+        step /= np.tile(np.repeat([1.0, self.length], 3), 2)
+        return step, float(np.sum(along**2 / values[shown]))
+
+
+def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
+    turns = rotations_from_vectors(np.stack([step[3:6], step[9:]]))
+    return (
+        Transform(turns[0] @ base.rotation, base.translation + step[:3]),
+        Transform(tool.rotation @ turns[1], tool.translation + step[6:9]),
+    )
+
+
+def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = None) -> Array:
+    """Return the poses of columns of a table, position first, SI.
+
+    Parameters
+    ----------
+    table : Table
+        Of `read_table`.
+    names : sequence of str
+        Two columns of a point; three of a planar pose; four of a quaternion x, y, z, w alone; six
+        of a position and a rotation vector, or angles; seven of a position and a quaternion.
+    angles : str, optional
+        Axes of three angles: ``"XYZ"`` each as it has turned, ``"xyz"`` fixed.
+
+    Returns
+    -------
+    ndarray, shape (N, coordinates)
+
+    Raises
+    ------
+    MeasurementError
+        For another number of columns, or as `read_pose_values`.
+    """
+    names = [name.strip() for name in names]
+    size = {2: 2, 3: 2, 4: 0, 6: 3, 7: 3}.get(len(names))
+    if size is None:
+        raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 4, 6 or 7")
+    if angles is not None and (
+        len(names) != 6 or len(angles) != 3 or angles.lower().strip("xyz")
+        or not (angles.islower() or angles.isupper())
+    ):  # fmt: skip
+        raise MeasurementError(
+            f'angles about "{angles}" of a pose of {len(names)} columns; expected three letters of '
+            "XYZ, or of xyz, and six columns"
+        )
+    turns = names[size:]
+    columns = MeasurementColumns(
+        position=tuple(names[:size]),
+        readings=(),
+        angle=turns[0] if len(turns) == 1 else None,
+        quaternion=tuple(turns) if len(turns) == 4 else (),
+        rotation_vector=tuple(turns) if len(turns) == 3 else (),
+    )
+    values = read_pose_values(table, columns)
+    if angles is None:
+        return values.poses()
+    rotation = np.eye(3)[None]
+    for letter, angle in zip(angles.lower(), values.angles.T, strict=True):
+        axis = np.eye(3)["xyz".index(letter)]
+        turn = rotations_from_vectors(angle[:, None] * axis)
+        rotation = rotation @ turn if angles.isupper() else turn @ rotation
+    return poses_of("spatial", Transform(rotation, values.positions))
+
+
+def poses_of_mechanism(
+    mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None = None
+) -> tuple[Array, Array]:
+    """Return the measured poses of a table, and the robot's own, reported or calculated.
+
+    Rows that were not measured in full, or that the robot cannot take, are NaN.
+
+    Returns
+    -------
+    tuple of ndarray, shape (N, coordinates)
+    """
+    taken = read_measurements(source, mechanism, columns)
+    if taken.reported is not None:
+        return taken.poses, as_drawn(mechanism, taken.reported)
+    read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
+    if not len(read):
+        raise MeasurementError("no row has readings of all legs, nor a reported pose")
+    nowhere = np.full_like(taken.poses, np.nan)
+    readings = mechanism.straightened(taken.readings)
+    alone = Measurements.of(nowhere, readings, pose_space=taken.pose_space).subset(read)
+    own = np.array(nowhere)
+    own[read] = _core.starting_poses(
+        mechanism.straight,
+        core_setup(mechanism.replace(frames=None, curvature=None)),
+        alone.observations(mechanism.noise),
+        mechanism.home,
+    )
+    return taken.poses, as_drawn(mechanism, own)  # frames are for the mechanism's file
+
+
+def _taken(way: Convention, device: Array, space: str) -> Transform | None:
+    """The measured poses in a convention; None where it means nothing."""
+    if way == "as measured":
+        return transforms(space, device)
+    if way == "scalar first":
+        kind = POSE_SPACES[space]
+        if not kind.has_quaternion:
+            return None
+        turned = np.roll(device[:, kind.size :], -1, axis=1)
+        return transforms(space, np.hstack([device[:, : kind.size], turned]))
+    if not POSE_SPACES[space].turns and way != "mirrored":
+        return None
+    if not POSE_SPACES[space].moves and way in ("mirrored", "conjugate"):
+        return None  # frames do the same as a mirror; without a position a conjugate is the inverse
+    poses = transforms(space, device)
+    turned = np.swapaxes(poses.rotation, 1, 2)
+    if way == "inverse":
+        return Transform(turned, -np.einsum("nij,nj->ni", turned, poses.translation))
+    if way == "conjugate":
+        return Transform(turned, poses.translation)
+    mirror = np.diag([1.0, 1.0, -1.0] if POSE_SPACES[space].in_space else [1.0, -1.0, 1.0])
+    rotation = mirror @ poses.rotation @ mirror
+    return Transform(rotation, poses.translation @ mirror)
+
+
+_Fit = tuple[ConventionFit, Transform, Transform, Transform]
+
+
+def _aligned(
+    way: Convention, poses: Transform, wanted: Transform, length: float, space: str
+) -> _Fit:
+    frames = align(poses, wanted, length, space)
+    if frames is None:
+        raise SymkinError(f"{len(wanted.translation)} poses always fit two frames; measure more")
+    left = moved(frames[0], poses, frames[1], wanted)
+    position = _rms(left[:, :3])
+    orientation = _rms(left[:, 3:]) if POSE_SPACES[space].turns else 0.0
+    kind = POSE_SPACES[space]
+    cost = math.hypot(position, length * orientation) if kind.moves else orientation
+    return ConventionFit(way, position, orientation, cost, kind.closure_unit), *frames, wanted
+
+
+def _deviations(
+    base: Transform, poses: Transform, target: Transform, wanted: Transform, space: str
+) -> Array:
+    """Standard deviations of the tangents of base and target, both outside, from what is left."""
+    kind = POSE_SPACES[space]
+    shown, free, size = kind.components, kind.frame_components, kind.size
+    left = moved(base, poses, target, wanted)[:, shown]
+    columns = []
+    for number in range(2 if kind.turns else 1):
+        for component in free:
+            step = np.zeros(6)
+            step[component] = _STEP
+            sides = []
+            for sign in (1, -1):
+                frames = [base, target]
+                turn, old = rotations_from_vectors(sign * step[None, 3:])[0], frames[number]
+                frames[number] = Transform(turn @ old.rotation, old.translation + sign * step[:3])
+                sides.append(moved(frames[0], poses, frames[1], wanted)[:, shown])
+            columns.append((sides[0] - sides[1]) / (2 * _STEP))
+    matrix = np.stack(columns, axis=2)
+    spare = left.size - len(columns)
+    spread = np.ones(left.shape[1])
+    for part in (slice(0, size), slice(size, None)):
+        if left[:, part].size:
+            spread[part] = np.sqrt(np.mean(left[:, part] ** 2) * left.size / max(spare, 1))
+    spread[spread == 0] = 1e-15
+    rows = (matrix / spread[:, None]).reshape(-1, len(columns))
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    unseen = values < _UNSEEN * values[-1]
+    variances = np.sum(vectors[:, ~unseen] ** 2 / values[~unseen], axis=1)
+    hidden = (np.abs(vectors[:, unseen]) > _UNSEEN).any(axis=1)
+    found = np.full(2 * len(free), np.nan)
+    found[: len(columns)] = np.where(hidden, np.inf, np.sqrt(variances))
+    return found
+
+
+def _rms(rows: Array) -> float:
+    return float(np.sqrt(np.mean(np.sum(rows**2, axis=1))))

@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: MIT
+"""The paper's conditions for symmetrical workspaces and symmetrical observability, with figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symkin import _core
+from symkin.analysis.workspace import sample_workspace
+from symkin.analysis.workspace.study import READING_ROUNDING, ElementCheck, check_elements
+from symkin.model.chains import legs_in_words, shortest
+from symkin.model.mechanism import Mechanism
+from symkin.model.symmetry import (
+    NamedGroup,
+    SymmetryComparison,
+    SymmetryElement,
+    SymmetryGroup,
+    compare_symmetry,
+    leg_carriers,
+)
+from symkin.model.symmetry.groups import mechanism_groups, named_group
+from symkin.model.turns import turn_of
+from symkin.results import Result
+from symkin.values import Value, field, record
+
+__all__ = ["Condition", "Conditions", "check_conditions"]
+
+_ROUNDING = 1e-9  # m, and of gains
+_BY_CONSTRUCTION = "by construction"  # of every mechanism that symkin can describe
+
+
+@record
+class Condition(Value):
+    """One condition of the paper.
+
+    Attributes
+    ----------
+    section : int
+        4 (symmetrical active-joint workspace) or 5 (symmetrical observability).
+    number : int
+        Its number there.
+    text : str
+        What it asks for.
+    holds : bool
+        The verdict.
+    figure : str
+        What the verdict rests on.
+    tolerance : str
+        What is allowed; empty where there is nothing to allow.
+    """
+
+    section: int
+    number: int
+    text: str
+    holds: bool
+    figure: str
+    tolerance: str = ""
+
+
+@record
+class Conditions(Result):
+    """The groups of a mechanism and the conditions that they meet.
+
+    Attributes
+    ----------
+    structure : str
+        G_M in the paper's notation: of the structure, working modes aside.
+    with_modes : str
+        Its subgroup that keeps the working modes; verified as G_W and G_Q where the conditions on
+        the workspace and the readings hold.
+    carriers : tuple of str
+        G_C: for each leg ``"leg 1 by r1"``, where it comes from.
+    conditions : tuple of Condition
+        Those of section 4, then of section 5.
+    tested : int
+        Poses on which workspace and readings were compared, for each element.
+    reading_unit : {"rad", "m"}
+        Of the deviations of the readings.
+    group : SymmetryGroup
+        Whose elements were tested: the structure's, or the larger one that the legs nearly have.
+    elements : tuple of ElementCheck
+        What the poses say of each.
+    groups : tuple of NamedGroup
+        G_M, G_W and G_Q, as the poses bore them out, and G_C; of G_M and G_W the subgroup with the
+        working modes too.
+    """
+
+    structure: str
+    with_modes: str
+    carriers: tuple[str, ...]
+    conditions: tuple[Condition, ...]
+    tested: int
+    reading_unit: str
+    group: SymmetryGroup = field(private=True)
+    elements: tuple[ElementCheck, ...]
+    groups: tuple[NamedGroup, ...] = field(private=True)
+    derived = ("tested_group",)
+
+    @property
+    def tested_group(self) -> str:
+        """The group's name in the paper."""
+        return self.group.paper_name
+
+    def columns(self) -> Mapping[str, Sequence[Any]]:
+        """Return a row a condition."""
+        names = "section", "number", "text", "holds", "figure", "tolerance"
+        return {name: [getattr(each, name) for each in self.conditions] for name in names}
+
+
+def check_conditions(
+    mechanism: Mechanism, count: int = 20_000, seed: int | None = None
+) -> Conditions:
+    """Test the conditions (1)-(5) of section 4 and (1)-(7) of section 5 of the paper.
+
+    Those on the structure, 4(4), 5(1) and 5(2), do not ask for gains and offsets; those on the
+    sensors, 4(5), 5(6) and 5(7), do, of the elements that keep the working modes. 4(2) and 5(3) to
+    5(5) hold by construction: no mechanism can be described for which they fail.
+
+    A mechanism with more legs than degrees of freedom fails condition 4(1) alone, which does not
+    stop the protocol. Of a mechanism that is nearly symmetric, such as a calibrated one, the larger
+    group is tested, so that the figures tell how far it is off.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With workspace settings.
+    count : int
+        Poses on which each group element is tested.
+    seed : int, optional
+        Of the poses, by default the protocol's.
+
+    Raises
+    ------
+    SymkinError
+        If the mechanism has no workspace, or hardly any pose of its box is in it.
+    """
+    seed = mechanism.protocol.seed if seed is None else seed
+    comparison = compare_symmetry(mechanism)
+    found = comparison.found
+    group, tolerance = _group_to_test(comparison)
+    elements = check_elements(mechanism, group, count, seed, tolerance)
+    measured = _measure(mechanism, comparison, elements, count, seed)
+    *structure, observability = mechanism_groups(mechanism, found)
+    return Conditions(
+        structure=found.structure.paper_name,
+        with_modes=found.with_modes.paper_name,
+        carriers=tuple(
+            f"leg {reference + 1} by {element.label}"
+            for reference, element in leg_carriers(mechanism)
+        ),
+        conditions=(*_section_4(mechanism, measured), *_section_5(mechanism, measured)),
+        tested=count,
+        reading_unit=mechanism.reading_unit,
+        group=group,
+        elements=elements,
+        groups=(*structure, *_tested_groups(group, elements), observability),
+    )
+
+
+def _tested_groups(group: SymmetryGroup, checks: Sequence[ElementCheck]) -> tuple[NamedGroup, ...]:
+    """G_W and G_Q: the elements for which poses bore out Eq. 2, and Eq. 5 too.
+
+    Elements that flip the working modes carry the workspace onto that of the other modes: they
+    belong to G_W of both together, and neither to that of one nor to its G_Q.
+    """
+    both = [check.mismatches == 0 for check in checks]
+    workspace = [holds and check.keeps_aspect for holds, check in zip(both, checks, strict=True)]
+    joints = [
+        holds and check.reading_deviation <= READING_ROUNDING
+        for holds, check in zip(workspace, checks, strict=True)
+    ]
+
+    def chosen(holds: Sequence[bool]) -> list[SymmetryElement]:
+        return [element for element, yes in zip(group.elements, holds, strict=True) if yes]
+
+    return (
+        named_group("G_W", "workspace", group, chosen(both)),
+        named_group("G_W", "with the working modes", group, chosen(workspace)),
+        named_group("G_Q", "active joints", group, chosen(joints)),
+    )
+
+
+@dataclass(frozen=True)
+class _Figures:
+    """Figures on which several conditions rest."""
+
+    comparison: SymmetryComparison
+    group: SymmetryGroup  # that was tested
+    exact: bool  # whether the legs have it to rounding
+    tested: int  # poses whose images were looked at
+    mismatches: int  # those in the workspace with images outside, or the reverse
+    deviation: float  # largest of the readings at images, of what keeps the modes; NaN for none
+    closure: float  # largest of a leg at its inverse kinematics, m or rad
+    home: float  # largest of home readings from images of each other; NaN if no leg is an image
+    gains: float  # largest relative difference
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the structure has a symmetry, to rounding."""
+        return self.comparison.found.structure.size > 1
+
+    @property
+    def structure(self) -> tuple[str, str]:
+        """The figure of G_M, with what the legs nearly have, and its tolerance."""
+        structure = self.comparison.found.structure
+        elements = "1 element" if structure.size == 1 else f"{structure.size} elements"
+        nearly = "" if self.exact else f"; nearly {self.group.paper_name}"
+        return f"G_M = {structure.paper_name}, {elements}{nearly}", "1e-06 m, rad"
+
+    def of_readings(self, deviation: float, unit: str) -> str:
+        """A deviation of readings: of which group, and whether it is the sensors' alone."""
+        only = self.comparison.only_sensors_differ if deviation > READING_ROUNDING else ""
+        return f"readings deviate by {deviation:.1e} {unit}{self.under}" + (only and f"; {only}")
+
+    @property
+    def under(self) -> str:
+        """Which group the figures are of, where that needs saying."""
+        return "" if self.exact else f" under {self.group.paper_name}"
+
+
+def _group_to_test(
+    comparison: SymmetryComparison,
+) -> tuple[SymmetryGroup, tuple[float, float, float] | None]:
+    """The group to test, and within which tolerance it maps the legs.
+
+    It is the structure's; but the one declared, or the one nearly there where there is none, if the
+    legs miss it by no more than their tolerances.
+    """
+    reference, found = comparison.reference, comparison.found.structure
+    wanted = reference is comparison.declared or found.size == 1
+    if comparison.verdict == "nearly" and reference is not None and wanted:
+        return reference, comparison.tolerance
+    return found, None
+
+
+def _measure(
+    mechanism: Mechanism,
+    comparison: SymmetryComparison,
+    elements: tuple[ElementCheck, ...],
+    count: int,
+    seed: int,
+) -> _Figures:
+    group, tolerance = _group_to_test(comparison)
+    sample = sample_workspace(mechanism, min(count, 1000), seed)
+    closures = [mechanism.closure(leg, sample, each) for leg, each in enumerate(sample.readings.T)]
+    chains = np.array(mechanism.chains)
+    gains = [mechanism.sensor_gains[chains == chain] for chain in dict.fromkeys(mechanism.chains)]
+    limits = _core.SymmetryTolerance(*(tolerance or ()))
+    return _Figures(
+        comparison=comparison,
+        group=group,
+        exact=group is comparison.found.structure,
+        tested=count * (group.size - 1),
+        mismatches=sum(check.mismatches for check in elements),
+        deviation=max(
+            (check.reading_deviation for check in elements[1:] if check.keeps_modes),
+            default=math.nan,
+        ),
+        closure=float(np.max(np.abs(closures))),
+        home=max(_home_deviations(mechanism, group.core, limits), default=math.nan),
+        gains=max(float(np.ptp(each) / np.abs(each).max()) for each in gains),
+    )
+
+
+def _home_deviations(
+    mechanism: Mechanism, group: _core.SymmetryGroup, tolerance: _core.SymmetryTolerance
+) -> Iterator[float]:
+    """How far the home readings are from the images of the readings of each leg's reference."""
+    home = mechanism.home[None, :]
+    readings = mechanism.inverse_kinematics(home)[0]
+    for leg, carrier in enumerate(_core.leg_carriers(mechanism.core, group, tolerance)):
+        if carrier.reference == leg:
+            continue
+        moved = _core.transform_poses(group, carrier.element, mechanism.core, home)
+        sign = _core.reading_sign(carrier.element, mechanism.core)
+        found = np.array([readings[leg], mechanism.inverse_kinematics(moved)[0, leg]])
+        differences = found - sign * readings[carrier.reference]
+        yield float(np.abs(shortest(differences, turn_of(mechanism, leg))).max())
+
+
+def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
+    legs, dof, unit = len(mechanism.legs), mechanism.core.mobility, mechanism.reading_unit
+    found = measured.comparison.found
+    degrees = f"{legs} legs, {dof} degrees of freedom"
+    yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
+    chain = legs_in_words(mechanism.legs)
+    chain += "" if mechanism.mixed else f", {_BY_CONSTRUCTION}"
+    yield Condition(4, 2, "all legs have the same structure", not mechanism.mixed, chain)
+    closes, of = measured.closure <= _ROUNDING, mechanism.space.closure_unit
+    closure, limit = f"largest closure {measured.closure:.1e} {of}", f"{_ROUNDING:.0e} {of}"
+    yield Condition(4, 3, "each leg closes as g - q = 0", closes, closure, limit)
+    text = "the structure has a symmetry group"
+    yield Condition(4, 4, text, measured.symmetric, *measured.structure)
+    yield Condition(
+        4,
+        5,
+        "the active joints are symmetric in the symmetric configuration",
+        measured.home <= READING_ROUNDING and found.with_modes.size > 1,
+        "no leg is the image of another"
+        if math.isnan(measured.home)
+        else f"home {measured.of_readings(measured.home, unit)}",
+        f"{READING_ROUNDING:.0e} {unit}",
+    )
+
+
+def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
+    names, unit = mechanism.parameter_names, mechanism.reading_unit
+    symmetric = measured.symmetric and measured.exact
+    text = "the structure's symmetry is a group G_M"
+    yield Condition(5, 1, text, measured.symmetric, *measured.structure)
+    yield Condition(
+        5,
+        2,
+        "the workspace has the symmetry (Eq. 2)",
+        symmetric and measured.mismatches == 0,
+        "no element but the identity to test"
+        if measured.group.size == 1
+        else f"{measured.mismatches} of {measured.tested} poses are in it and their images are "
+        f"not, or the reverse{measured.under}",
+        "0",
+    )
+    text = f"one closure a leg, {_BY_CONSTRUCTION}"
+    yield Condition(5, 3, "geometric model, perfect joints", True, text)
+    for number, end in (4, "base"), (5, "platform"):
+        ends = "points" if mechanism.space.moves else "axes"
+        text = f"{end} {ends} in polar coordinates"
+        given = ", ".join(name for name in names if name.startswith(f"{end}_"))
+        given = given or f"none: the {end} is a point"
+        yield Condition(5, number, text, True, f"{given}, {_BY_CONSTRUCTION}")
+    gain = names[mechanism.parameter_roles(0).index(("none", "gain"))]
+    gains = f"{gain} differs by {measured.gains:.1e} of its size"
+    equal = measured.gains <= _ROUNDING
+    yield Condition(5, 6, "equal nominal gains", equal, gains, f"{_ROUNDING:.0e}")
+    yield Condition(
+        5,
+        7,
+        "the active-joint workspace has the symmetry (Eq. 5)",
+        symmetric and measured.deviation <= READING_ROUNDING,
+        "no element but the identity keeps the working modes"
+        if math.isnan(measured.deviation)
+        else measured.of_readings(measured.deviation, unit),
+        f"{READING_ROUNDING:.0e} {unit}",
+    )

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: MIT
+"""End-effector errors of a model."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.analysis.alignment import align
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism, require_same_shape
+from symkin.model.poses import (
+    POSE_SPACES,
+    PoseSpace,
+    Transform,
+    moved,
+    pose_rows,
+    rotations_from_vectors,
+    transforms,
+)
+from symkin.results import Result
+from symkin.values import Value, field, plain, record
+
+__all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
+
+Array = NDArray[np.float64]
+# Root mean square and maximum of the distance (m) and of the angle (rad), and of how many poses.
+_Figures = tuple[float, float, float, float, int]
+
+# Twelve numbers need no more, and an alignment of 30 000 poses takes a second.
+_ALIGNED_POSES = 2000
+
+
+@record
+class AlignedErrors(Value):
+    """End-effector errors that no other base frame and tool frame would take away.
+
+    Two constant motions, of the base and of the tool, are fitted to the poses taken (least squares,
+    a rotation counting as the way of a point at the characteristic length from the centre); a point
+    platform has the base alone.
+
+    Attributes
+    ----------
+    position_rms, position_max : float
+        m, of the distance.
+    orientation_rms, orientation_max : float
+        rad, of the angle; zero for a point platform.
+    base, tool : ndarray, shape (6,) spatially, else (3,)
+        The motions: ``B taken T`` is nearest to what was wanted. Translation (m), then rotation
+        vector (spatially) or angle (rad). Poses that hardly turn do not tell one from the other.
+    differences : ndarray, shape (N, dof)
+        What is left of those of the evaluation.
+    """
+
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
+    base: Array
+    tool: Array
+    differences: Array = field(private=True)
+
+
+@record
+class Evaluation(Result):
+    """End-effector errors over poses.
+
+    Attributes
+    ----------
+    position_rms, position_max : float
+        m, of the distance.
+    orientation_rms, orientation_max : float
+        rad, of the angle; zero for a point platform.
+    evaluated, failed : int
+        Poses in the figures, and poses left out because the mechanism cannot take them.
+    differences : ndarray, shape (N, dof)
+        Position, then angle or rotation vector; NaN where it failed. Of measurements the model's
+        pose less the measured one; of commanded poses the one that the robot takes less that which
+        the model wanted. To first order E (model - robot) and its negative, see the theory.
+    poses : ndarray, shape (N, coordinates)
+        The poses wanted: measured, or commanded.
+    row_numbers : ndarray of int, shape (N,)
+        Where the poses stand in their source, or from 1.
+    characteristic_length : float
+        Length that makes rotations comparable with translations, m.
+    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+        Kind of the poses.
+    name : str
+        Of the model.
+    unread : int
+        Poses left out since not all legs were read there.
+    partial : int
+        Poses left out since they were measured in part.
+    closures : ndarray, shape (N, legs), or None
+        How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
+        not read. None for a robot that was not measured.
+    """
+
+    position_rms: float = field(unit="m")
+    position_max: float = field(unit="m")
+    orientation_rms: float = field(unit="rad")
+    orientation_max: float = field(unit="rad")
+    evaluated: int
+    failed: int
+    differences: Array = field(private=True)
+    poses: Array = field(private=True)
+    row_numbers: NDArray[np.intp] = field(private=True)
+    characteristic_length: float = field(private=True)
+    pose_space: str = field(private=True)
+    name: str = field(private=True, default="")
+    unread: int = field(private=True, default=0)
+    partial: int = field(private=True, default=0)
+    closures: Array | None = field(private=True, default=None)
+
+    @classmethod
+    def of(
+        cls,
+        differences: Array,
+        poses: Array,
+        mechanism: Mechanism,
+        *,
+        row_numbers: NDArray[np.intp] | None = None,
+        figures: _Figures | None = None,
+    ) -> Evaluation:
+        """Return the figures of single differences, made unless they are given.
+
+        Poses count from 1 without `row_numbers`.
+        """
+        figures = figures or _figures(differences, mechanism.space)
+        return cls(
+            *figures[:4],
+            evaluated=figures[4],
+            failed=len(differences) - figures[4],
+            differences=differences,
+            poses=poses,
+            row_numbers=np.arange(1, len(poses) + 1) if row_numbers is None else row_numbers,
+            characteristic_length=mechanism.characteristic_length,
+            pose_space=mechanism.pose_space,
+            name=mechanism.name,
+        )
+
+    @property
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
+
+    @property
+    def difference_names(self) -> tuple[str, ...]:
+        """The coordinates of `differences` with their units: ``x_m``, ..."""
+        return tuple(f"{name}_{unit}" for name, unit in self.space.units.items())
+
+    @property
+    def errors(self) -> tuple[Array, Array]:
+        """Size of each pose's position error (m) and orientation error (rad), both (N,)."""
+        size = self.space.size
+        position, angle = (
+            np.sqrt(np.sum(part**2, axis=1))
+            for part in (self.differences[:, :size], self.differences[:, size:])
+        )
+        return position, angle
+
+    @property
+    def closure_rms(self) -> tuple[float, Array] | None:
+        """Root mean square of all closures, and of each leg's, m or rad; NaN if never read."""
+        if self.closures is None:
+            return None
+        counts = np.isfinite(self.closures).sum(axis=0)
+        squares = np.nansum(self.closures**2, axis=0)
+        legs = np.sqrt(np.divide(squares, counts, np.full(len(counts), np.nan), where=counts > 0))
+        return float(np.sqrt(squares.sum() / counts.sum())), legs
+
+    @property
+    def means(self) -> Array:
+        """Mean of each coordinate's difference, shape (dof,), m and rad."""
+        return np.asarray(np.nanmean(self.differences, axis=0))
+
+    @cached_property
+    def aligned(self) -> AlignedErrors | None:
+        """Errors after the best alignment of base and tool frame; None for too few poses.
+
+        The frames are those of at most some 2000 poses, evenly taken, and the errors of all.
+        """
+        rows = np.flatnonzero(_complete(self.differences))
+        space = self.space
+        components = space.components
+        wanted = transforms(space.name, self.poses[rows])
+        steps = np.zeros((len(rows), 6))
+        steps[:, components] = self.differences[rows]
+        turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
+        taken = Transform(turned, wanted.translation + steps[:, :3])
+        some = slice(None, None, -(-len(rows) // _ALIGNED_POSES) or 1)
+        frames = align(
+            Transform(taken.rotation[some], taken.translation[some]),
+            Transform(wanted.rotation[some], wanted.translation[some]),
+            self.characteristic_length,
+            space.name,
+        )
+        if frames is None:
+            return None
+        left = moved(frames[0], taken, frames[1], wanted)[:, components]
+        differences = np.full_like(self.differences, np.nan)
+        differences[rows] = left
+        base, tool = (frame.tangent[space.frame_components] for frame in frames)
+        return AlignedErrors(*_figures(left, space)[:4], base, tool, differences)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return its figures, without the single poses."""
+        names, closures, unit = self.difference_names, self.closure_rms, self.space.closure_unit
+        return {
+            **super().to_dict(),
+            "mean_difference": plain(dict(zip(names, self.means, strict=True))),
+            "closures": plain(
+                closures and {f"rms_{unit}": closures[0], f"legs_rms_{unit}": closures[1]}
+            ),
+            "aligned": plain(self.aligned),
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the errors, a row a pose; empty where the mechanism cannot take it."""
+        position, orientation = self.errors
+        return {
+            "row": self.row_numbers,
+            **dict(zip(self.difference_names, self.differences.T, strict=True)),
+            "position_error_m": position,
+            "orientation_error_rad": orientation,
+        }
+
+
+def _origin(measurements: Measurements) -> str:
+    """The file that they are of, before a sentence."""
+    return f"{measurements.source}: " if measurements.source else ""
+
+
+def _complete(rows: Array) -> NDArray[np.bool_]:
+    """Which rows have finite numbers alone; a reduction of short rows takes ten times as long."""
+    return np.isfinite(rows @ np.ones(rows.shape[1]))
+
+
+def _figures(differences: Array, space: PoseSpace) -> _Figures:
+    """Of the rows that have finite numbers alone."""
+    complete = _complete(differences)
+    good = differences if complete.all() else differences[complete]
+    figures: list[float] = []
+    for part in (good[:, : space.size], good[:, space.size :]):
+        squares = sum((column**2 for column in part.T), np.zeros(len(part)))
+        figures += [float(np.sqrt(squares.mean())), float(np.sqrt(squares.max()))]
+    return figures[0], figures[1], figures[2], figures[3], len(good)
+
+
+def evaluate(
+    model: Mechanism,
+    *,
+    actual: Mechanism | None = None,
+    poses: ArrayLike | WorkspaceSample | None = None,
+    measurements: Measurements | None = None,
+) -> Evaluation:
+    """Evaluate a model by its end-effector errors.
+
+    Give either `actual` and `poses`, or `measurements`.
+
+    Parameters
+    ----------
+    model : Mechanism
+        The model that a controller would use.
+    actual : Mechanism
+        The robot as made (simulation): errors are those of the poses that it takes when the model's
+        inverse kinematics commands `poses`.
+    poses : array_like, shape (N, coordinates), or WorkspaceSample
+        Commanded poses.
+    measurements : Measurements
+        Errors are those of the model's forward kinematics at the measured readings; a row without
+        all readings is left out. The poses are those of the target in the device's frame if the
+        model has `frames`.
+
+    Raises
+    ------
+    SymkinError
+        If no pose can be evaluated, or the robot is of another kind than the model.
+    """
+    numbers = None
+    if measurements is not None and actual is None and poses is None:
+        if model.frames is not None:
+            own = unframed(model, measurements.poses)
+            measurements = dataclasses.replace(measurements, poses=own)
+        whole = np.isfinite(measurements.poses).all(axis=1)
+        measurements.require_table(model.sensor_table)
+        if not whole.any():
+            raise SymkinError(
+                f"{_origin(measurements)}no row has a full measured pose, so none can be evaluated"
+            )
+        complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))
+        if not len(complete):
+            raise SymkinError(
+                f"{_origin(measurements)}no pose has readings of all legs, so none can be evaluated"
+            )
+        rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
+        errors = _measurement_errors(model, measurements.subset(complete))
+    elif actual is not None and poses is not None and measurements is None:
+        require_same_shape(actual, model)
+        rows = pose_rows(poses)
+        errors = _core.command_errors(actual.core, model.core, rows)
+    else:
+        raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
+    if not errors.evaluated:
+        raise SymkinError(
+            f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'
+        )
+    figures = (
+        errors.position_rms,
+        errors.position_max,
+        errors.orientation_rms,
+        errors.orientation_max,
+        errors.evaluated,
+    )
+    result = Evaluation.of(errors.differences, rows, model, row_numbers=numbers, figures=figures)
+    if measurements is None:
+        return result
+    partial = int((~whole).sum())
+    return dataclasses.replace(
+        result,
+        unread=whole.size - partial - len(rows),
+        partial=partial,
+        closures=closures_of(model, measurements),
+    )
+
+
+def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
+    """The model's poses at the readings, which are complete, less the measured ones (N, dof)."""
+    return _measurement_errors(model, measurements).differences
+
+
+def _measurement_errors(model: Mechanism, measurements: Measurements) -> _core.PoseErrors:
+    return _core.measurement_errors(
+        model.straight,
+        np.ascontiguousarray(measurements.poses),
+        np.ascontiguousarray(model.straightened(measurements.readings)),
+    )
+
+
+def closures_of(model: Mechanism, measurements: Measurements) -> Array:
+    """How far each leg is from closing at the measurements, m, NaN where it was not read."""
+    closures = np.full(measurements.readings.shape, np.nan)
+    for leg in range(len(model.legs)):
+        read = np.isfinite(measurements.readings[:, leg])
+        closures[read, leg] = model.closure_error(
+            leg, measurements.poses[read], measurements.readings[read, leg]
+        )
+    return closures

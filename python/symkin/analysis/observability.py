@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: MIT
+"""What measured poses show of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.model.tolerances import noise_of, parameter_tolerances
+from symkin.results import Result
+from symkin.values import Value, field, record
+
+__all__ = [
+    "ExpectedAccuracy",
+    "Observability",
+    "RowKind",
+    "analyse_observability",
+    "error_weight",
+    "expected_accuracy",
+    "mechanism_rows",
+    "observability_rows",
+    "with_combinations",
+]
+
+RowKind = Literal["paper", "noise_aware"]
+
+
+@record
+class Observability(Result):
+    """What a set of rows shows of a leg's parameters.
+
+    Attributes
+    ----------
+    leg : int
+        From 0.
+    parameter_names : tuple of str
+        The p parameters that are identified, see `Mechanism.estimated`.
+    r_diagonal : ndarray, shape (p,)
+        abs(R_ii) of the QR decomposition in the parameters' order (Eq. 9). Depends on units.
+    indices : dict of str to float
+        With each parameter in units of its tolerance, O1 (Borm and Menq 1989, 1991; Eq. 13), O2
+        (Driels and Pathre 1990), O3 (Nahvi, Hollerbach and Hayward 1994), O4 (Nahvi and Hollerbach
+        1996), O5 (Sun and Hollerbach 2008).
+    singular_values : ndarray, shape (p,)
+        Of the rows with columns of length one, descending: free of units.
+    condition : float
+        Largest over smallest of them.
+    rank : int
+        How many are above 1e-10 of the largest.
+    unseen : tuple of str
+        For each missing rank the combination of parameters (in tolerances) that no row shows.
+    """
+
+    leg: int = field(number=True)
+    parameter_names: tuple[str, ...] = field(private=True)
+    r_diagonal: NDArray[np.float64]
+    indices: Mapping[str, float]
+    singular_values: NDArray[np.float64]
+    condition: float
+    rank: int
+    unseen: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, the diagonal by the names of the parameters."""
+        document = super().to_dict()
+        named = zip(self.parameter_names, document["r_diagonal"], strict=True)
+        return document | {"r_diagonal": dict(named)}
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the diagonal, a row a parameter."""
+        return {"parameter": self.parameter_names, "r_diagonal": self.r_diagonal}
+
+
+@record
+class ExpectedAccuracy(Value):
+    """Expected root mean square end-effector error after identification.
+
+    Attributes
+    ----------
+    position : float
+        m.
+    orientation : float
+        rad; zero for a point platform.
+    evaluated, failed : int
+        Poses in the figures, and poses left out because they are out of reach or singular.
+    """
+
+    position: float = field(unit="rms_m")
+    orientation: float = field(unit="rms_rad")
+    evaluated: int
+    failed: int
+
+
+def observability_rows(
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
+) -> NDArray[np.float64]:
+    """Rows of the identification matrix of a leg (from 0), shape (N, p), p those identified.
+
+    Legs with k closures have k rows a pose, one behind the other: shape (k N, p).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its noise weighs the rows of kind "noise_aware".
+    leg : int
+        From 0.
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
+        Candidate poses.
+    kind : {"paper", "noise_aware"}
+        dg/dparam (Eqs. 8, 11), or the closure's derivatives over its standard deviation at the
+        pose, which is what a measurement is worth.
+
+    Returns
+    -------
+    ndarray, shape (N, p), or (k N, p)
+        NaN where the leg cannot reach.
+    """
+    rows = pose_rows(poses)
+    row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
+    return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
+
+
+def mechanism_rows(
+    mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
+) -> NDArray[np.float64]:
+    """Rows of all legs at once, shape (N, legs, legs p), p those of a leg that are identified.
+
+    Legs with k closures have k rows each: shape (N, legs k, legs p).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its noise weighs the rows of kind "noise_aware".
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
+        Candidate poses.
+    kind : {"paper", "noise_aware"}
+        Each leg's dg/dparam in its own columns; or the closures of a pose whitened by their full
+        covariance, since they share its noise, as the estimator "joint" does.
+
+    Returns
+    -------
+    ndarray, shape (N, legs, legs p), or (N, legs k, legs p)
+        NaN where a leg cannot reach.
+
+    Raises
+    ------
+    SymkinError
+        If that covariance is singular: more legs than degrees of freedom need a noise of the
+        readings.
+    """
+    values = pose_rows(poses)
+    row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
+    rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
+    return rows.reshape(len(values), len(mechanism.legs) * mechanism.closures, -1)
+
+
+def analyse_observability(
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
+) -> Observability:
+    """Analyse what poses show of a leg's (from 0) parameters.
+
+    Raises
+    ------
+    SymkinError
+        For fewer poses than parameters, or a pose out of reach.
+    """
+    rows = observability_rows(mechanism, leg, poses, kind)
+    scale = parameter_tolerances(mechanism)[leg][mechanism.estimated[leg]]
+    names = mechanism.estimated_names(leg)
+    result = _core.analyse_observability(rows, scale)
+    return Observability(
+        leg=leg,
+        parameter_names=names,
+        r_diagonal=result.r_diagonal,
+        indices={f"O{i}": value for i, value in enumerate(result.indices, 1)},
+        singular_values=result.singular_values,
+        condition=result.condition,
+        rank=result.rank,
+        unseen=tuple(name_combination(direction, names) for direction in result.null_directions.T),
+    )
+
+
+def expected_accuracy(
+    mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, covariance: ArrayLike
+) -> ExpectedAccuracy:
+    """End-effector error to expect, to first order, from uncertain parameters.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Where the error is linearised.
+    poses : WorkspaceSample, or array_like of shape (N, coordinates)
+        Over which the error is averaged.
+    covariance : array_like, shape (legs p, legs p)
+        Of all parameters, leg by leg.
+
+    Raises
+    ------
+    SymkinError
+        If the mechanism can take none of the poses, or the covariance has another shape.
+    """
+    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
+    position, orientation = _core.expected_accuracy(
+        weights, np.ascontiguousarray(covariance, dtype=np.float64)
+    )
+    return ExpectedAccuracy(position, orientation, weights.evaluated, weights.failed)
+
+
+def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> NDArray[np.float64]:
+    """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
+
+    To first order, and averaged over the poses, less those out of reach or singular. A rotation
+    counts as the way of a point at the mechanism's characteristic length from the centre, so that
+    the error is one length (m).
+    """
+    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
+    return weights.position + mechanism.characteristic_length**2 * weights.orientation
+
+
+def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> str:
+    """Write a direction as ``"0.71 base_angle - 0.71 platform_angle"``, small terms left out."""
+    largest = float(np.abs(direction).max())
+    sign = np.sign(direction[np.argmax(np.abs(direction))])
+    terms = [
+        f"{'-' if value < 0 else '+'} {abs(value):.2g} {name}"
+        for value, name in zip(sign * direction, names, strict=True)
+        if abs(value) > 0.01 * largest
+    ]
+    return " ".join(terms).removeprefix("+ ")
+
+
+def with_combinations(
+    error: NotIdentifiableError, names: Sequence[str] | None, scale: NDArray[np.float64]
+) -> NotIdentifiableError:
+    """The error with the combinations of parameters (each in its scale) that nothing shows."""
+    directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
+    if names is None or not directions.size:
+        return error
+    scale = np.asarray(scale, dtype=np.float64)
+    if scale.size:
+        if scale.shape != directions.shape[:1]:
+            raise SymkinError(
+                f"scale has shape {scale.shape}; expected ({len(directions)},), or nothing"
+            )
+        directions = directions / np.where(scale > 0, scale, 1)[:, None]
+        directions = directions / np.linalg.norm(directions, axis=0)
+    unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
+    error.args = (f"{error} (not shown: {unseen})",)
+    return error

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""Simulated robots, and what a laboratory observes of them: poses, distances, heights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError, one_of
+from symkin.model.poses import (
+    POSE_SPACES,
+    Transform,
+    frame,
+    quaternions_from_rotation_vectors,
+    rotations_from_vectors,
+    transforms,
+    vectors_from_rotations,
+)
+from symkin.model.settings import Frames, NoiseSettings
+
+__all__ = ["Observable", "Observed"]
+
+Array = NDArray[np.float64]
+Observable = Literal[
+    "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
+]
+_STREAM = 3  # of the seed: the core draws robots and full poses from others
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What is observed besides the sensor readings, with which frames, and how well.
+
+    The device measures the target, in its own frame. A frame is written as position (m), then angle
+    or rotation vector (rad): ``x, y, phi``, or ``x, y, z, rx, ry, rz`` in space.
+
+    Attributes
+    ----------
+    kinds : tuple of str
+        ``"pose"`` of the target, or its ``"position"`` or ``"orientation"`` alone; ``"points"``;
+        ``"distance"`` of the target from anchors; ``"height"`` of the target above a plane, in
+        space; ``"reported"``: the platform's own pose in the base frame, exactly, by a controller
+        that knows the robot; ``"readings"``: nothing else. One of them may be given as it is.
+    base : tuple of float or None
+        The robot's base in the device's frame; None: the same.
+    target : tuple of float or None
+        The target in the platform's frame; None: the same.
+    points : tuple of tuple of float
+        Further targets in the platform's frame, m.
+    anchors : tuple of tuple of float
+        Fixed points in the device's frame, m.
+    plane : tuple of float
+        ``c0, c1, c2`` of the plane ``z = c0 + c1 x + c2 y`` in the base frame.
+    missing : float
+        The fraction of readings that are not taken; each row keeps one.
+    spread : float
+        How much the noise differs from row to row: its standard deviation is the mechanism's, times
+        ``exp(spread * z)`` with a normal ``z`` for each row and kind. The measurements say it.
+
+    Raises
+    ------
+    SymkinError
+        Naming what cannot be, and what is expected.
+    """
+
+    kinds: tuple[Observable, ...] = ("pose",)
+    base: tuple[float, ...] | None = None
+    target: tuple[float, ...] | None = None
+    points: tuple[tuple[float, ...], ...] = ()
+    anchors: tuple[tuple[float, ...], ...] = ()
+    plane: tuple[float, ...] = (0.0, 0.0, 0.0)
+    missing: float = 0.0
+    spread: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Take a single kind, and refuse what contradicts itself."""
+        given: Any = self.kinds
+        kinds = (given,) if isinstance(given, str) else tuple(given)
+        for kind in kinds:
+            one_of("observe", kind, Observable)
+        object.__setattr__(self, "kinds", kinds)
+        whole = {"pose", "position", "orientation"}.intersection(kinds)
+        if not kinds or len(set(kinds)) < len(kinds) or len(whole) > 1:
+            shown = ", ".join(kinds) or "nothing"
+            raise SymkinError(
+                f"observe is {shown}; expected each kind once, and one of pose, position, "
+                "orientation"
+            )
+        if "readings" in kinds and len(kinds) > 1:
+            raise SymkinError("observe has readings, which means nothing else, beside other kinds")
+        for kind, what, values in (
+            ("points", "points", self.points), ("distance", "anchors", self.anchors)
+        ):  # fmt: skip
+            if (kind in kinds) != bool(len(values)):
+                raise SymkinError(
+                    f'{what} are {"" if values else "not "}given, but "{kind}" is '
+                    f"{'not ' if values else ''}observed; expected both or neither"
+                )
+        if not 0 <= self.missing < 1:
+            raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
+        if not 0 <= self.spread <= 3:
+            raise SymkinError(f"spread is {self.spread:g}; expected 0 to 3")
+
+    def in_frames(self, frames: Frames | None) -> Observed:
+        """Return it with the base, target and plane of a mechanism where it gives none itself."""
+        given = frames or Frames()
+        level = self.plane == (0.0, 0.0, 0.0)
+        return replace(
+            self,
+            base=self.base or given.base or None,
+            target=self.target or given.target or None,
+            plane=given.plane if level and given.plane else self.plane,
+        )
+
+    def measure(self, taken: Measurements, noise: NoiseSettings, seed: int) -> Measurements:
+        """Measure poses and readings that are exact.
+
+        Parameters
+        ----------
+        taken : Measurements
+            Full poses of the platform in the base frame, and the readings there.
+        noise : NoiseSettings
+            Standard deviations.
+        seed : int
+            Of the noise, and of what is missing.
+
+        Raises
+        ------
+        SymkinError
+            If a frame, a point or an anchor has another number of coordinates than the robot wants.
+        """
+        random = np.random.default_rng([seed, _STREAM])
+        space = taken.pose_space
+        size, dof = POSE_SPACES[space].size, POSE_SPACES[space].dof
+        base, target = self._frame("base", space), self._frame("target", space)
+        platform = transforms(space, taken.poses)
+        in_base = platform @ target
+        seen = base @ in_base
+        rows = len(taken.poses)
+        deviations: dict[str, Any] = {}
+
+        def noisy(name: str, values: Array, deviation: Any) -> Array:
+            return values + errors(name, deviation, values.shape)
+
+        def errors(name: str, deviation: Any, shape: tuple[int, ...]) -> Array:
+            factor = np.exp(self.spread * random.normal(size=(rows, *[1] * (len(shape) - 1))))
+            own = np.broadcast_to(np.asarray(deviation), shape) * factor
+            if self.spread:
+                deviations[name] = own
+            return np.asarray(own * random.normal(size=shape))
+
+        scale = np.repeat([noise.position, noise.orientation], [size, dof - size])
+        poses = _pose_array(space, seen, errors("pose_deviations", scale, (rows, dof)))
+        if not {"pose", "position"}.intersection(self.kinds):
+            poses[:, :size] = np.nan
+        if not {"pose", "orientation"}.intersection(self.kinds):
+            poses[:, size:] = np.nan
+        if np.isnan(poses).all():
+            deviations.pop("pose_deviations", None)
+        readings = noisy("reading_deviations", taken.readings, noise.reading)
+        readings[self._missing(readings.shape, random)] = np.nan
+        found: dict[str, Any] = {}
+        if self.points:
+            points = np.stack(
+                [
+                    (base @ platform @ Transform(np.eye(3), p)).translation
+                    for p in self._of("points", size)
+                ],
+                axis=1,
+            )[:, :, :size]
+            found["points"] = noisy("point_deviations", points, noise.position)
+        if self.anchors:
+            away = seen.translation[:, None] - np.array(self._of("anchors", size))
+            distances = np.linalg.norm(away, axis=2)
+            found["distances"] = noisy("distance_deviations", distances, noise.position)
+        if "reported" in self.kinds:
+            found["reported"] = taken.poses
+        if "height" in self.kinds:
+            if size != 3:
+                raise SymkinError(
+                    f"a height above a plane is observed in space; this robot is {space}"
+                )
+            normal = np.array([-self.plane[1], -self.plane[2], 1.0])
+            above = in_base.translation @ normal - self.plane[0]
+            heights = above / np.linalg.norm(normal)
+            found["heights"] = noisy("height_deviations", heights, noise.position)
+        return replace(taken, poses=poses, readings=readings, **found, **deviations)
+
+    def exact(self, taken: Measurements) -> Measurements:
+        """Measure poses and readings that are exact without noise; the arguments of `measure`."""
+        return self.measure(taken, NO_NOISE, 0)
+
+    def _frame(self, name: str, space: str) -> Transform:
+        given, count = getattr(self, name), len(POSE_SPACES[space].frame_components)
+        values = np.zeros(count) if given is None else np.array(given, dtype=float)
+        if values.shape != (count,) or not np.isfinite(values).all():
+            names = {6: "x, y, z, rx, ry, rz in m and rad", 3: "rx, ry, rz in rad"}[count]
+            if not POSE_SPACES[space].in_space:
+                names = "x, y, phi in m and rad"
+            raise SymkinError(f"{name} is {given}; expected {names}")
+        return frame(space, values.tolist())
+
+    def _of(self, name: str, size: int) -> Array:
+        """Points in space, shape (n, 3)."""
+        values = np.zeros((len(getattr(self, name)), 3))
+        for index, given in enumerate(getattr(self, name)):
+            if len(given) != size or not np.isfinite(given).all():
+                raise SymkinError(f"{name} has {given}; expected {size} coordinates, m")
+            values[index, :size] = given
+        return values
+
+    def _missing(self, shape: tuple[int, int], random: np.random.Generator) -> NDArray[np.bool_]:
+        """Which readings are not taken: each with the same chance, but not all of a row."""
+        chance = random.random(shape)
+        kept = chance == chance.max(axis=1, keepdims=True)
+        return np.asarray((chance < self.missing) & ~kept)
+
+
+def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
+    """Coordinates of poses after small motions, in the frame that they are given in."""
+    size = POSE_SPACES[space].size
+    position = np.asarray(poses.translation[:, :size] + errors[:, :size])
+    if not POSE_SPACES[space].turns:
+        return position
+    if space == "planar":
+        angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, 2]
+        return np.column_stack([position, angle])
+    rotation = rotations_from_vectors(errors[:, size:]) @ poses.rotation
+    return np.hstack(
+        [position, quaternions_from_rotation_vectors(vectors_from_rotations(rotation))]
+    )
+
+
+NO_NOISE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip

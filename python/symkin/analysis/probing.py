@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: MIT
+"""Tables of a probe that touched a bed: what they are, and what is unknown then."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.errors import SymkinError
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, field, record
+
+__all__ = [
+    "CALIPER",
+    "PrintedLength",
+    "is_marked",
+    "is_probed",
+    "refuse_commanded",
+    "ruler",
+    "with_printed_length",
+    "with_probing_defaults",
+]
+
+CALIPER = 5e-5  # m, standard deviation of a length that was measured with calipers
+_FEW = 3  # rows, by which nothing is judged
+_COMMANDED = 2e-5  # m, to which steps and rounding keep what was commanded
+
+
+@record
+class PrintedLength(Value):
+    """A piece along x, centred on z, that the robot made with its nominal parameters.
+
+    Attributes
+    ----------
+    commanded, measured : float
+        Its length as it was ordered and as it came out, m.
+    deviation : float
+        Standard deviation of `measured`.
+    """
+
+    commanded: float = field(unit="m")
+    measured: float = field(unit="m")
+    deviation: float = field(unit="m", default=CALIPER)
+
+    def __post_init__(self) -> None:
+        """Refuse what is no length."""
+        for name in ("commanded", "measured", "deviation"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise SymkinError(
+                    f"the {name} of a printed length is {getattr(self, name):g} m; expected a "
+                    "length above zero"
+                )
+        if not 0.5 < self.measured / self.commanded < 2:
+            raise SymkinError(
+                f"a printed length is {self.measured:g} m, {self.commanded:g} m were commanded; "
+                "expected about the same: are the units right?"
+            )
+        super().__post_init__()
+
+
+def is_probed(measurements: Measurements) -> bool:
+    """Whether heights are all that was measured of poses.
+
+    Of a platform that never turns, x and y may be there too: those of marks on a piece.
+    """
+    heights, poses = measurements.heights, measurements.poses
+    if heights is None or not np.isfinite(heights).any():
+        return False
+    own = poses[:, 2:] if measurements.pose_space == "translating" else poses
+    others = (own, measurements.reported, measurements.points)
+    return not any(each is not None and np.isfinite(each).any() for each in others)
+
+
+def refuse_commanded(mechanism: Mechanism, measurements: Measurements) -> None:
+    """Refuse positions beside heights that were commanded, and so say nothing of the robot.
+
+    Raises
+    ------
+    SymkinError
+        If the nominal robot is just there at the readings.
+    """
+    heights = measurements.heights
+    both = _marks(measurements) & np.isfinite(np.nan if heights is None else heights)
+    taken = mechanism.forward_kinematics(measurements.readings[both])[0]
+    away = np.linalg.norm((taken - measurements.poses[both])[:, :2], axis=1)
+    if both.sum() > _FEW and np.nanmedian(away) < _COMMANDED:
+        raise SymkinError(
+            "the x and y beside the heights are where the nominal robot is at the readings, to "
+            f"{1e3 * np.nanmedian(away):.2g} mm: they were commanded, not measured; leave them "
+            "out, or call the columns commanded_x_mm and commanded_y_mm"
+        )
+
+
+def is_marked(measurements: Measurements) -> bool:
+    """Whether a probed robot that never turns has positions in the plane: marks on a piece."""
+    translating = measurements.pose_space == "translating"
+    return translating and is_probed(measurements) and bool(_marks(measurements).any())
+
+
+def _marks(measurements: Measurements) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(measurements.poses[:, :2]).all(axis=1))
+
+
+def ruler(mechanism: Mechanism, measurements: Measurements) -> tuple[float, ...]:
+    """The base in the frame of a ruler, ``x, y, z, rx, ry, rz``, as the nominal robot has it.
+
+    Of the rotation, that about z alone.
+    """
+    rows = _marks(measurements) & np.isfinite(measurements.readings).all(axis=1)
+    taken = mechanism.forward_kinematics(measurements.readings[rows])[0][:, :2]
+    read = measurements.poses[rows, :2][np.isfinite(taken).all(axis=1)]
+    taken = taken[np.isfinite(taken).all(axis=1)]
+    if not len(taken):
+        return (0.0,) * 6
+    # Complex numbers turn in the plane: the best rotation is the angle of a sum.
+    own, other = ((each - each.mean(axis=0)) @ [1, 1j] for each in (taken, read))
+    angle = float(np.angle(np.sum(other * own.conj())))
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = read.mean(axis=0) - np.array([[c, -s], [s, c]]) @ taken.mean(axis=0)
+    return float(x), float(y), 0.0, 0.0, 0.0, angle
+
+
+def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) -> dict[str, Any]:
+    """What is unknown where a probe touched a bed and nothing was said of it.
+
+    The bed's plane; the tolerances are priors. Where positions in the plane were measured
+    (`marked`) the place of the ruler, too. What was asked for, and what is returned, are arguments
+    of `identify`.
+    """
+    chosen = dict(wanted)
+    if "free" in chosen or "frames" in chosen:
+        return chosen
+    chosen["frames"] = ("base", "plane") if marked else ("plane",)
+    if marked:
+        chosen["fixed"] = (*chosen.get("fixed", ()), "base.z", "base.rx", "base.ry")
+    if "gauge" not in chosen:
+        chosen.setdefault("prior", "tolerances")
+    return chosen
+
+
+def with_printed_length(
+    mechanism: Mechanism, measurements: Measurements, printed: PrintedLength
+) -> Measurements:
+    """Measurements with two rows more: the ends of a piece, in the frame of the ruler along it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one, whose inverse kinematics the controller used.
+    measurements : Measurements
+        Heights, with readings of all legs.
+    printed : PrintedLength
+        The piece.
+
+    Raises
+    ------
+    SymkinError
+        If the mechanism does not reach the ends of the piece on the plane that was touched.
+    """
+    taken, _ = mechanism.forward_kinematics(measurements.readings)
+    if mechanism.pose_space != "translating" or not np.isfinite(taken).any():
+        raise SymkinError(
+            "a printed length goes with heights that a robot touched whose platform never turns, "
+            f"with readings that it can take; this is a {mechanism.pose_space} one"
+        )
+    half = printed.commanded / 2
+    ends = np.array([[-half, 0.0, 0.0], [half, 0.0, 0.0]])
+    ends[:, 2] = np.nanmean(taken[:, 2])
+    readings = mechanism.inverse_kinematics(ends)
+    if not np.isfinite(readings).all():
+        raise SymkinError(
+            f"the ends of a printed length of {printed.commanded:g} m along x are out of reach"
+        )
+    share = printed.deviation / np.sqrt(2)
+    new = {
+        "poses": [[0.0, 0.0, np.nan], [printed.measured, 0.0, np.nan]],
+        "pose_deviations": np.full((2, 3), share),
+        "readings": readings,
+        "leg_sets": np.full(2, ALL_LEGS),
+        "row_numbers": int(measurements.row_numbers.max(initial=0)) + np.arange(1, 3),
+    }
+    joined: dict[str, Any] = {}
+    for each in dataclasses.fields(measurements):
+        old = getattr(measurements, each.name)
+        if each.name == "pose_deviations" and old is None:
+            old = np.full(measurements.poses.shape, np.nan)
+        if isinstance(old, np.ndarray):
+            more = new.get(each.name, np.full((2, *old.shape[1:]), np.nan))
+            joined[each.name] = np.concatenate([old, more])
+    return dataclasses.replace(measurements, **joined)

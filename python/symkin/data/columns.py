@@ -1,0 +1,560 @@
+# SPDX-License-Identifier: MIT
+"""Finding poses, readings and what else was observed in a table: names, units, quaternions."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import MeasurementError, QuantityError, did_you_mean
+from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
+from symkin.model.settings import MeasurementColumns
+from symkin.storage.quantities import COUNTS, counts_steps, unit_factor, unit_names
+from symkin.storage.tables import Table
+
+_ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
+_QUATERNION_PURPOSE = (
+    "orientation as a quaternion x, y, z, w; positions alone do not identify the legs of a rigid "
+    "platform"
+)
+# How each platform's orientation can be given, and in how many columns.
+_ORIENTATION: dict[str, dict[str, int]] = {
+    "planar": {"angle": 1},
+    "point": {},
+    "spatial": {"quaternion": 4, "rotation_vector": 3},
+    "translating": {},
+    "spherical": {"quaternion": 4, "rotation_vector": 3},
+}
+# Nothing that was measured is larger, and squares of it can still be added.
+_MOST = 1e12
+# Rounded files keep about four digits; a larger error of the norm means that it is no quaternion.
+_QUATERNION_NORM_TOLERANCE = 1e-3
+# How like a column's name is to a coordinate's that it is taken for a slip of the pen.
+_MISSPELT = 0.8
+
+
+def check_columns(
+    columns: MeasurementColumns, pose_space: str, leg_count: int, reading_unit: str
+) -> None:
+    """Refuse a mapping that does not fit the platform, the number of legs or the sensors.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the key of the mapping, its number of columns and the number expected; a column that
+        it names twice; a unit that is unknown or of another dimension.
+    """
+    if columns.position:
+        _expect("position", len(columns.position), POSE_SPACES[pose_space].size)
+    _expect("readings", len(columns.readings), leg_count)
+    given = {
+        "angle": int(columns.angle is not None),
+        "quaternion": len(columns.quaternion),
+        "rotation_vector": len(columns.rotation_vector),
+    }
+    allowed = _ORIENTATION[pose_space]
+    named = [name for name, count in given.items() if count]
+    for name in named:
+        _expect(name, given[name], allowed.get(name, 0))
+    if len(named) > 1:
+        raise MeasurementError(
+            f"the column mapping gives the orientation by {' and '.join(named)}; "
+            f"expected {' or '.join(allowed)}"
+        )
+    _check_distinct(columns)
+    _check_unit("position_unit", columns.position_unit, "m")
+    _check_unit("orientation_unit", columns.orientation_unit, "rad")
+    _check_unit("reading_unit", columns.reading_unit, reading_unit)
+
+
+def pose_column_names(pose_space: str) -> list[str]:
+    """Return the columns that symkin writes for poses, in the order of a pose array."""
+    space = POSE_SPACES[pose_space]
+    # An angle has a unit, the numbers of a quaternion have none.
+    orientation = [f"{name}_rad" if name in space.rotation else name for name in space.orientation]
+    return [f"{name}_m" for name in space.position] + orientation
+
+
+def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
+    """Return the columns that symkin writes for readings: ``psi_1_rad``, ``psi_2_rad``, ..."""
+    unit = f"_{reading_unit}" if reading_unit else ""
+    return [f"psi_{leg + 1}{unit}" for leg in range(leg_count)]
+
+
+def own_columns(
+    table: Table, pose_space: str, leg_count: int, *, partial: bool = False
+) -> MeasurementColumns:
+    """Return the columns of a table that names them as symkin does, with any unit.
+
+    Where poses may be `partial`, a coordinate without a column is left out, but one that seems
+    misspelt has to be found.
+    """
+    return replace(
+        own_pose_columns(table, pose_space, partial=partial),
+        readings=tuple(f"psi_{leg + 1}" for leg in range(leg_count)),
+        leg="leg" if "leg" in table.names else None,
+    )
+
+
+def own_pose_columns(
+    table: Table, pose_space: str, prefix: str = "", *, partial: bool = False
+) -> MeasurementColumns:
+    """Return the columns of a pose, as `own_columns`, whose names begin with `prefix`."""
+
+    def named(*names: str) -> tuple[str, ...]:
+        return tuple(f"{prefix}{name}" for name in names)
+
+    space = POSE_SPACES[pose_space]
+    spatial = space.has_quaternion
+    angle = named("phi") if pose_space == "planar" else ()
+    vector = named(*space.rotation) if spatial else ()
+    quaternion = named(*space.orientation) if spatial else ()
+    position = named(*space.position)
+    has_vector = any(_with_units(table, name) for name in vector)
+    if partial:
+        position = tuple(name if _is_meant(table, name, "m") else "" for name in position)
+        angle = tuple(name for name in angle if _is_meant(table, name, "rad"))
+        spatial = spatial and (has_vector or any(name in table.names for name in quaternion))
+    return MeasurementColumns(
+        position=position,
+        readings=(),
+        angle=angle[0] if angle else None,
+        quaternion=quaternion if spatial and not has_vector else (),
+        rotation_vector=vector if spatial and has_vector else (),
+        names=None,
+    )
+
+
+def _is_meant(table: Table, name: str, si_unit: str) -> bool:
+    """Whether a coordinate has a column, or one whose name is nearly what is expected."""
+    from difflib import get_close_matches  # slow to import
+
+    if is_present(table, name, None):
+        return True
+    if "_" in name:  # of a reported pose, of which nobody expects a column
+        return False
+    known = re.compile(r"(reported_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*")
+    others = [each.lower() for each in table.names if not known.fullmatch(each)]
+    return bool(get_close_matches(f"{name}_{si_unit}", others, n=1, cutoff=_MISSPELT))
+
+
+def has_pose(columns: MeasurementColumns) -> bool:
+    """Whether any coordinate of the pose has a column."""
+    rotation = columns.angle is not None or columns.quaternion or columns.rotation_vector
+    return any(columns.position) or bool(rotation)
+
+
+def has_columns(table: Table, columns: MeasurementColumns) -> bool:
+    """Whether a table has the columns of the pose and at least one of the readings."""
+    angles = _angle_columns(columns)
+    return (
+        all(is_present(table, name, columns.position_unit) for name in columns.position if name)
+        and all(is_present(table, name, columns.orientation_unit) for name, _ in angles)
+        and {*columns.quaternion, *(columns.names or {}).values()} <= set(table.names)
+        and any(is_present(table, name, columns.reading_unit) for name in columns.readings)
+    )
+
+
+class StatedUnit(NamedTuple):
+    """The unit that a file states for readings, positions or angles, which are in SI now."""
+
+    values: str
+    column: str  # the first of those that hold them
+    unit: str
+    si_unit: str
+
+
+@dataclass(frozen=True)
+class PoseValues:
+    """Poses as a table has them, SI."""
+
+    positions: NDArray[np.float64]
+    angles: NDArray[np.float64]  # the platform's angle, or its rotation vector
+    quaternions: NDArray[np.float64]
+    unknown: int = 0  # coordinates of the orientation that have no column
+
+    def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> NDArray[np.float64]:
+        """Return the pose array, its positions and angles times a factor."""
+        orientation = self.angles * angle_factor
+        if orientation.shape[1] == 3:
+            orientation = quaternions_from_rotation_vectors(orientation)
+        unknown = np.full((len(self.positions), self.unknown), np.nan)
+        parts = [self.positions * length_factor, orientation, self.quaternions, unknown]
+        return np.ascontiguousarray(np.hstack(parts))
+
+
+def read_pose_values(
+    table: Table, columns: MeasurementColumns, partial_space: str = ""
+) -> PoseValues:
+    """Return what the columns of the pose hold.
+
+    With a `partial_space`, the kind of poses that may have been measured in part, a coordinate
+    without a column and an empty cell are NaN; else poses are whole.
+
+    Raises
+    ------
+    MeasurementError
+        If a column is missing, its unit is unknown or of another dimension, a cell is not a finite
+        number, a quaternion is not of unit length within 1e-3 (closer ones are normalised), or a
+        rotation was measured in part.
+    """
+    partial = bool(partial_space)
+    none = np.empty((table.row_count, 0))
+    names = columns.position or ("",) * (POSE_SPACES[partial_space].size if partial else 0)
+    positions = [
+        scaled_column(table, name, columns.position_unit, "m", "position", empty_allowed=partial)
+        if name or not partial
+        else np.full(table.row_count, np.nan)
+        for name in names
+    ]
+    angles = [
+        scaled_column(table, name, columns.orientation_unit, "rad", purpose, empty_allowed=partial)
+        for name, purpose in _angle_columns(columns)
+    ]
+    quaternions = _quaternions(table, columns.quaternion, partial) if columns.quaternion else none
+    if len(angles) == 3:
+        _check_whole(table, np.column_stack(angles), columns.rotation_vector)
+    given = bool(angles or columns.quaternion)
+    return PoseValues(
+        np.column_stack(positions) if positions else none,
+        np.column_stack(angles) if angles else none,
+        quaternions,
+        0 if given or not partial else len(POSE_SPACES[partial_space].orientation),
+    )
+
+
+def read_readings(
+    table: Table, columns: MeasurementColumns, reading_unit: str
+) -> NDArray[np.float64]:
+    """Return the readings in `reading_unit`, shape (N, legs).
+
+    A leg without a column and an empty cell are NaN: not measured.
+
+    Raises
+    ------
+    MeasurementError
+        As `read_pose_values`; and if no leg has a column.
+    """
+    readings = np.full((table.row_count, len(columns.readings)), np.nan)
+    present = [is_present(table, name, columns.reading_unit) for name in columns.readings]
+    for leg, name in enumerate(columns.readings):
+        if present[leg] or not any(present):
+            purpose = f"reading of leg {leg + 1}"
+            readings[:, leg] = scaled_column(
+                table, name, columns.reading_unit, reading_unit, purpose, empty_allowed=True
+            )
+    return readings
+
+
+def stated_units(table: Table, columns: MeasurementColumns, reading_unit: str) -> list[StatedUnit]:
+    """Return the units that the table or the mapping states, group by group."""
+    reading = next(
+        name for name in columns.readings if is_present(table, name, columns.reading_unit)
+    )
+    groups = [("readings", reading, columns.reading_unit, reading_unit)]
+    positions = [name for name in columns.position if name]
+    groups += [("positions", name, columns.position_unit, "m") for name in positions[:1]]
+    angles = _angle_columns(columns)[:1]
+    groups += [("angles", name, columns.orientation_unit, "rad") for name, _ in angles]
+    return [
+        StatedUnit(values, *_column_and_unit(table, name, unit, si_unit, values), si_unit)
+        for values, name, unit, si_unit in groups
+    ]
+
+
+def _angle_columns(columns: MeasurementColumns) -> list[tuple[str, str]]:
+    """Columns of angles with their purpose."""
+    if columns.angle is not None:
+        return [(columns.angle, _ANGLE_PURPOSE)]
+    return [(name, "rotation vector") for name in columns.rotation_vector]
+
+
+def _with_units(table: Table, stem: str) -> list[str]:
+    """The columns ``stem_unit`` of a table, for any unit; readings may be counted in steps."""
+    units = (*unit_names(), *(COUNTS if stem.startswith(("psi_", "reading")) else ()))
+    return [name for name in (f"{stem}_{unit}" for unit in units) if name in table.names]
+
+
+def is_present(table: Table, name: str, unit: str | None) -> bool:
+    """Whether a table has a column, by its name or, without a `unit`, with any unit behind it."""
+    return name in table.names or (unit is None and bool(_with_units(table, name)))
+
+
+def scaled_column(
+    table: Table,
+    name: str,
+    unit: str | None,
+    si_unit: str,
+    purpose: str,
+    *,
+    empty_allowed: bool = False,
+    negative_allowed: bool = True,
+) -> NDArray[np.float64]:
+    """Return a column in SI, shape (N,); the purpose is what it holds, for messages.
+
+    Without a `unit`, the name has none either, and any unit may stand behind it. Where empty cells
+    are allowed they are NaN.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the column, and the row of a cell that it may not have.
+    """
+    column, unit = _column_and_unit(table, name, unit, si_unit, purpose)
+    try:
+        factor = unit_factor(unit, si_unit)
+    except QuantityError as error:
+        raise table.error(f'column "{column}" ({purpose}): {error}') from error
+    values = table.numbers(column, empty_allowed=empty_allowed)
+    if not negative_allowed and (values < 0).any():
+        index = int(np.argmax(values < 0))
+        raise table.row_error(
+            index, f'has {values[index]:g} in column "{column}"; expected 0 or more ({purpose})'
+        )
+    with np.errstate(over="ignore"):
+        scaled = values * factor
+    huge = np.abs(scaled) > _MOST
+    if huge.any():
+        index = int(np.argmax(huge))
+        raise table.row_error(
+            index,
+            f'has {values[index]:g} in column "{column}"; expected at most {_MOST:g} {si_unit}',
+        )
+    return scaled
+
+
+def _column_and_unit(
+    table: Table, name: str, unit: str | None, si_unit: str, purpose: str
+) -> tuple[str, str]:
+    """Without a unit, the name carries it: ``x_mm``, or ``x`` for any of ``x_mm``, ``x_m``, ..."""
+    column = name
+    if unit is None and name not in table.names:
+        candidates = _with_units(table, name)
+        if len(candidates) > 1:
+            raise table.error(f"columns {' and '.join(candidates)} both hold {name}; expected one")
+        column = candidates[0] if candidates else f"{name}_{si_unit}"
+    table.require(column, purpose)
+    unit = unit or column.rpartition("_")[2]
+    if unit in COUNTS:
+        if not table.step:
+            raise table.error(
+                f'column "{column}" counts steps of unknown size; say it in the mechanism file or '
+                'the column mapping, such as reading_unit = "1/80 mm/step"'
+            )
+        unit = table.step
+    if unit not in unit_names() and not counts_steps(unit):
+        raise table.error(
+            f'the unit of column "{column}" is unknown; write it in the name, such as '
+            f'"{column}_{si_unit}", or in the column mapping'
+        )
+    return column, unit
+
+
+def _check_whole(table: Table, values: NDArray[np.float64], names: Sequence[str]) -> None:
+    missing = np.isnan(values)
+    half = missing.any(axis=1) & ~missing.all(axis=1)
+    if half.any():
+        raise table.row_error(
+            int(np.argmax(half)),
+            f"has an empty cell in one of {', '.join(names)}, but not in all; a rotation in space "
+            "is measured as a whole or not at all",
+        )
+
+
+def _quaternions(table: Table, names: Sequence[str], partial: bool) -> NDArray[np.float64]:
+    for name in names:
+        table.require(name, _QUATERNION_PURPOSE)
+    quaternions = np.column_stack([table.numbers(name, empty_allowed=partial) for name in names])
+    _check_whole(table, quaternions, names)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(quaternions, axis=1)
+    wrong = np.abs(norms - 1) > _QUATERNION_NORM_TOLERANCE
+    if wrong.any():
+        index = int(np.argmax(wrong))
+        raise table.row_error(
+            index, f"has a quaternion ({', '.join(names)}) of norm {norms[index]:.6g}; expected 1"
+        )
+    # Left alone at rounding level, so that what symkin wrote reads back to the same numbers.
+    norms[np.abs(norms - 1) < 1e-12] = 1.0
+    return np.asarray(quaternions / norms[:, None])
+
+
+def _expect(key: str, count: int, expected: int) -> None:
+    if count != expected:
+        raise MeasurementError(
+            f"{key} of the column mapping has {count} columns; expected {expected}"
+        )
+
+
+def _check_distinct(columns: MeasurementColumns) -> None:
+    names = [*filter(None, columns.position), *columns.quaternion, *columns.rotation_vector]
+    names += [*columns.readings, *filter(None, (columns.angle, columns.leg))]
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    if repeated:
+        raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')
+
+
+def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
+    if unit is None:
+        return
+    if unit not in unit_names() and not (key == "reading_unit" and counts_steps(unit)):
+        raise MeasurementError(
+            f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
+            "the name of a unit"
+        )
+    try:
+        unit_factor(unit, si_unit)
+    except QuantityError as error:
+        raise MeasurementError(f"{key} of the column mapping: {error}") from error
+
+
+_Array = NDArray[np.float64]
+REPORTED = "reported_"
+_PURPOSES = {
+    "pose_deviations": "standard deviation of a pose",
+    "reading_deviations": "standard deviation of a reading",
+    "reported_deviations": "standard deviation of a reported pose",
+    "points": "target point",
+    "point_deviations": "standard deviation of a target point",
+    "distances": "distance",
+    "distance_deviations": "standard deviation of a distance",
+    "heights": "height above the plane",
+    "height_deviations": "standard deviation of a height",
+}
+
+
+def read_observed(
+    table: Table, columns: MeasurementColumns, pose_space: str, leg_count: int, reading_unit: str
+) -> dict[str, _Array]:
+    """Return what was observed besides poses and readings, and all standard deviations.
+
+    Of the optional attributes of `Measurements`, those that the table has a column of.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the column: a number left out (``distance_2_m`` without ``distance_1_m``), a standard
+        deviation of what has no column, or a negative one; or as `read_pose_values`.
+    """
+    whole = table
+    if columns.names is not None:
+        table = table.renamed(columns.names)
+    points, distances = _counts(table, pose_space)
+    stems_of = observed_stems(pose_space, leg_count, points, distances, reading_unit)
+    for name in columns.names or ():
+        _check_name(name, pose_space, stems_of)
+    pose = own_pose_columns(table, pose_space, REPORTED, partial=True)
+    found: dict[str, _Array] = {}
+    if has_pose(pose):
+        found["reported"] = read_pose_values(table, pose, pose_space).poses()
+    for name, stems in stems_of.items():
+        present = [is_present(table, stem, None) for stem, _ in stems]
+        if any(present):
+            found[name] = np.full((table.row_count, len(stems)), np.nan)
+        for index in np.flatnonzero(present):
+            stem, unit = stems[index]
+            if stem.endswith("_sd"):
+                _require_value(table, whole, stem, columns, pose)
+            found[name][:, index] = scaled_column(
+                table, stem, None, unit, _PURPOSES[name], empty_allowed=True,
+                negative_allowed=not stem.endswith("_sd"),
+            )  # fmt: skip
+    shapes = {"points": (-1, points, POSE_SPACES[pose_space].size), "heights": (-1,)}
+    shapes |= {"point_deviations": shapes["points"], "height_deviations": (-1,)}
+    return {name: values.reshape(shapes.get(name, values.shape)) for name, values in found.items()}
+
+
+def has_observed_columns(table: Table, pose_space: str) -> bool:
+    """Whether a table has columns of what is observed besides poses and readings."""
+    points, distances = _counts(table, pose_space)
+    reported = own_pose_columns(table, pose_space, REPORTED, partial=True)
+    heights = POSE_SPACES[pose_space].size == 3 and is_present(table, "height", None)
+    return bool(points or distances or heights or has_pose(reported))
+
+
+def observed_stems(
+    pose_space: str, leg_count: int, points: int, distances: int, reading_unit: str
+) -> dict[str, list[tuple[str, str]]]:
+    """The columns' names without their unit, and the SI unit; reported poses are read as poses."""
+    space = POSE_SPACES[pose_space]
+    axes, pose = space.position, [*space.units.items()]
+    targets = [(f"p{point + 1}_{axis}", "m") for point in range(points) for axis in axes]
+    ranges = [(f"distance_{number + 1}", "m") for number in range(distances)]
+    height = [("height", "m")] if space.size == 3 else []
+
+    def deviations(stems: list[tuple[str, str]], prefix: str = "") -> list[tuple[str, str]]:
+        return [(f"{prefix}{stem}_sd", unit) for stem, unit in stems]
+
+    return {
+        "pose_deviations": deviations(pose),
+        "reading_deviations": [(f"psi_{leg + 1}_sd", reading_unit) for leg in range(leg_count)],
+        "reported_deviations": deviations(pose, REPORTED),
+        "points": targets,
+        "point_deviations": deviations(targets),
+        "distances": ranges,
+        "distance_deviations": deviations(ranges),
+        "heights": height,
+        "height_deviations": deviations(height),
+    }
+
+
+def _counts(table: Table, pose_space: str) -> tuple[int, int]:
+    """How many points and distances there are columns of, all those from 1."""
+    if not POSE_SPACES[pose_space].moves:
+        return 0, 0
+    units = "|".join(unit_names())
+    axes = "".join(POSE_SPACES[pose_space].position)
+    counts = []
+    for start, end in (("p", f"_[{axes}]"), ("distance_", "")):
+        pattern = re.compile(rf"{start}(0|[1-9][0-9]*){end}(?:_sd)?_(?:{units})", re.ASCII)
+        numbers = {match[1]: name for name in table.names if (match := pattern.fullmatch(name))}
+        for number, name in numbers.items():
+            if len(number) > 6 or not 1 <= int(number) <= len(numbers):
+                raise table.error(
+                    f'column "{name}" has number {number}; expected 1 to {len(numbers)}, since '
+                    f"there are {len(numbers)} of the kind"
+                )
+        counts.append(len(numbers))
+    return counts[0], counts[1]
+
+
+def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[str, str]]]) -> None:
+    """Refuse what a mapping calls a column if symkin has no such name."""
+    known = [f"{stem}_{unit}" for stems in stems_of.values() for stem, unit in stems]
+    known += [f"{REPORTED}{each}" for each in pose_column_names(pose_space)]
+    known += [f"{REPORTED}{each}_rad" for each in POSE_SPACES[pose_space].rotation]
+    stems = {each.rpartition("_")[0] for each in known}
+    stem, _, unit = name.rpartition("_")
+    if name not in known and not (stem in stems and unit in unit_names()):
+        raise MeasurementError(
+            f'names of the column mapping has "{name}"{did_you_mean(name, known)}; expected names '
+            "that symkin gives to what is observed besides poses and readings"
+        )
+
+
+def _require_value(
+    table: Table, whole: Table, stem: str, columns: MeasurementColumns, reported: MeasurementColumns
+) -> None:
+    """Refuse a standard deviation of what has no column."""
+    value = stem.removesuffix("_sd")
+    pose = reported if value.startswith(REPORTED) else columns
+    name = value.removeprefix(REPORTED)
+    if name in ("x", "y", "z"):
+        there = "xyz".index(name) < len(pose.position) and bool(pose.position["xyz".index(name)])
+    elif name in ("phi", "rx", "ry", "rz"):
+        there = pose.angle is not None or bool(pose.quaternion or pose.rotation_vector)
+    elif name.startswith("psi_"):
+        reading = columns.readings[int(name.removeprefix("psi_")) - 1]
+        there = is_present(whole, reading, columns.reading_unit)
+    else:
+        there = is_present(table, value, None)
+    if not there:
+        raise table.error(
+            f'column "{stem}_..." is a standard deviation, but there is no column of {value}'
+        )

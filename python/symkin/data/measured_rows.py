@@ -1,0 +1,384 @@
+# SPDX-License-Identifier: MIT
+"""Measured poses and sensor readings, and what they refuse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import MeasurementError, NotIdentifiableError, printable
+from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
+from symkin.model.sensor_table import SensorTable
+from symkin.model.settings import NoiseSettings
+from symkin.results import Result
+from symkin.values import Value, field, record
+
+__all__ = ["ALL_LEGS", "MeasuredRows"]
+
+ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
+# What may have been observed besides poses and readings, and the dimensions of its array.
+_FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
+DEVIATIONS = {  # in the order of the core's observations
+    "readings": "reading_deviations",
+    "poses": "pose_deviations",
+    "reported": "reported_deviations",
+    "points": "point_deviations",
+    "distances": "distance_deviations",
+    "heights": "height_deviations",
+}
+
+
+@record
+class MeasuredRows(Result):
+    """What `Measurements` hold and refuse; they add how they are written."""
+
+    poses: NDArray[np.float64]
+    readings: NDArray[np.float64]
+    leg_sets: NDArray[np.intp] = field(number=True)
+    row_numbers: NDArray[np.intp]
+    source: Path | None = None
+    pose_space: str = ""
+    reading_unit: str = ""
+    pose_deviations: NDArray[np.float64] | None = None
+    reading_deviations: NDArray[np.float64] | None = None
+    reported: NDArray[np.float64] | None = None
+    reported_deviations: NDArray[np.float64] | None = None
+    points: NDArray[np.float64] | None = None
+    point_deviations: NDArray[np.float64] | None = None
+    distances: NDArray[np.float64] | None = None
+    distance_deviations: NDArray[np.float64] | None = None
+    heights: NDArray[np.float64] | None = None
+    height_deviations: NDArray[np.float64] | None = None
+    sensor_table: SensorTable | None = field(private=True, default=None)
+
+    def __post_init__(self) -> None:
+        """Check that all arrays have a row for each pose, and that quaternions are rotations."""
+        make_arrays(
+            self,
+            poses=(2, "float"),
+            readings=(2, "float"),
+            leg_sets=(1, "int"),
+            row_numbers=(1, "int"),
+        )
+        space = space_named(self.pose_space, self.poses.shape[1])
+        object.__setattr__(self, "pose_space", space.name)
+        further = {name: size for name, size in _FURTHER.items() if getattr(self, name) is not None}
+        make_arrays(self, **{name: (size, "float") for name, size in further.items()})
+        rows = len(self.poses)
+        for name in ("readings", "leg_sets", "row_numbers", *further):
+            count = len(getattr(self, name))
+            if count != rows:
+                raise MeasurementError(f"there are {count} {name} for {rows} poses")
+        for name in ("poses", *further):
+            self._check_values(name)
+        for name, deviations in DEVIATIONS.items():
+            self._check_deviations(name, deviations)
+        for what, poses in (("", self.poses), ("reported ", self.reported)):
+            wrong = None if poses is None else wrong_quaternion(poses)
+            if wrong is not None:
+                raise MeasurementError(
+                    f"row {self.row_numbers[wrong[0]]} has a {what}quaternion of norm "
+                    f"{wrong[1]:.6g}; expected 1"
+                )
+        legs = self.readings.shape[1]
+        if rows and not ALL_LEGS <= self.leg_sets.min() <= self.leg_sets.max() < legs:
+            raise MeasurementError(
+                f"a leg set is not one of the legs 0 to {legs - 1}, or {ALL_LEGS} for all"
+            )
+        super().__post_init__()
+
+    @classmethod
+    def of(
+        cls,
+        poses: ArrayLike,
+        readings: ArrayLike,
+        leg_sets: ArrayLike | None = None,
+        reading_unit: str = "",
+        pose_space: str = "",
+        **observed: Any,
+    ) -> Self:
+        """Measurements from arrays, rows from 1; without `leg_sets`, each serves all legs.
+
+        `observed` is what else was: ``pose_deviations``, ``heights`` and so on, see the attributes.
+        """
+        rows = np.asarray(poses, dtype=np.float64)
+        sets = np.full(len(rows), ALL_LEGS) if leg_sets is None else np.asarray(leg_sets)
+        numbers = np.arange(1, len(rows) + 1)
+        observed |= {"pose_space": pose_space, "reading_unit": reading_unit}
+        return cls(rows, np.asarray(readings), sets, numbers, **observed)
+
+    def _check_values(self, name: str) -> None:
+        """Refuse another shape than the poses want, infinite values, and half quaternions."""
+        values, space = getattr(self, name), self.space
+        if name == "reported" and values.shape != self.poses.shape:
+            raise MeasurementError(f"reported are {values.shape}; expected {self.poses.shape}")
+        if name == "points" and values.shape[2] != space.size:
+            raise MeasurementError(f"points are {values.shape}; expected (N, n, {space.size})")
+        if name == "heights" and not space.in_space:
+            raise MeasurementError(
+                "there are heights above a plane; expected none, since the robot is planar"
+            )
+        infinite = _flat(np.isinf(values)).any(axis=1)
+        if name != "poses" and infinite.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
+                "expected numbers, or NaN for what was not measured"
+            )
+        if name in ("poses", "reported") and len(space.orientation) > 1:
+            missing = np.isnan(values[:, space.size :])
+            half = missing.any(axis=1) & ~missing.all(axis=1)
+            if half.any():
+                raise MeasurementError(
+                    f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
+                    "all of it, or NaN in all four"
+                )
+
+    def _check_deviations(self, name: str, deviations: str) -> None:
+        values, found = getattr(self, name), getattr(self, deviations)
+        if found is None:
+            return
+        if values is None:
+            raise MeasurementError(f"there are {deviations} without {name}")
+        make_arrays(self, **{deviations: (values.ndim, "float")})
+        found = getattr(self, deviations)
+        shape = self._deviation_shape(name)
+        if found.shape != shape:
+            raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
+        wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
+        if wrong.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
+                f"{deviations}; expected standard deviations, or NaN for the noise settings'"
+            )
+
+    def _deviation_shape(self, name: str) -> tuple[int, ...]:
+        shape: tuple[int, ...] = getattr(self, name).shape
+        return (shape[0], self.space.dof) if name in ("poses", "reported") else shape
+
+    @property
+    def space(self) -> PoseSpace:
+        """What the poses are made of."""
+        return POSE_SPACES[self.pose_space]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every row has its full pose, and nothing else was observed: see the next."""
+        return not self.incomplete_because
+
+    @cached_property
+    def incomplete_because(self) -> str:
+        """Why estimators that look at each leg alone cannot use them; empty if they can.
+
+        In words, with the first row: a coordinate of a pose was not measured, something else than
+        poses and readings was observed, or a row has a standard deviation of its own.
+        """
+        missing = np.argwhere(np.isnan(self.poses))
+        if len(missing):
+            row, coordinate = missing[0].tolist()
+            if np.isnan(self.poses).all():
+                return "no pose was measured"
+            name = (*self.space.position, *self.space.orientation)[coordinate]
+            name = "orientation" if name.startswith("q") else name
+            return f"row {self.row_numbers[row]} has no measured {name}"
+        for name in _FURTHER:
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
+        for name in DEVIATIONS.values():
+            row = _first_row(getattr(self, name))
+            if row is not None:
+                return f"row {self.row_numbers[row]} has standard deviations of its own"
+        return ""
+
+    def require_complete(self) -> None:
+        """Refuse what estimators that look at each leg alone cannot use.
+
+        Raises
+        ------
+        NotIdentifiableError
+            With `incomplete_because`.
+        """
+        if not self.complete:
+            origin = f"{self.source}: " if self.source else ""
+            raise NotIdentifiableError(
+                f"{origin}{self.incomplete_because}; legs are identified one by one from full "
+                "poses only"
+            )
+
+    def require_table(self, table: SensorTable | None) -> None:
+        """Refuse to be used with a mechanism whose sensors have another table.
+
+        Raises
+        ------
+        MeasurementError
+            Saying where the readings have to go through it.
+        """
+        if table != self.sensor_table:
+            raise MeasurementError(
+                "the readings did not go through the sensor table of this mechanism; read them "
+                "with it, or make them straight (SensorTable.straight) and say so "
+                "(Measurements.of(..., sensor_table=...))"
+            )
+
+    def standard_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+        """Return the standard deviations of all that was observed.
+
+        Parameters
+        ----------
+        noise : NoiseSettings
+            Those of rows that have none of their own; reported poses are exact then.
+
+        Returns
+        -------
+        dict
+            Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
+        """
+        space = self.space
+        typical: dict[str, Any] = {
+            "poses": np.repeat(
+                [noise.position, noise.orientation], [space.size, len(space.rotation)]
+            ),
+            "readings": noise.reading,
+            "reported": 0.0,
+        }
+        found = {}
+        for name, deviations in DEVIATIONS.items():
+            values, own = getattr(self, name), getattr(self, deviations)
+            if values is not None:
+                usual = np.broadcast_to(
+                    typical.get(name, noise.position), self._deviation_shape(name)
+                )
+                found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
+        return found
+
+    def observations(self, noise: NoiseSettings) -> _core.Observations:
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`."""
+        deviations = self.standard_deviations(noise)
+
+        def observed(name: str) -> _core.Observed:
+            values = getattr(self, name)
+            if values is None:
+                return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
+            tables = (_flat(each) for each in (values, deviations[name]))
+            return _core.Observed(*map(np.ascontiguousarray, tables))
+
+        return _core.Observations(*map(observed, DEVIATIONS))
+
+    @property
+    def source_name(self) -> str:
+        """Name of the file, as it can be printed; empty without one."""
+        return printable(self.source.name) if self.source else ""
+
+    def rows_of(self, leg: int) -> NDArray[np.intp]:
+        """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading."""
+        return self._leg_rows[leg]
+
+    @cached_property
+    def _leg_rows(self) -> tuple[NDArray[np.intp], ...]:
+        own = self.leg_sets[:, np.newaxis] == np.arange(self.readings.shape[1])
+        used = (own | (self.leg_sets == ALL_LEGS)[:, np.newaxis]) & np.isfinite(self.readings)
+        rows = tuple(np.flatnonzero(each) for each in used.T)
+        for each in rows:
+            each.flags.writeable = False
+        return rows
+
+    @property
+    def measured_legs(self) -> tuple[int, ...]:
+        """The legs, from 0, that have any row of their own."""
+        return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
+
+    def for_all_legs(self) -> Self:
+        """Return the same measurements without sets: every row serves all legs."""
+        return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
+
+    def require_legs(self, count: int) -> None:
+        """Refuse readings of another number of legs.
+
+        Raises
+        ------
+        MeasurementError
+            With both numbers.
+        """
+        if self.readings.shape[1] != count:
+            raise MeasurementError(
+                f"there are readings of {self.readings.shape[1]} legs; the mechanism has {count}"
+            )
+
+    def require(self, counts: int | Sequence[int]) -> None:
+        """Refuse fewer poses per measured leg than it has parameters: `counts`, of all or of each.
+
+        Raises
+        ------
+        NotIdentifiableError
+            Naming the leg, its number of poses and what it needs.
+        """
+        origin = f"{self.source}: " if self.source else ""
+        if not self.measured_legs:
+            raise NotIdentifiableError(f"{origin}no leg has a measured pose")
+        for leg in self.measured_legs:
+            poses = len(self.rows_of(leg))
+            count = counts if isinstance(counts, int) else counts[leg]
+            if poses < count:
+                raise NotIdentifiableError(
+                    f"{origin}leg {leg + 1} has {poses} measured poses; "
+                    f"its {count} parameters need at least {count}"
+                )
+
+    def subset(self, rows: NDArray[np.intp]) -> Self:
+        """Return the measurements of some rows, from 0."""
+        try:
+            chosen: dict[str, Any] = {
+                each.name: value[rows]
+                for each in fields(self)
+                if isinstance(value := getattr(self, each.name), np.ndarray)
+            }
+        except IndexError as error:
+            raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+        return replace(self, **chosen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values, without what was not observed at all."""
+        optional = {*_FURTHER, *DEVIATIONS.values()}
+        document = super().to_dict()
+        return {k: v for k, v in document.items() if not (v is None and k in optional)}
+
+
+def _flat(values: NDArray[Any]) -> NDArray[Any]:
+    """A row of numbers for each row, also of none."""
+    return values.reshape(len(values), math.prod(values.shape[1:]))
+
+
+def _first_row(values: NDArray[np.float64] | None) -> int | None:
+    """The first row, from 0, that has any value."""
+    if values is None:
+        return None
+    rows = np.flatnonzero(_flat(np.isfinite(values)).any(axis=1))
+    return int(rows[0]) if len(rows) else None
+
+
+def make_arrays(table: Value, **fields: tuple[int, str]) -> None:
+    """Make arrays of a frozen table's fields, each of so many dimensions and such a type.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the field, its shape or type and what is expected.
+    """
+    for name, (dimensions, kind) in fields.items():
+        array = np.asarray(getattr(table, name), dtype=None if kind == "int" else kind)
+        if array.ndim != dimensions:
+            raise MeasurementError(
+                f"{name} have shape {array.shape}; expected {dimensions} "
+                f"dimension{'s' * (dimensions > 1)}"
+            )
+        if kind == "int" and array.size and array.dtype.kind not in "iu":
+            raise MeasurementError(f"{name} are of type {array.dtype}; expected integers")
+        object.__setattr__(table, name, array)

@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: MIT
+"""Measured poses and sensor readings as tables."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.columns import (
+    PoseValues,
+    StatedUnit,
+    check_columns,
+    has_columns,
+    has_observed_columns,
+    has_pose,
+    is_present,
+    own_columns,
+    read_observed,
+    read_pose_values,
+    stated_units,
+)
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.sensor_tables import read_straight_readings
+from symkin.data.writing import LOST_ORIENTATION, lost_row
+from symkin.model.file_frames import from_drawing
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import MeasurementColumns
+from symkin.storage.quantities import unit_factor
+from symkin.storage.tables import Table, TableSource, read_table
+
+ROBOT = "robot"  # the column of a table of many robots
+
+# A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
+_POOR_FIT = 0.05
+_MUCH_BETTER = 10.0
+# Small enough units make every pose and reading nearly zero, which fits a mechanism whose home is
+# there: a fit is one only if the readings of other poses would not do as well.
+_BETTER_THAN_MIXED_UP = 5.0
+_MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm", "inch")}
+
+
+def read_measurements(
+    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
+) -> Measurements:
+    """Read measured poses and readings from a table.
+
+    Parameters
+    ----------
+    source : str, path, stream, DataFrame or dict of arrays
+        A file or an open stream: CSV with commas, semicolons or tabs, or Parquet by the extension
+        ``.parquet`` or ``.pq``, as it is or compressed by gzip. Or the columns themselves, where
+        NaN is an empty cell.
+    mechanism : Mechanism
+        Gives the kind of pose, the number of legs and the readings' unit.
+    columns : MeasurementColumns, optional
+        Which columns hold what. By default what the ``[measurements]`` section of the mechanism's
+        file says, if the table has its columns; else the columns that symkin writes (``x_m``,
+        ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name; ``height_m``, ``x_sd_m`` and so
+        on for what else was observed).
+
+    Returns
+    -------
+    Measurements
+        In SI units, readings made straight by the mechanism's `SensorTable`. A reading or
+        coordinate that was not taken, because its cell is empty or it has no column, is NaN. Row
+        numbers are lines of a CSV file, else rows, from 1.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, the row and the column: a missing column, a cell that is no finite number,
+        a quaternion that is not of unit length, a row without any reading, a repeated row, values
+        whose units are evidently others than stated, or nothing observed but the readings of a
+        mechanism without redundant legs.
+    """
+    return _measurements_of(read_table(source, mechanism.step), mechanism, columns)
+
+
+def read_fleet(
+    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
+) -> dict[str, Measurements]:
+    """Read the measurements of many robots from one table with a column ``robot``.
+
+    Parameters
+    ----------
+    source, mechanism, columns
+        As for `read_measurements`. Rows of one robot need not stand together.
+
+    Returns
+    -------
+    dict of str to Measurements
+        By the robots' names, in their order of appearance.
+
+    Raises
+    ------
+    MeasurementError
+        As `read_measurements`, and for a missing or empty column ``robot``.
+    """
+    table = read_table(source, mechanism.step)
+    table.require(ROBOT, "the name or number of the robot that the row belongs to")
+    labels = np.array(table.labels(ROBOT))
+    _, first, robots = np.unique(labels, return_index=True, return_inverse=True)
+    measurements = _measurements_of(table, mechanism, columns, robots.ravel())
+    order = np.argsort(robots.ravel(), kind="stable")
+    ends = np.cumsum(np.bincount(robots.ravel()))
+    rows = np.split(order, ends[:-1])
+    return {
+        str(labels[first[robot]]): measurements.subset(rows[robot])
+        for robot in np.argsort(first, kind="stable")
+    }
+
+
+def _measurements_of(
+    table: Table,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None,
+    robots: NDArray[np.intp] | None = None,
+) -> Measurements:
+    """The rows of a table, checked; those of different robots may be alike."""
+    columns = columns or _columns_for(table, mechanism)
+    check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
+    space, legs = mechanism.pose_space, len(mechanism.legs)
+    values = read_pose_values(table, columns, space)
+    others = read_observed(table, columns, space, legs, mechanism.reading_unit)
+    if others.get("reported") is not None:
+        given = others["reported"]
+        others["reported"] = from_drawing(mechanism, given)
+        lost = lost_row(given, others["reported"])
+        if lost is not None:
+            raise table.row_error(lost, LOST_ORIENTATION)
+    readings, slopes = read_straight_readings(table, columns, mechanism)
+    if others.get("reading_deviations") is not None:
+        others["reading_deviations"] = others["reading_deviations"] * np.abs(slopes)
+    measurements = Measurements(
+        poses=values.poses(),
+        readings=readings,
+        leg_sets=_leg_sets(table, columns, legs),
+        row_numbers=table.row_numbers,
+        source=table.path,
+        reading_unit=mechanism.reading_unit,
+        pose_space=mechanism.pose_space,
+        sensor_table=mechanism.sensor_table,
+        **others,
+    )
+    _check_unread_rows(table, measurements)
+    _check_observed(table, measurements, mechanism)
+    _check_repeated_rows(table, measurements, robots)
+    stated = stated_units(table, columns, mechanism.reading_unit)
+    _check_units(table, values, measurements, mechanism, stated)
+    return measurements
+
+
+def write_measurements(
+    measurements: Measurements,
+    path: str | os.PathLike[str],
+    mechanism: Mechanism,
+    *,
+    overwrite: bool = False,
+) -> None:
+    """Write measurements as CSV or Parquet, by extension; they read back to the same numbers.
+
+    A file that exists is replaced only with `overwrite`. The same as `Measurements.save`.
+    """
+    measurements.save(path, mechanism, overwrite=overwrite)
+
+
+def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
+    mapped = mechanism.measurement_columns
+    if mapped is not None and has_columns(table, mapped):
+        return mapped
+    space, legs = mechanism.pose_space, len(mechanism.legs)
+    columns = own_columns(table, space, legs, partial=True)
+    own_names = has_pose(columns) or has_observed_columns(table, space)
+    if mapped is not None and not own_names:
+        return mapped
+    if not own_names and not mechanism.core.redundant:
+        if mechanism.space.in_space and is_present(table, "psi_1", None):
+            raise table.error(
+                "has readings, and neither poses nor heights; where a probe touched a bed, add a "
+                "column height_mm of zeros"
+            )
+        return own_columns(table, space, legs)  # of which there is none: the error says so
+    return columns
+
+
+def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDArray[np.intp]:
+    if columns.leg is None:
+        return np.full(table.row_count, ALL_LEGS)
+    table.require(columns.leg, "the leg whose set the pose belongs to")
+    return table.whole_numbers(columns.leg, 0, leg_count) - 1
+
+
+def _check_unread_rows(table: Table, measurements: Measurements) -> None:
+    unread = np.isnan(measurements.readings).all(axis=1)
+    if unread.any():
+        raise table.row_error(
+            int(np.argmax(unread)),
+            "has no reading of any leg; fill in what was read, or take the row out",
+        )
+
+
+def _check_observed(table: Table, measurements: Measurements, mechanism: Mechanism) -> None:
+    """Refuse readings that nothing else was observed with, unless they say something of each other.
+
+    They do with more legs than degrees of freedom.
+    """
+    observed = [measurements.poses, measurements.reported, measurements.points]
+    observed += [measurements.distances, measurements.heights]
+    if not mechanism.core.redundant and not any(
+        each is not None and np.isfinite(each).any() for each in observed
+    ):
+        raise table.error(
+            "no pose was measured, nor anything else but readings; with as many legs as degrees of "
+            "freedom these alone identify nothing"
+        )
+
+
+def _check_repeated_rows(
+    table: Table, measurements: Measurements, robots: NDArray[np.intp] | None
+) -> None:
+    count = table.row_count
+    values = [
+        np.nan_to_num(value.reshape(count, -1), nan=np.inf)
+        for each in fields(measurements)
+        if isinstance(value := getattr(measurements, each.name), np.ndarray)
+        and each.name != "row_numbers"
+    ]
+    if robots is not None:
+        values.append(robots[:, np.newaxis])
+    rows = np.column_stack(values)
+    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))
+    if len(repeated):
+        original = table.row_numbers[first[inverse.ravel()[repeated[0]]]]
+        more = f" ({len(repeated)} repeated rows in all)" if len(repeated) > 1 else ""
+        raise table.row_error(
+            int(repeated[0]),
+            f"repeats row {original}{more}; a repeated row adds no information but looks as if it "
+            "did",
+        )
+
+
+def _check_units(
+    table: Table,
+    values: PoseValues,
+    measurements: Measurements,
+    mechanism: Mechanism,
+    stated_units: Sequence[StatedUnit],
+) -> None:
+    """Refuse measurements that fit the nominal mechanism far better in other units.
+
+    Fits are told by medians over the finite closures, which outliers do not move; without any full
+    pose, by the distances between positions, which need no orientation and no common frame.
+
+    Raises
+    ------
+    MeasurementError
+        If the median closure of all legs is above 5% of the mean leg dimension, and other units of
+        one or more groups of columns make it ten times smaller. Names the columns, their stated
+        units and the likely ones.
+    """
+    full = np.isfinite(measurements.poses).all(axis=1).any()
+    misfit = _median_closure if full else _median_spacing
+    as_stated = misfit(measurements, mechanism)
+    if not as_stated > _POOR_FIT * _leg_dimension(measurements, mechanism):
+        return
+    with np.errstate(over="ignore", invalid="ignore"):
+        trials = [
+            (misfit(changed, mechanism), units, changed)
+            for units, changed in _in_other_units(values, measurements, stated_units)
+        ]
+    closure, units, likely = min(trials, key=lambda trial: trial[0])
+    mixed_up = misfit(_mixed_up(likely), mechanism)
+    if closure * _MUCH_BETTER <= as_stated and closure * _BETTER_THAN_MIXED_UP < mixed_up:
+        wrong = ", and ".join(
+            f'the {stated.values} (column "{stated.column}") are stated in {stated.unit} but fit '
+            f"in {unit}"
+            for stated, unit in zip(stated_units, units, strict=True)
+            if unit != stated.unit
+        )
+        what = "legs would close" if full else "distances between positions would agree"
+        instead = f"{as_stated:.3g} m" if np.isfinite(as_stated) else "not at all"
+        raise table.error(
+            f"{wrong}: at the nominal parameters, the {what} to "
+            f"{closure:.3g} m in the median instead of {instead}"
+        )
+
+
+def _in_other_units(
+    values: PoseValues, measurements: Measurements, stated_units: Sequence[StatedUnit]
+) -> Iterator[tuple[tuple[str, ...], Measurements]]:
+    """Every other combination of units, and the measurements in it."""
+    stated = tuple(group.unit for group in stated_units)
+    choices = [
+        dict.fromkeys((group.unit, *_MISTAKEN_FOR_EACH_OTHER[group.si_unit]))
+        for group in stated_units
+    ]
+    for units in itertools.product(*choices):
+        if units == stated:
+            continue
+        factors = {
+            group.values: unit_factor(unit, group.si_unit) / unit_factor(group.unit, group.si_unit)
+            for group, unit in zip(stated_units, units, strict=True)
+        }
+        poses = values.poses(factors.get("positions", 1.0), factors.get("angles", 1.0))
+        readings = measurements.readings * factors["readings"]
+        yield units, replace(measurements, poses=poses, readings=readings)
+
+
+def _mixed_up(measurements: Measurements) -> Measurements:
+    """Each pose with the readings of another pose of its set."""
+    readings = measurements.readings.copy()
+    for leg in measurements.measured_legs:
+        rows = measurements.rows_of(leg)
+        readings[rows, leg] = np.roll(readings[rows, leg], max(1, len(rows) // 2))
+    return replace(measurements, readings=readings)
+
+
+def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
+    """Infinite if no closure is finite."""
+    closures: list[NDArray[np.float64]] = []
+    poses = unframed(mechanism, measurements.poses)
+    for leg in measurements.measured_legs:
+        rows = measurements.rows_of(leg)
+        readings = measurements.readings[rows, leg]
+        closures.append(mechanism.closure_error(leg, poses[rows], readings))
+    sizes = np.abs(np.concatenate(closures)) if closures else np.empty(0)
+    finite = sizes[np.isfinite(sizes)]
+    return float(np.median(finite)) if len(finite) else np.inf
+
+
+def _median_spacing(measurements: Measurements, mechanism: Mechanism) -> float:
+    """How far distances between successive positions are from those of the nominal mechanism.
+
+    Infinite if it can take the readings of less than half of the rows that have all of them.
+    """
+    axes = mechanism.space.size
+    positions, readings = measurements.poses[:, :axes], measurements.readings
+    rows = np.isfinite(positions).all(axis=1) & np.isfinite(readings).all(axis=1)
+    if not rows.any():
+        return np.inf
+    taken = mechanism.forward_kinematics(readings[rows])[0][:, :axes]
+    spacings = [np.linalg.norm(np.diff(each, axis=0), axis=1) for each in (positions[rows], taken)]
+    differences = np.abs(spacings[0] - spacings[1])
+    finite = differences[np.isfinite(differences)]
+    return float(np.median(finite)) if 0 < len(differences) <= 2 * len(finite) else np.inf
+
+
+def _leg_dimension(measurements: Measurements, mechanism: Mechanism) -> float:
+    """Mean size of the legs' lengths and radii; of the positions for a chain that has neither."""
+    lengths = [
+        abs(value)
+        for leg in mechanism.legs
+        for name, value in leg.parameters.items()
+        if name.endswith(("_length", "_radius")) and value
+    ]
+    if lengths:
+        return float(np.mean(lengths))
+    return float(np.nanmedian(np.abs(measurements.poses[:, :2])))

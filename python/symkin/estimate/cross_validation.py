@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""Errors at poses that an identification did not see."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.analysis.evaluation import Evaluation, closures_of, pose_differences
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.corrections import explained
+from symkin.estimate.problem import KINDS, OBSERVED, JointOptions, Rows
+from symkin.estimate.solution import settled, solved
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism
+from symkin.results import Result
+from symkin.values import field, record
+
+__all__ = ["CrossValidation", "joint_cross_validation"]
+
+Array = NDArray[np.float64]
+
+
+@record
+class CrossValidation(Result):
+    """Errors at poses that the identification did not see.
+
+    Attributes
+    ----------
+    folds : int
+        Number of parts, each predicted from the others.
+    blocks : bool
+        Whether the parts were blocks of consecutive poses.
+    converged : bool
+        Whether every identification did.
+    residual_rms, residual_max : float
+        Closures, m or rad.
+    residuals : ndarray, shape (N, legs)
+        NaN where a leg does not use the pose, or was not read.
+    row_numbers : ndarray of int, shape (N,)
+        Where the poses stand in the source.
+    evaluation : Evaluation or None
+        End-effector errors at the measured readings of all legs, as of `evaluate`; None if no such
+        pose can be taken.
+    observed_rms : mapping of str to float
+        How well each observation of a pose is predicted from the others of that pose, by kind, as
+        ``readings_rad`` and ``pose_m``; empty for identification leg by leg.
+    closure_unit : {"m", "rad"}
+        Of the closures.
+    """
+
+    folds: int
+    blocks: bool
+    converged: bool
+    residual_rms: float = field(unit="closure")
+    residual_max: float = field(unit="closure")
+    residuals: Array = field(private=True)
+    row_numbers: NDArray[np.intp] = field(private=True)
+    evaluation: Evaluation | None
+    observed_rms: Mapping[str, float] = field(default_factory=dict)
+    closure_unit: str = field(private=True, default="m")
+
+    @property
+    def name(self) -> str:
+        """What it is, in words: ``5-fold cross-validation``."""
+        return f"{self.folds}-{'block' if self.blocks else 'fold'} cross-validation"
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the closures at unseen poses, a row a pose."""
+        legs = {
+            f"closure_{leg}_{self.closure_unit}": values
+            for leg, values in enumerate(self.residuals.T, 1)
+        }
+        return {"row": self.row_numbers, **legs}
+
+
+def joint_cross_validation(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    folds: int,
+    seed: int,
+    options: JointOptions,
+    *,
+    blocks: bool = False,
+) -> CrossValidation:
+    """Predict each part of any observations from an identification on the others.
+
+    Each observation of an unseen pose is compared with what the others of that pose predict. What
+    fewer rows than parts observe, no part is without.
+    """
+    count = len(measurements.poses)
+    fold_of = folds_of(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
+    fold_of[_rarely_observed(measurements, folds)] = -1
+    residuals = np.full(measurements.readings.shape, np.nan)
+    differences = np.full((count, mechanism.straight.dof), np.nan)
+    whole = np.asarray(np.isfinite(measurements.poses).all(axis=1))
+    read = np.asarray(np.isfinite(measurements.readings).all(axis=1))
+    own = np.array(measurements.poses)
+    squares: dict[str, list[float]] = {}
+    converged = True
+    for fold in range(folds):
+        seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
+        part = measurements.subset(seen)
+        with explained(mechanism, part, options):
+            found = solved(mechanism, part, options)
+        converged &= found.fit.converged
+        left = measurements.subset(unseen)
+        rows = Rows.of(settled(found.mechanism, found.problem.noise, left).fit())
+        for row in np.flatnonzero(np.isfinite(rows.blunder)).tolist():
+            unit = rows.unit(row, mechanism.pose_space, mechanism.reading_unit)
+            kind = f"{KINDS[rows.kind[row]].replace(' ', '_')}_{unit}"
+            squares.setdefault(kind, []).append(float(rows.blunder[row]) ** 2)
+        full = np.intersect1d(np.flatnonzero(whole), unseen)
+        if not len(full):
+            continue
+        own[full] = unframed(found.mechanism, measurements.poses[full])
+        part = dataclasses.replace(measurements.subset(full), poses=own[full])
+        residuals[full] = closures_of(found.mechanism, part)
+        complete = np.flatnonzero(read[full])
+        if len(complete):
+            taken = pose_differences(found.mechanism, part.subset(complete))
+            differences[full[complete]] = taken
+    numbers, kept = measurements.row_numbers, np.flatnonzero(whole & read)
+    off = differences, own, kept
+    made = validation_of(mechanism, numbers, residuals, *off, folds, blocks, converged)
+    observed = {kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()}
+    return dataclasses.replace(made, observed_rms=observed)
+
+
+def validation_of(
+    mechanism: Mechanism,
+    row_numbers: NDArray[np.intp],
+    residuals: Array,
+    differences: Array,
+    poses: Array,
+    kept: NDArray[np.intp],
+    folds: int,
+    blocks: bool,
+    converged: bool,
+) -> CrossValidation:
+    """Figures of what is left at all poses, and of the errors at those that are `kept`."""
+    known = np.isfinite(residuals).any()
+    evaluation = None
+    if np.isfinite(differences).any():
+        numbers = row_numbers[kept]
+        evaluation = Evaluation.of(differences[kept], poses[kept], mechanism, row_numbers=numbers)
+    return CrossValidation(
+        folds=folds,
+        blocks=blocks,
+        converged=converged,
+        residual_rms=float(np.sqrt(np.nanmean(residuals**2))) if known else float("nan"),
+        residual_max=float(np.nanmax(np.abs(residuals))) if known else float("nan"),
+        residuals=residuals,
+        row_numbers=row_numbers,
+        evaluation=evaluation,
+        closure_unit=mechanism.space.closure_unit,
+    )
+
+
+def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_]:
+    """Rows with something besides readings that fewer rows than folds have."""
+    count = len(measurements.poses)
+    rare = np.zeros(count, dtype=bool)
+    for name in OBSERVED[1:]:
+        values = getattr(measurements, name)
+        if values is not None:
+            there = np.isfinite(values.reshape(count, -1)).any(axis=1)
+            rare |= there & (there.sum() < folds)
+    return rare
+
+
+def folds_of(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:
+    """The part that each row belongs to, dealt set by set; in blocks without a seed."""
+    if not 2 <= folds <= len(sets):
+        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {len(sets)}")
+    fold_of = np.empty(len(sets), dtype=np.intp)
+    random = np.random.default_rng(seed)
+    for number in np.unique(sets):
+        rows = np.flatnonzero(sets == number)
+        order = np.arange(len(rows))
+        fold_of[rows] = (
+            order * folds // len(rows) if seed is None else random.permutation(order % folds)
+        )
+    return fold_of

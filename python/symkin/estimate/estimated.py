@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+# ruff: noqa: D102  # what they are, JointIdentification says
+"""What of a joint estimate those who judge it look at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import Measurements
+from symkin.estimate.cross_validation import CrossValidation
+from symkin.estimate.problem import JointOptions, Rows
+from symkin.estimate.unknowns import Unknown
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import NoiseSettings
+
+__all__ = ["Estimated"]
+
+
+class Estimated(Protocol):
+    """A joint estimate without what is said of it; see `JointIdentification`."""
+
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def nominal(self) -> Mechanism: ...
+    @property
+    def measurements(self) -> Measurements: ...
+    @property
+    def options(self) -> JointOptions: ...
+    @property
+    def noise(self) -> NoiseSettings: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def covariance(self) -> NDArray[np.float64]: ...
+    @property
+    def gauge(self) -> str: ...
+    @property
+    def rows(self) -> Rows: ...
+    @property
+    def rejected(self) -> tuple[tuple[int, str], ...]: ...
+    @property
+    def first_unknowns(self) -> Sequence[Unknown]: ...
+    @property
+    def cross_validation(self) -> CrossValidation | None: ...
+    @property
+    def chi_square(self) -> float: ...
+    @property
+    def degrees_of_freedom(self) -> int: ...
+    @property
+    def limit(self) -> float: ...
+    @property
+    def least(self) -> float: ...
+    @property
+    def spread(self) -> float: ...
+    @property
+    def unexplained(self) -> bool: ...
+    @property
+    def converged(self) -> bool: ...

@@ -1,0 +1,496 @@
+# SPDX-License-Identifier: MIT
+"""What a joint estimate knows: its best and worst combinations, what each pose and heights tell."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.analysis.observability import name_combination
+from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.probing import CALIPER, is_probed
+from symkin.analysis.workspace import sample_workspace
+from symkin.errors import SymkinError
+from symkin.estimate.blunders import without_blunders
+from symkin.estimate.cross_validation import joint_cross_validation
+from symkin.estimate.estimated import Estimated
+from symkin.estimate.problem import Problem
+from symkin.estimate.survey import HeldByPriors, Survey
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, field, record
+
+__all__ = [
+    "Correlation",
+    "Direction",
+    "Expected",
+    "Heights",
+    "Influence",
+    "Shown",
+    "correlations_of",
+    "directions_of",
+    "heights_of",
+    "in_words",
+    "survey_of",
+]
+
+Array = NDArray[np.float64]
+
+_SAMPLES = 1000  # poses of the workspace over which accuracy is expected
+_CORRELATED = 10
+_RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
+_INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave open
+_HELD = 1e-4  # deviations within which one pose alone is let move the estimate
+_STEPS = 50
+_DIRECTIONS = 12  # in the plane, over which printed sizes are averaged
+_FOLDS = 5
+_SHOWN, _SILENT = 0.5, 0.9  # of the deviation before
+_PLAIN = {
+    "distal_length": "length of the rods",
+    "proximal_length": "length of the cranks",
+    "base_radius": "distance of towers or shafts from the centre",
+    "base_azimuth": "where they stand around it",
+    "base_height": "how high they are",
+    "guide_elevation": "towers leaning in or out",
+    "guide_swing": "towers leaning sideways",
+    "axis_elevation": "shafts that are not level",
+    "axis_swing": "shafts turned sideways",
+    "sensor_gain": "travel a step",
+    "sensor_offset": "end stops",
+}
+
+
+@record
+class Direction(Value):
+    """A combination of unknowns, and how well it is known.
+
+    Attributes
+    ----------
+    deviation : float
+        Its standard deviation, in tolerances.
+    combination : str
+        In tolerances.
+    """
+
+    deviation: float = field(unit="in_tolerances")
+    combination: str
+
+
+@record
+class Correlation(Value):
+    """Two unknowns that the observations hardly tell apart.
+
+    Attributes
+    ----------
+    unknowns : tuple of str
+        Their names.
+    correlation : float
+        From -1 to 1.
+    """
+
+    unknowns: tuple[str, str]
+    correlation: float
+
+
+@record
+class Expected(Value):
+    """Errors of the target that the uncertain unknowns lead to expect at given readings.
+
+    To first order, in the device's frame if there are frames: what frames and geometry explain
+    alike does not matter. Without what the model lacks.
+
+    Attributes
+    ----------
+    position, orientation : float
+        Root mean square over the workspace, m and rad.
+    worst : float
+        Position at the pose of the workspace where it is largest, root mean square, m.
+    where : ndarray
+        That pose: coordinates as in the measurements.
+    poses : int
+        Poses of the workspace in the figures.
+    held : HeldByPriors or None
+        The part that priors leave, since the observations say next to nothing of it, if any.
+    """
+
+    position: float = field(unit="rms_m")
+    orientation: float = field(unit="rms_rad")
+    worst: float = field(unit="rms_m")
+    where: Array
+    poses: int
+    held: HeldByPriors | None = None
+
+    @classmethod
+    def of(cls, found: Estimated) -> Expected | None:
+        """Over the calibrated mechanism's workspace; None without one, or for curved sensors."""
+        robot = found.mechanism
+        if robot.curvature is not None:
+            return None
+        try:
+            poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
+            survey = survey_of(found, robot)
+            effects, good = survey.effects(poses)
+        except SymkinError:
+            return None
+        if not len(effects):
+            return None
+        variances = np.einsum("nik,kl,nil->ni", effects, found.covariance, effects)
+        position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
+        worst = int(np.argmax(position))
+        held = None
+        if found.gauge and found.options.gauge == "prior":
+            priors = survey.layout.with_prior("tolerances").prior
+            survey = dataclasses.replace(survey, priors=priors)
+        if np.isfinite(survey.priors).any():
+            held = survey.held(poses, found.covariance)
+        return cls(
+            position=float(np.sqrt(position.mean())),
+            orientation=float(np.sqrt(orientation.mean())),
+            worst=float(np.sqrt(position[worst])),
+            where=poses[good][worst],
+            poses=len(effects),
+            held=held if held and held.combinations else None,
+        )
+
+
+def survey_of(found: Estimated, robot: Mechanism, observed: Observable = "pose") -> Survey:
+    """What may be observed of a robot whose unknowns are the columns of an estimate."""
+    layout = Problem.of(found.nominal, found.measurements, found.options).layout
+    # Some may have been held to settle the gauge.
+    held = [i for i, name in enumerate(layout.names) if name not in found.names]
+    layout = layout.without(held) if held else layout
+    return Survey(Observed((observed,)), layout.names, layout.prior, robot, layout, found.options)
+
+
+def directions_of(found: Estimated, tolerances: Array) -> tuple[Direction, ...]:
+    """The combinations that are known worst and best, over what was known before.
+
+    `tolerances` are those of the columns, NaN without; columns without one are left out.
+    """
+    kept = np.isfinite(tolerances)
+    if not kept.any():
+        return ()
+    scale = tolerances[kept]
+    inner = np.asarray(found.covariance)[np.ix_(kept, kept)] / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(inner)
+    names = tuple(np.array(found.names)[kept])
+    return tuple(
+        Direction(float(np.sqrt(max(values[i], 0.0))), name_combination(vectors[:, i], names))
+        for i in (-1, 0)
+    )
+
+
+def correlations_of(covariance: Array, names: Sequence[str]) -> tuple[Correlation, ...]:
+    """Those that are told apart worst, the worst first."""
+    deviations = np.sqrt(np.diag(covariance))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = np.nan_to_num(covariance / np.outer(deviations, deviations))
+    lower = np.tril(correlation, -1)
+    order = np.argsort(-np.abs(lower), axis=None)[:_CORRELATED]
+    return tuple(
+        Correlation((names[j], names[i]), float(lower[i, j]))
+        for i, j in zip(*np.unravel_index(order, lower.shape), strict=True)
+        if lower[i, j]
+    )
+
+
+@record
+class Influence(Value):
+    """Every pose against all others, to first order.
+
+    Attributes
+    ----------
+    residual : ndarray, shape (N,)
+        Root mean square of what its observations differ by from what the estimate without them
+        predicts, in standard deviations: about 1 for a sound pose. NaN for a pose that brings no
+        equation, or without which something could not be estimated.
+    moves : ndarray, shape (N,)
+        How far the estimate moves without the pose: the largest change of any combination of
+        unknowns, in its standard deviation.
+    unknown : tuple of str
+        The single unknown that moves furthest; empty where nothing is known, and where single
+        unknowns depend on a gauge.
+    by : ndarray, shape (N,)
+        How far that one moves, in its standard deviations.
+    """
+
+    residual: Array
+    moves: Array
+    unknown: tuple[str, ...]
+    by: Array
+
+    @classmethod
+    def of(cls, found: Estimated) -> Influence | None:
+        """Of an estimate; None if a loss has weighed its poses."""
+        options = dataclasses.replace(found.options, noise=found.noise)
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+        if options.loss_per == "reading":
+            problem, fit, _ = without_blunders(problem)
+        elif options.loss != "none":
+            return None
+        rows = _rows(problem, fit)
+        sizes = _sizes(problem)
+        information = np.einsum("nri,nrj->ij", rows, rows) + np.diag(problem.layout.prior**-2.0)
+        covariance = _inverse(information, sizes)
+        deviations = np.sqrt(np.diag(covariance))
+        names = problem.layout.names
+        count = len(found.measurements.poses)
+        residual, moves, by = (np.full(count, np.nan) for _ in range(3))
+        unknown = [""] * count
+        for pose in np.flatnonzero(np.array(fit.conditions) > 0).tolist():
+            gradient = _gradient(problem, fit, pose, deviations)
+            own = rows[pose, : fit.conditions[pose]]
+            open_to = np.eye(len(own)) - own @ covariance @ own.T
+            if np.linalg.eigvalsh(open_to)[0] < _INDISPENSABLE or pose in fit.aside:
+                continue
+            along = covariance @ gradient
+            change = along + covariance @ own.T @ np.linalg.solve(open_to, own @ along)
+            squares = fit.chi_squares[pose] + gradient @ change
+            residual[pose] = np.sqrt(max(squares, 0.0) / len(own))
+            moves[pose] = np.sqrt(max(change @ information @ change, 0.0))
+            if fit.gauge_directions == 0:
+                single = np.abs(change) / deviations
+                unknown[pose], by[pose] = names[int(np.argmax(single))], single.max()
+        return cls(residual, moves, tuple(unknown), by)
+
+
+def _sizes(problem: Problem) -> Array:
+    """Typical sizes of the unknowns."""
+    tolerances, priors = problem.layout.column_tolerances, problem.layout.prior
+    return np.where(tolerances > 0, tolerances, np.where(np.isfinite(priors), priors, 1e-3))
+
+
+def _rows(problem: Problem, fit: _core.JointFit) -> Array:
+    """Whitened rows of every pose at the estimate, shape (N, r, unknowns); zeros where aside."""
+    layout, measurements = problem.layout, problem.measurements
+    there = dataclasses.replace(measurements, readings=measurements.readings + fit.reading_errors)
+    rows = _core.observed_rows(
+        problem.mechanism.straight,
+        fit.setup,
+        there.observations(problem.noise),
+        layout.column.tolist(),
+        layout.prior,
+        fit.poses,
+    )
+    return np.nan_to_num(rows.reshape(len(fit.poses), -1, len(layout.names)))
+
+
+def _inverse(information: Array, sizes: Array) -> Array:
+    """Of what is shown; nothing of what is not, which no pose moves."""
+    values, vectors = np.linalg.eigh(information * np.outer(sizes, sizes))
+    shown = values > _RANK * values[-1]
+    half = vectors[:, shown] / np.sqrt(values[shown])
+    return np.asarray(half @ half.T * np.outer(sizes, sizes))
+
+
+def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Array) -> Array:
+    """Half the derivative of a pose's chi-square by the unknowns, its latent pose moving along.
+
+    With everything else held by priors, the estimate from this pose alone moves by their variance
+    times it: the estimator's own elimination of the pose tells, whatever was observed.
+    """
+    layout = problem.layout
+    held = _HELD * np.where(deviations > 0, deviations, _sizes(problem))
+    alone = _core.fit_jointly(
+        problem.mechanism.straight,
+        fit.setup,
+        problem.measurements.subset(np.array([pose])).observations(problem.noise),
+        layout.column.tolist(),
+        held,
+        _core.LossKind.none,
+        0.0,
+        0.0,
+        _STEPS,
+        False,
+        layout.column_tolerances,
+        fit.poses[pose : pose + 1],
+        rows=False,
+    )
+    return np.asarray(-alone.change / held**2)
+
+
+@record
+class Shown(Value):
+    """How far a kind of parameter is known, over what the tolerances say of it: 1 is no better.
+
+    Attributes
+    ----------
+    parameter : str
+        Such as ``base_radius``.
+    common : float
+        Of the mean of all legs.
+    between : float
+        Of what differs from leg to leg; NaN if it is shared, or of one leg alone.
+    """
+
+    parameter: str
+    common: float
+    between: float
+
+    @property
+    def plainly(self) -> str:
+        """What the parameter is on a printer; its name where nobody said."""
+        return _PLAIN.get(self.parameter, self.parameter)
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the heights show what all legs have alike, or what differs between them."""
+        return "shown" in (in_words(self.common), in_words(self.between))
+
+
+@record
+class Heights(Value):
+    """What heights above a plane show.
+
+    Attributes
+    ----------
+    before : float
+        Heights as the nominal robot would have them less those measured, about the plane that fits
+        best, root mean square, m.
+    after : float
+        Heights less what the calibrated robot predicts from the readings, at points that the
+        identification did not see, root mean square, m.
+    folds : int
+        Of that cross-validation.
+    size_before, size_after, size_with_length : float
+        Standard deviation of the size of what it makes, of a length in the plane over that length:
+        by the tolerances alone, as identified, and if one more length was measured along x to
+        `CALIPER`.
+    span : float
+        That length, m: twice the root mean square distance of the points from their centre.
+    shown : tuple of Shown
+        The parameters that were unknown.
+    """
+
+    before: float = field(unit="rms_m")
+    after: float = field(unit="rms_m")
+    folds: int
+    size_before: float
+    size_after: float
+    size_with_length: float
+    span: float = field(unit="m")
+    shown: tuple[Shown, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the parameters and of the size of prints, in sentences."""
+        sizes = (self.size_before, self.size_after, self.size_with_length)
+        before, after, with_length = (f"{100 * each:.2g} mm" for each in sizes)
+        size = (
+            "Longer rods on a wider robot touch a bed at much the same heights and print "
+            f"everything larger: 100 mm are known to {after} (standard deviation; {before} by the "
+            f"tolerances alone); one more length of {1e3 * self.span:.0f} mm along x, printed and "
+            f"measured to {1e3 * CALIPER:.2g} mm, would make it {with_length}."
+        )
+        hidden = [f"{each.plainly} ({each.parameter})" for each in self.shown if not each.is_shown]
+        if not hidden:
+            return (size,)
+        return (
+            f"The heights do not show {', '.join(hidden)}: their numbers are the drawing's within "
+            "its tolerances, or go with others.",
+            size,
+        )
+
+
+def heights_of(found: Estimated) -> Heights | None:
+    """What the heights show; None if a robot that never turns was not probed, or not identified."""
+    nominal, measurements, heights = found.nominal, found.measurements, found.measurements.heights
+    if (
+        heights is None
+        or not found.converged
+        or nominal.pose_space != "translating"
+        or not is_probed(measurements)
+        or not np.isfinite(measurements.readings).all()
+    ):
+        return None
+    validation = found.cross_validation
+    try:
+        validation = validation or joint_cross_validation(
+            nominal, measurements, _FOLDS, nominal.protocol.seed, found.options
+        )
+        places = nominal.forward_kinematics(measurements.readings)[0]
+    except SymkinError:
+        return None
+    touched = np.isfinite(places).all(axis=1) & np.isfinite(heights)
+    if touched.sum() <= 3:  # as many as a plane has coefficients
+        return None
+    effects, span = _size_effects(found, places[touched])
+    before, after = _prior_covariance(found), np.asarray(found.covariance)
+    along_x = effects[0]
+    gain = after @ along_x / (along_x @ after @ along_x + (CALIPER / span) ** 2)
+    with_length = after - np.outer(gain, along_x @ after)
+    return Heights(
+        before=_off_the_plane(places[touched], heights[touched]),
+        after=validation.observed_rms.get("heights_m", float("nan")),
+        folds=validation.folds,
+        size_before=_rms(effects, before),
+        size_after=_rms(effects, after),
+        size_with_length=_rms(effects, with_length),
+        span=span,
+        shown=tuple(_shown(found, before, after)),
+    )
+
+
+def _rms(effects: Array, covariance: Array) -> float:
+    return float(np.sqrt(np.mean(np.einsum("ni,ij,nj->n", effects, covariance, effects))))
+
+
+def _off_the_plane(places: Array, heights: Array) -> float:
+    """Root mean square of what a plane leaves of the heights."""
+    columns = np.column_stack([np.ones(len(places)), places[:, :2]])
+    wanted = places[:, 2] - heights
+    left = wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=None)[0]
+    return float(np.sqrt(np.mean(left**2)))
+
+
+def _prior_covariance(found: Estimated) -> Array:
+    """What the tolerances and priors say of the unknowns; nothing of the frames."""
+    known = [
+        each.prior if np.isfinite(each.prior) else each.tolerance for each in found.first_unknowns
+    ]
+    return np.diag(np.nan_to_num(np.array(known)) ** 2)
+
+
+def _size_effects(found: Estimated, places: Array) -> tuple[Array, float]:
+    """How lengths in the plane grow with the unknowns, relative to them, a row a direction.
+
+    They are centred among the points, as long as these are wide.
+    """
+    centre = places.mean(axis=0)
+    half = float(np.sqrt(np.mean(np.sum((places - centre)[:, :2] ** 2, axis=1))))
+    angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    along = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)])
+    robot = found.mechanism.replace(frames=None, curvature=None)
+    survey = survey_of(found, robot, "height")
+    ends = [survey.effects(centre + sign * half * along)[0][:, :3] for sign in (-1, 1)]
+    return np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * half), 2 * half
+
+
+def _shown(found: Estimated, before: Array, after: Array) -> list[Shown]:
+    groups: dict[str, list[int]] = {}
+    for column, unknown in enumerate(found.first_unknowns):
+        block, _, parameter = unknown.name.partition(".")
+        if block.startswith("leg") and before[column, column] > 0:
+            groups.setdefault(parameter, []).append(column)
+    told = []
+    for parameter, columns in groups.items():
+        own = [each[np.ix_(columns, columns)] for each in (after, before)]
+        count = len(columns)
+        common, total = (float(each.sum()) for each in own)
+        apart = np.eye(count) - 1 / count
+        spread, much = (float(np.trace(apart @ each)) for each in own)
+        between = float(np.sqrt(spread / much)) if count > 1 else float("nan")
+        told.append(Shown(parameter, float(np.sqrt(common / total)), between))
+    return told
+
+
+def in_words(known: float) -> str:
+    """Whether something is shown, by its deviation over that of the tolerances."""
+    if np.isnan(known):
+        return "-"
+    if known <= _SHOWN:
+        return "shown"
+    return "partly" if known <= _SILENT else "not shown"

@@ -1,0 +1,465 @@
+# SPDX-License-Identifier: MIT
+"""What is fitted where anything may be unknown and anything observed: the problem and its rows."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.analysis.observability import with_combinations
+from symkin.analysis.probing import is_marked, ruler
+from symkin.data.measured_rows import DEVIATIONS
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
+from symkin.estimate.fit import Loss, PoseUse
+from symkin.estimate.unknowns import Gauge, Layout, LossPer, Priors, Sensor
+from symkin.model.core_setup import core_setup
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import POSE_SPACES
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.values import Value, record
+
+__all__ = [
+    "KINDS",
+    "OBSERVED",
+    "UNSEEN",
+    "JointOptions",
+    "Problem",
+    "Rows",
+    "layout_of",
+    "observed_count",
+    "without_pose",
+]
+
+Array = NDArray[np.float64]
+
+KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
+OBSERVED = tuple(DEVIATIONS)  # as `KINDS`
+UNSEEN = 1e-6  # of a direction of length one, in tolerances
+_STUCK = "no step lowers the cost"  # of the core's solver
+_FEW = 0.05  # of the poses: as many are looked at one by one
+_UNLIKELY = 1e-4  # probability of what a sound pose leaves unexplained
+_FAR = 4  # times as far as any other: a pose that does not
+
+
+@record
+class JointOptions(Value):
+    """What is unknown, and how it is estimated; the attributes are the arguments of `identify`."""
+
+    free: tuple[str, ...] | None = None
+    fixed: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    prior: Priors | None = None
+    frames: tuple[str, ...] = ()
+    sensor: Sensor = "linear"
+    gauge: Gauge = "prior"
+    noise: NoiseSettings | Literal["estimate"] | None = None
+    poses: PoseUse = "all"
+    loss: Loss = "none"
+    loss_scale: float | None = None
+    loss_per: LossPer = "pose"
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, naming those that do."""
+        choices = (("poses", PoseUse), ("loss", Loss), ("sensor", Sensor), ("gauge", Gauge))
+        for name, words in (*choices, ("loss_per", LossPer)):
+            one_of(name, getattr(self, name), words)
+        if isinstance(self.noise, str):
+            one_of("noise", self.noise, ("estimate",))
+        for name in ("free", "fixed", "shared", "frames"):
+            value = getattr(self, name)
+            if value is not None:
+                many = (value,) if isinstance(value, str) else tuple(value)
+                object.__setattr__(self, name, many)
+        super().__post_init__()
+
+
+@record
+class Rows(Value):
+    """Single observations, and what the fit says of each.
+
+    Attributes
+    ----------
+    pose : ndarray of int, shape (M,)
+        Rows of the measurements, from 0.
+    kind : ndarray of int, shape (M,)
+        Index into `KINDS`.
+    index : ndarray of int, shape (M,)
+        The leg, the component of the pose, the point's coordinate, the anchor; from 0.
+    residual : ndarray, shape (M,)
+        The estimated error, in the observation's own unit.
+    t : ndarray, shape (M,)
+        Standard normal if the observation is sound; NaN where nothing can be said.
+    blunder : ndarray, shape (M,)
+        The error that it would have if it alone were wrong, in its own unit.
+    """
+
+    pose: NDArray[np.intp]
+    kind: NDArray[np.intp]
+    index: NDArray[np.intp]
+    residual: Array
+    t: Array
+    blunder: Array
+
+    @classmethod
+    def of(cls, fit: _core.JointFit) -> Rows:
+        """The rows of a fit."""
+        rows = fit.rows
+        return cls(
+            pose=np.array([row.pose for row in rows], dtype=np.intp),
+            kind=np.array([row.kind for row in rows], dtype=np.intp),
+            index=np.array([row.index for row in rows], dtype=np.intp),
+            residual=np.array([row.residual for row in rows], dtype=float),
+            t=np.array([row.t for row in rows], dtype=float),
+            blunder=np.array([row.blunder for row in rows], dtype=float),
+        )
+
+    def what(self, row: int, pose_space: str) -> str:
+        """Name an observation: ``reading of leg 2``, ``x of the pose``."""
+        index, kind = int(self.index[row]), KINDS[self.kind[row]]
+        space = POSE_SPACES[pose_space]
+        axes, components = space.position, (*space.position, *space.rotation)
+        if kind == "readings":
+            return f"reading of leg {index + 1}"
+        if kind in ("pose", "reported pose"):
+            return f"{components[index]} of the {kind}"
+        if kind == "points":
+            point, axis = divmod(index, len(axes))
+            return f"{axes[axis]} of point {point + 1}"
+        return f"distance {index + 1}" if kind == "distances" else "height"
+
+    def unit(self, row: int, pose_space: str, reading_unit: str) -> str:
+        """Unit of an observation."""
+        kind, index = KINDS[self.kind[row]], self.index[row]
+        if kind == "readings":
+            return reading_unit
+        positions = POSE_SPACES[pose_space].size
+        return "rad" if kind in ("pose", "reported pose") and index >= positions else "m"
+
+
+@dataclasses.dataclass(frozen=True)
+class Problem:
+    """What is fitted: the robot and its frames where they start, the layout, and the data."""
+
+    mechanism: Mechanism
+    setup: _core.Setup
+    layout: Layout
+    measurements: Measurements
+    noise: NoiseSettings
+    options: JointOptions
+
+    @classmethod
+    def of(
+        cls,
+        mechanism: Mechanism,
+        measurements: Measurements,
+        options: JointOptions,
+        layout: Layout | None = None,
+    ) -> Problem:
+        """Lay out what is unknown, unless that is known, and find where the frames are."""
+        if options.poses == "own":
+            measurements = _own_readings(measurements)
+        measurements.require_legs(len(mechanism.legs))
+        readings = measurements.readings
+        _require_surroundings(mechanism, measurements)
+        curved = mechanism.curvature is not None
+        straight = mechanism.replace(curvature=None) if curved else mechanism
+        marked = "base" in options.frames and is_marked(measurements)
+        placed = _with_ruler(straight, measurements) if marked else straight
+        setup = core_setup(placed, mechanism.curvature)
+        if layout is None:
+            layout = layout_of(straight, setup, options, readings)
+        declared = mechanism.noise
+        noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
+        made = cls(straight, setup, layout, measurements, noise, options)
+        return made if marked else made._with_frames()
+
+    @property
+    def observations(self) -> _core.Observations:
+        """What was observed, as the core takes it."""
+        return self.measurements.observations(self.noise)
+
+    def _with_frames(self) -> Problem:
+        """Start free frames where the nominal robot's forward kinematics puts them."""
+        free = {
+            frame: any(
+                self.layout.column[i] >= 0 and np.isinf(self.layout.prior[self.layout.column[i]])
+                for i, name in enumerate(self.layout.scalars)
+                if name.startswith(f"{frame}.")
+            )
+            for frame in ("base", "target")
+        }
+        if not any(free.values()):
+            return self
+        given = self.mechanism.frames
+        try:
+            setup = _core.with_starting_frames(
+                self.mechanism.straight,
+                self.setup,
+                self.observations,
+                self.mechanism.home,
+                free["base"],
+                free["target"],
+            )
+        except NotIdentifiableError:
+            raise
+        except SymkinError as error:
+            if given is not None and (given.base or given.target):
+                return self
+            raise NotIdentifiableError(
+                f"the frames cannot be found from these measurements: {error}; say where they are "
+                "nominally, in the [frames] of the mechanism's file"
+            ) from error
+        return dataclasses.replace(self, setup=setup)
+
+    def fit(
+        self, *, nearest: bool = False, loss: Loss | None = None, start: Array | None = None
+    ) -> _core.JointFit:
+        """Fit; `nearest` takes of all solutions the nearest to the start.
+
+        The latent poses start where forward kinematics has them, or at `start`. Poses that keep
+        the solver from coming to rest are set aside.
+
+        Raises
+        ------
+        NotIdentifiableError
+            Without `nearest`, naming combinations of unknowns that nothing shows.
+        """
+        how = self.options.loss if loss is None else loss
+        if start is None:
+            start = _core.starting_poses(
+                self.mechanism.straight, self.setup, self.observations, self.mechanism.home
+            )
+        fit = self._fitted(nearest, how, start)
+        unlikely = _unlikely(fit, start) if how == "none" else []
+        if unlikely:
+            moved = fit.poses.copy()
+            moved[unlikely] = np.nan
+            again = self._fitted(nearest, how, moved)
+            better = again.goodness.chi_square < fit.goodness.chi_square
+            return again if again.converged and better and again.aside == fit.aside else fit
+        return fit if fit.failure != _STUCK else self._at_rest(fit, nearest, how, start)
+
+    def _at_rest(
+        self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
+    ) -> _core.JointFit:
+        """Fit without the few poses that keep the solver from coming to rest, if that does it."""
+        problem, fit = self, stuck
+        for _ in range(math.floor(_FEW * len(start))):
+            again = problem._fitted(nearest, loss, fit.poses)
+            if again.converged:
+                return again
+            restless = _restless(fit, again)
+            if restless < 0:
+                break
+            kept = without_pose(problem.measurements, restless)
+            problem = dataclasses.replace(problem, measurements=kept)
+            fit = problem._fitted(nearest, loss, start)
+            if fit.failure != _STUCK:
+                break
+        return fit if fit.converged else stuck
+
+    def _fitted(self, nearest: bool, loss: Loss, start: Array) -> _core.JointFit:
+        layout = self.layout
+        tolerances = layout.column_tolerances
+        try:
+            return _core.fit_jointly(
+                self.mechanism.straight,
+                self.setup,
+                self.observations,
+                layout.column.tolist(),
+                layout.prior,
+                _core.LossKind.__members__[loss],
+                self.options.loss_scale or 0.0,
+                0.0,
+                self.options.max_iterations,
+                nearest,
+                tolerances,
+                start,
+            )
+        except NotIdentifiableError as error:
+            scale = np.where(tolerances > 0, tolerances, 1e-3)
+            raise with_combinations(error, layout.names, scale) from None
+
+    def with_layout(self, layout: Layout) -> Problem:
+        """Return it with other unknowns."""
+        return dataclasses.replace(self, layout=layout)
+
+    def resolved(self) -> tuple[Problem, _core.JointFit, str]:
+        """Fit under the gauge that was asked for; says what it did."""
+        gauge = self.options.gauge
+        if gauge == "nominal":
+            fit = self.fit(nearest=True)
+            count = fit.gauge_directions
+            words = (
+                "of all solutions the nearest to the drawing, in tolerances, since "
+                f"{count} direction{'s' * (count > 1)} of the unknowns no observation shows"
+                if count
+                else ""
+            )
+            return self, fit, words
+        try:
+            return self, self.fit(), ""
+        except NotIdentifiableError as error:
+            if not np.size(getattr(error, "null_directions", ())):
+                raise
+        if gauge == "prior":
+            problem = self.with_layout(self.layout.with_prior("tolerances"))
+            words = (
+                "the tolerances are priors of all parameters, since the observations alone do not "
+                "show all of them"
+            )
+            return problem, problem.fit(), words
+        held = _datum(self.fit(nearest=True), self.layout)
+        problem = self.with_layout(self.layout.without(held))
+        names = ", ".join(self.layout.names[i] for i in held)
+        verbs = ("is", "carries") if len(held) == 1 else ("are", "carry")
+        return (
+            problem,
+            problem.fit(),
+            f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
+        )
+
+
+def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:
+    """The pose that a new start from where a fit got stuck moves far more than any other, or -1.
+
+    Of such a pose the observations hardly show a direction, along which their closures bend. It
+    moves as far whatever the unknowns do, and the cost, which is of first order in the poses,
+    rises with that: no step of the unknowns lowers it, however short.
+    """
+    moves = np.abs(again.poses - fit.poses).max(axis=1)
+    moves[np.array(fit.conditions) == 0] = 0  # it may wander, and says nothing
+    moves = np.nan_to_num(moves)
+    pose = int(np.argmax(moves))
+    others = np.delete(moves, pose)
+    return pose if len(others) and moves[pose] > _FAR * others.max() else -1
+
+
+def _unlikely(fit: _core.JointFit, start: Array) -> list[int]:
+    """Poses, few, without a start of their own that a fit does not explain.
+
+    Where its observations bend, such a pose may have ended on the wrong side of a fold, since it
+    was taken in from its neighbours when the unknowns were not yet what they are.
+    """
+    if not fit.converged:
+        return []
+    tails = np.array([
+        _core.chi_square_tail(square, count) if count else 1.0
+        for square, count in zip(fit.chi_squares, fit.conditions, strict=True)
+    ])  # fmt: skip
+    poses = np.flatnonzero((tails < _UNLIKELY) & ~np.isfinite(start).all(axis=1)).tolist()
+    return poses if len(poses) <= _FEW * len(start) else []
+
+
+def observed_count(taken: Measurements) -> NDArray[np.intp]:
+    """How many scalars were observed of each row; a rotation in space counts as three."""
+    count = np.zeros(len(taken.poses), dtype=np.intp)
+    for name in OBSERVED:
+        values = getattr(taken, name)
+        if values is not None:
+            known = np.isfinite(values).reshape(len(values), -1)
+            count += known.sum(axis=1)
+            if name in ("poses", "reported") and taken.space.has_quaternion:
+                count -= known[:, -1]
+    return count
+
+
+def without_pose(measurements: Measurements, pose: int) -> Measurements:
+    """Without any observation of a pose, whose row stays."""
+    changes: dict[str, Array] = {}
+    for name in OBSERVED:
+        values = getattr(measurements, name)
+        if values is not None:
+            changes[name] = np.array(values)
+            changes[name][pose] = np.nan
+    return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
+
+
+def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
+    """The mechanism with its base where marks on a piece were measured, unless that is given."""
+    frames = mechanism.frames or Frames()
+    if frames.base:
+        return mechanism
+    base = ruler(mechanism, measurements)
+    return mechanism.replace(frames=dataclasses.replace(frames, base=base))
+
+
+def layout_of(
+    mechanism: Mechanism, setup: _core.Setup, options: JointOptions, readings: Array
+) -> Layout:
+    """Which scalars are unknown, and their columns."""
+    return Layout.of(
+        mechanism,
+        setup,
+        free=options.free,
+        fixed=options.fixed,
+        shared=options.shared,
+        prior=options.prior,
+        frames=options.frames,
+        sensor=options.sensor,
+        largest_readings=_largest_readings(mechanism, readings),
+    )
+
+
+def _largest_readings(mechanism: Mechanism, readings: Array) -> tuple[float, ...]:
+    """For each leg the largest reading of the legs whose joints are of the same unit."""
+    units = np.array([mechanism.leg_info(leg).reading_unit for leg in range(readings.shape[1])])
+    return tuple(
+        float(np.nanmax(np.abs(readings[:, units == unit]), initial=0.0)) for unit in units
+    )
+
+
+def _own_readings(measurements: Measurements) -> Measurements:
+    """Readings of the legs whose set the pose belongs to alone."""
+    legs = np.arange(measurements.readings.shape[1])
+    sets = measurements.leg_sets[:, None]
+    own = (sets == ALL_LEGS) | (sets == legs)
+    return dataclasses.replace(measurements, readings=np.where(own, measurements.readings, np.nan))
+
+
+def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> None:
+    """Refuse points and distances whose places nobody gave."""
+    frames = mechanism.frames or Frames()
+    for name, given, where in (
+        ("points", frames.points, "in the platform's frame"),
+        ("distances", frames.anchors, "of their fixed points in the device's frame"),
+    ):
+        observed = getattr(measurements, name)
+        count = 0 if observed is None else observed.shape[1]
+        if count != len(given) and count:
+            key = "points" if name == "points" else "anchors"
+            raise SymkinError(
+                f"{count} {name} were observed, and {len(given)} {key} are given; say the nominal "
+                f"places {where} in the [frames] of the mechanism's file: {key} = [[x, y], ...]"
+            )
+
+
+def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:
+    """Columns that, held, settle what no observation and no prior shows.
+
+    The largest effect first, of equal ones that of the first column: rounding shall not choose.
+    """
+    tolerances = layout.column_tolerances
+    scale = np.where(tolerances > 0, tolerances, 1e-3)
+    unseen = np.asarray(fit.unseen)
+    # Directions that a prior sees are settled.
+    seen = unseen / np.where(np.isfinite(layout.prior), layout.prior / scale, np.inf)[:, None]
+    _, values, vectors = np.linalg.svd(seen)
+    silent = np.pad(values, (0, vectors.shape[0] - len(values))) < UNSEEN
+    left = unseen @ vectors[silent].T
+    left = left * np.where(tolerances > 0, 1.0, 1e-6)[:, None]  # parameters before frames
+    held: list[int] = []
+    for _ in range(left.shape[1]):
+        sizes = np.linalg.norm(left, axis=1)
+        column = int(np.argmax(sizes > (1 - 1e-6) * sizes.max()))
+        held.append(column)
+        along = left[column] / np.linalg.norm(left[column])
+        left = left - np.outer(left @ along, along)
+    return sorted(held)

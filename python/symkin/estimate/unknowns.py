@@ -1,0 +1,471 @@
+# SPDX-License-Identifier: MIT
+"""What is unknown of a robot as it is measured: names, patterns, and the columns they make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.model.chains import ABSENT
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import IdentificationSettings
+from symkin.model.tolerances import parameter_tolerances
+from symkin.storage.quantities import evaluate_quantity
+from symkin.values import Value, record
+
+__all__ = [
+    "CONSTANT",
+    "FRAMES",
+    "REDUNDANT",
+    "Gauge",
+    "Layout",
+    "LossPer",
+    "Priors",
+    "Sensor",
+    "Unknown",
+    "with_file_settings",
+]
+
+Array = NDArray[np.float64]
+Sensor = Literal["linear", "quadratic", "eccentric"]
+Gauge = Literal["prior", "nominal", "datum"]
+LossPer = Literal["pose", "reading"]
+Priors = str | Mapping[str, float | str]
+
+FRAMES = ("base", "target", "points", "anchors", "plane")
+_CURVATURE = {
+    "linear": (),
+    "quadratic": ("sensor_quadratic",),
+    "eccentric": ("sensor_cosine", "sensor_sine"),
+}
+CONSTANT = "a constant of the description"
+REDUNDANT = "since the sensor's offset does the same"
+_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+
+
+@record
+class Layout(Value):
+    """Which scalars are unknown, and in which column of the estimate each of them is.
+
+    Attributes
+    ----------
+    scalars : tuple of str
+        Names of all scalars of the setup, ``leg2.distal_length``, ``base.x``, ...; empty for one
+        that the mechanism does not have.
+    units : tuple of str
+        Of each scalar.
+    tolerances : ndarray
+        Of each scalar; zero where there is none, as of a frame.
+    always_held : tuple of str
+        Of each scalar: why it is never free; empty if it may be.
+    column : ndarray of int
+        Of each scalar: its column, or -1 if it is held.
+    names : tuple of str
+        Of the columns: a scalar's, or ``distal_length`` for one that all legs share.
+    prior : ndarray
+        Standard deviation of each column about its start; infinite without a prior.
+    """
+
+    scalars: tuple[str, ...]
+    units: tuple[str, ...]
+    tolerances: Array
+    always_held: tuple[str, ...]
+    column: NDArray[np.intp]
+    names: tuple[str, ...]
+    prior: Array
+
+    @classmethod
+    def of(
+        cls,
+        mechanism: Mechanism,
+        setup: _core.Setup,
+        *,
+        free: Sequence[str] | None = None,
+        fixed: Sequence[str] = (),
+        shared: Sequence[str] = (),
+        prior: Priors | None = None,
+        frames: Sequence[str] = (),
+        sensor: Sensor = "linear",
+        largest_readings: Sequence[float] | None = None,
+    ) -> Layout:
+        """Lay out what is unknown; the arguments are those of `identify`.
+
+        `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
+        quadratic term; by default 1 in its unit.
+
+        Raises
+        ------
+        SymkinError
+            For a pattern that matches nothing, naming the nearest name; for a prior of what is not
+            free; if nothing is free.
+        """
+        scalars = tuple(_core.unknown_names(mechanism.core, setup))
+        units = _units(mechanism, scalars)
+        one_of("sensor", sensor, Sensor)
+        always_held = _always_held(mechanism, scalars)
+        given = [
+            name
+            for leg in range(len(mechanism.legs))
+            for name, role in mechanism.leg_info(leg).parameter_roles.items()
+            if role.is_given
+        ]
+        names = _Names(scalars, _CURVATURE[sensor], always_held, given)
+        chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
+        chosen |= names.matching("free", free) if free is not None else names.of_legs
+        ties = [names.matching("shared", [pattern]) for pattern in shared]
+        chosen = chosen.union(*ties) - names.matching("fixed", fixed)
+        if not chosen:
+            raise SymkinError("nothing is free, so there is nothing to identify")
+        groups = _groups(names, ties, chosen, _sorts(mechanism, scalars, units))
+        column = np.full(len(scalars), -1, dtype=np.intp)
+        for number, members in enumerate(groups):
+            column[members] = number
+        made = cls(
+            scalars=scalars,
+            units=units,
+            tolerances=_tolerances(
+                mechanism, scalars, largest_readings or [1.0] * len(mechanism.legs)
+            ),
+            always_held=always_held,
+            column=column,
+            names=tuple(_name(names, members) for members in groups),
+            prior=np.full(len(groups), np.inf),
+        )
+        return made.with_prior(prior) if prior is not None else made
+
+    @property
+    def column_tolerances(self) -> Array:
+        """Tolerance of each column; zero where there is none."""
+        found, of_column = np.zeros(len(self.names)), self.column >= 0
+        np.maximum.at(found, self.column[of_column], self.tolerances[of_column])
+        return found
+
+    @property
+    def column_units(self) -> tuple[str, ...]:
+        """Unit of each column."""
+        return tuple(self.units[self.members(i)[0]] for i in range(len(self.names)))
+
+    def members(self, column: int) -> NDArray[np.intp]:
+        """Scalars that move with a column."""
+        return np.flatnonzero(self.column == column)
+
+    def with_prior(self, prior: Priors) -> Layout:
+        """Return it with priors; columns that have one keep it where they are given none."""
+        values = np.array(self.prior)
+        if isinstance(prior, str):
+            one_of("prior", prior, ("tolerances",))
+            tolerances = self.column_tolerances
+            values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
+            return replace(self, prior=values)
+        names = _Names(self.scalars, _TERMS, self.always_held)
+        for pattern, given in prior.items():
+            for scalar in sorted(names.matching("prior", [pattern])):
+                number = self.column[scalar]
+                if number < 0:
+                    raise SymkinError(
+                        f'prior "{pattern}" is of {self.scalars[scalar]}, which is not free'
+                    )
+                values[number] = _deviation(pattern, given, self.units[scalar])
+        return replace(self, prior=values)
+
+    def without(self, columns: Iterable[int]) -> Layout:
+        """Return it with the scalars of some columns held."""
+        kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
+        renumbered = np.full(len(self.names) + 1, -1, dtype=np.intp)
+        renumbered[kept] = np.arange(len(kept))
+        return replace(
+            self,
+            column=renumbered[self.column],
+            names=tuple(self.names[i] for i in kept),
+            prior=self.prior[kept],
+        )
+
+
+class _Names:
+    """Names of scalars, and what patterns match of them.
+
+    Terms of curvature that the sensors are not said to have are matched by their full names alone;
+    what is never free is not matched at all.
+    """
+
+    def __init__(
+        self,
+        scalars: Sequence[str],
+        terms: Sequence[str],
+        always_held: Sequence[str],
+        given: Sequence[str] = (),
+    ) -> None:
+        self.scalars = scalars
+        self.always_held = always_held
+        self.silent = set(_TERMS) - set(terms)
+        self.index = {name: i for i, name in enumerate(scalars) if name}
+        self.of_legs = {
+            i
+            for name, i in self.index.items()
+            if name.startswith("leg")
+            and name.partition(".")[2] not in (*_TERMS, *given)
+            and not always_held[i]
+        }
+
+    def matching(self, option: str, patterns: Sequence[str]) -> set[int]:
+        """Scalars that match any of the patterns; each must match one.
+
+        Without a dot a pattern is of a parameter in any leg, or of a whole block.
+        """
+        if isinstance(patterns, str):
+            patterns = [patterns]
+        found: set[int] = set()
+        for pattern in patterns:
+            matched = {
+                i
+                for name, i in self.index.items()
+                if _matches(name, pattern)
+                and (name.rpartition(".")[2] not in self.silent - {pattern.rpartition(".")[2]})
+            }
+            if not matched:
+                parts = dict.fromkeys(
+                    part
+                    for name in self.index
+                    for part in ((*name.split("."), name) if name[:3] == "leg" else (name,))
+                )
+                raise SymkinError(
+                    f'{option} "{pattern}" matches no unknown of this mechanism'
+                    f"{did_you_mean(pattern, parts)}"
+                )
+            may_be_free = {i for i in matched if not self.always_held[i]}
+            if not may_be_free and option != "fixed":
+                name, reason = (each[min(matched)] for each in (self.scalars, self.always_held))
+                raise SymkinError(f'{option} "{pattern}": {name} is held, {reason}')
+            found |= may_be_free
+        return found
+
+
+def _matches(name: str, pattern: str) -> bool:
+    if "." in pattern:
+        return fnmatchcase(name, pattern)
+    block, _, own = name.partition(".")
+    return fnmatchcase(block, pattern) or (block[:3] == "leg" and fnmatchcase(own, pattern))
+
+
+def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
+    chosen: set[int] = set()
+    for each in [frames] if isinstance(frames, str) else frames:
+        one_of("frames", each, FRAMES)
+        block = each.rstrip("s") + "*" if each in ("points", "anchors") else each
+        matched = {i for name, i in names.index.items() if fnmatchcase(name, f"{block}.*")}
+        if not matched:
+            raise SymkinError(
+                f'frames "{each}": this mechanism has none; give where they are nominally in the '
+                "[frames] of its file"
+                if each in ("points", "anchors")
+                else f'frames "{each}": a planar mechanism has none'
+            )
+        chosen |= matched
+    return chosen
+
+
+def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
+    if sensor == "eccentric" and mechanism.reading_unit != "rad":
+        raise SymkinError(
+            'sensor "eccentric" has a period of one turn, but the sensors of this mechanism read '
+            "lengths"
+        )
+    return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
+
+
+def _groups(
+    names: _Names, ties: Sequence[set[int]], chosen: set[int], sorts: Sequence[object]
+) -> list[list[int]]:
+    """Scalars of each column, in the order of the scalars: tied where they are of one sort."""
+    group_of: dict[int, tuple[int, object]] = {}
+    for number, tie in enumerate(ties):
+        for scalar in tie & chosen:
+            if scalar in group_of:
+                raise SymkinError(f"{names.scalars[scalar]} is shared twice; expected once")
+            group_of[scalar] = (number, sorts[scalar])
+    groups: dict[object, list[int]] = {}
+    for scalar in sorted(chosen):
+        groups.setdefault(group_of.get(scalar, scalar), []).append(scalar)
+    return list(groups.values())
+
+
+def _name(names: _Names, members: Sequence[int]) -> str:
+    first = names.scalars[members[0]]
+    if len(members) == 1:
+        return first
+    own = first.partition(".")[2]
+    alike = sum(name.startswith("leg") and name.endswith(f".{own}") for name in names.index)
+    if len(members) == alike:
+        return own
+    return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
+
+
+def _sorts(
+    mechanism: Mechanism, scalars: Sequence[str], units: Sequence[str]
+) -> tuple[object, ...]:
+    """What scalars have in common that can be shared: name and unit, and what the name means."""
+    sorts: list[object] = []
+    for name, unit in zip(scalars, units, strict=True):
+        block, _, own = name.partition(".")
+        leg = int(block[3:]) - 1 if block.startswith("leg") else None
+        roles = {} if leg is None else mechanism.leg_info(leg).parameter_roles
+        role = roles.get(own, ABSENT)
+        # A radius beside a height is another one than beside a polar angle.
+        beside = frozenset(each.kind for each in roles.values() if each.end == role.end != "none")
+        sorts.append((own, unit, role, beside))
+    return tuple(sorts)
+
+
+def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+    """Of each scalar."""
+    of_legs = []
+    for leg in range(len(mechanism.legs)):
+        own = dict(zip(mechanism.parameter_names, mechanism.parameter_units(leg), strict=True))
+        joint = own["sensor_offset"]
+        own |= {
+            "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
+            "sensor_cosine": joint,
+            "sensor_sine": joint,
+        }
+        of_legs.append(own)
+
+    def unit(name: str) -> str:
+        block, _, own = name.partition(".")
+        if block.startswith("leg"):
+            return of_legs[int(block[3:]) - 1][own]
+        if block == "plane":
+            return "m" if own == "c0" else ""
+        return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+
+    return tuple(map(unit, scalars))
+
+
+def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+    columns = {name: i for i, name in enumerate(mechanism.parameter_names)}
+    roles = [mechanism.parameter_roles(leg) for leg in range(len(mechanism.legs))]
+    estimated = mechanism.is_estimated
+    reasons = []
+    for name in scalars:
+        block, _, own = name.partition(".")
+        reason = ""
+        if block.startswith("leg") and own in columns:
+            leg, column = int(block[3:]) - 1, columns[own]
+            if roles[leg][column].is_constant:
+                reason = CONSTANT
+            elif not (estimated[leg, column] or roles[leg][column].is_given):
+                reason = REDUNDANT
+        reasons.append(reason)
+    return tuple(reasons)
+
+
+def _tolerances(
+    mechanism: Mechanism, scalars: Sequence[str], largest_readings: Sequence[float]
+) -> Array:
+    """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
+    by_leg = []
+    for leg, row in enumerate(parameter_tolerances(mechanism).tolist()):
+        angular = mechanism.leg_info(leg).reading_unit == "rad"
+        joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
+        curved = dict.fromkeys(_TERMS, joint) | {
+            "sensor_quadratic": joint / max(largest_readings[leg], 1e-9) ** 2
+        }
+        by_leg.append(dict(zip(mechanism.parameter_names, row, strict=True)) | curved)
+    values = np.zeros(len(scalars))
+    for i, name in enumerate(scalars):
+        block, _, own = name.partition(".")
+        if block.startswith("leg"):
+            values[i] = by_leg[int(block[3:]) - 1][own]
+        elif block.startswith("point"):
+            values[i] = mechanism.tolerances.length
+    return values
+
+
+def _deviation(pattern: str, given: float | str, unit: str) -> float:
+    value = given if isinstance(given, int | float) else _quantity(pattern, given, unit)
+    if not 0 < value < np.inf:
+        raise SymkinError(
+            f'the prior of "{pattern}" is {given}; expected a positive standard deviation '
+            "(fixed holds a parameter)"
+        )
+    return float(value)
+
+
+def _quantity(pattern: str, text: str, unit: str) -> float:
+    try:
+        return evaluate_quantity(text, unit or "1")
+    except SymkinError as error:
+        raise SymkinError(f'the prior of "{pattern}" {error}') from error
+
+
+def with_file_settings(
+    given: Mapping[str, Any], settings: IdentificationSettings | None
+) -> dict[str, Any]:
+    """What was asked for, or else what the mechanism's file says."""
+    chosen = {
+        name: getattr(settings, name, None) if value is None else value
+        for name, value in given.items()
+    }
+    return {name: value for name, value in chosen.items() if value is not None}
+
+
+Status = Literal[
+    "free",
+    "shared",
+    "held",
+    "held, a constant of the description",
+    "held, since the sensor's offset does the same",
+    "held by its prior: not shown by the data",
+    "shown by the data and priors together",
+    "shown by the data up to the gauge",
+]
+
+
+@record
+class Unknown(Value):
+    """A scalar of the robot as it is measured.
+
+    Attributes
+    ----------
+    name : str
+        ``leg2.distal_length``, ``base.x``, ``plane.c1``, ...
+    unit : str
+        "m", "rad", ...; empty for a number.
+    nominal : float
+        Of the drawing; NaN for what no drawing shows.
+    value, deviation : float
+        The estimate and its standard deviation; NaN if it is held. A frame's rotation is written as
+        a rotation vector, and its deviations are those of a small rotation about the axes outside.
+    tolerance, prior : float
+        Standard deviations of manufacturing and of the prior; NaN without.
+    status : str
+        "free", "shared" or "held", with the reason if it always is; or what the data do not show
+        by themselves.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    value: float
+    deviation: float
+    tolerance: float
+    prior: float
+    status: Status
+
+    derived: ClassVar[tuple[str, ...]] = ("change_in_tolerances",)
+
+    @property
+    def shown(self) -> bool:
+        """Whether the data determine it by themselves."""
+        return self.status in ("free", "shared")
+
+    @property
+    def change_in_tolerances(self) -> float:
+        """How far it is from the drawing, in tolerances; NaN without one, and if it is held."""
+        return (self.value - self.nominal) / self.tolerance if self.deviation > 0 else float("nan")

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Mechanism files: read, checked, written, begun."""

@@ -1,0 +1,550 @@
+# SPDX-License-Identifier: MIT
+"""Reading mechanism files."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.columns import check_columns
+from symkin.data.sensor_tables import read_sensor_table
+from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
+from symkin.files.mechanism_schema import (
+    ENDS,
+    HEADER,
+    MEASUREMENTS,
+    ReadingUnit,
+    covariance_of,
+    ends_of,
+    mechanism_table,
+)
+from symkin.model.chains import (
+    ChainInfo,
+    chain_info,
+    common_reading_unit,
+    require_mixable,
+    union_of_names,
+)
+from symkin.model.file_frames import (
+    centres,
+    drawn_workspace,
+    jacobian,
+    own_frames,
+    own_workspace,
+    polar,
+    split_covariance,
+)
+from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.sensor_table import SensorTable
+from symkin.model.settings import (
+    DeclaredSymmetry,
+    DrawnPoints,
+    Frames,
+    IdentificationSettings,
+    JointLimits,
+    MeasurementColumns,
+    NoiseSettings,
+    ProtocolSettings,
+    Tolerances,
+    WorkspaceSettings,
+)
+from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
+from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
+
+_Values = dict[str, Any]
+_Kind = TypeVar("_Kind", bound=Mechanism)
+_SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
+
+
+@overload
+def read_mechanism(
+    path_or_name: str | os.PathLike[str], *, require_symmetry: bool = True
+) -> Mechanism: ...
+
+
+@overload
+def read_mechanism(
+    path_or_name: str | os.PathLike[str], kind: type[_Kind], *, require_symmetry: bool = True
+) -> _Kind: ...
+
+
+def read_mechanism(
+    path_or_name: str | os.PathLike[str],
+    kind: type[Mechanism] = Mechanism,
+    *,
+    require_symmetry: bool = True,
+) -> Mechanism:
+    """Read a mechanism from a TOML file, or one of the shipped mechanisms by name.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A file, or a name such as ``"3RRR"``; `shipped_mechanisms` lists them.
+    kind : type
+        The class of what is returned, `Mechanism` or one derived from it.
+    require_symmetry : bool
+        Whether legs that do not have the symmetry declared beside them are an error. Without,
+        `check_mechanism` tells what breaks it.
+
+    Returns
+    -------
+    Mechanism
+        In SI units, with the settings of the file; its `source` is the file.
+
+    Raises
+    ------
+    MechanismFileError
+        With the file, the line and the key at fault, the expectation, and for a misspelt key the
+        nearest valid one.
+    """
+    source = read_toml(_located(path_or_name))
+    header = read_table(source, HEADER)
+    stated: ReadingUnit | None = header.get("reading_unit")
+    platform = header.get("platform", "rigid")
+    chains = _chains(source, header, platform)
+    kinds, noun = [chain_info(chain, platform) for chain in chains], _noun(header)
+    reading = stated or ReadingUnit(
+        source.call(("reading_unit",), lambda: common_reading_unit(kinds, noun))
+    )
+    used = tuple(dict.fromkeys(chains))
+    file = read_table(source, mechanism_table(used, platform, reading.unit, header.get("chain")))
+    section = _section_of_legs(source, file)
+    entries = [file[section]] if section == "reference_leg" else file[section]
+    infos = [chain_info(each["chain"], platform) for each in entries]
+    entries, points = _points(source, section, entries, infos, file.get("frames", {}))
+    legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
+    info = infos[0]  # they agree in what follows
+    workspace, frames, points = _placed(file, info, points)
+    unknown = file.get("identification")
+    mechanism = source.call(
+        (section,),
+        lambda: kind(
+            file.get("name") or printable(source.path.stem),
+            legs,
+            platform=platform,
+            reading_unit=reading.unit,
+            reading_step=reading.step,
+            symmetry=symmetry,
+            workspace=workspace,
+            noise=NoiseSettings(**file.get("noise", {})),
+            tolerances=Tolerances(**file.get("tolerances", {})),
+            protocol=ProtocolSettings(**file.get("protocol", {})),
+            joint_limits=_joint_limits(source, file, len(legs)),
+            deviations=deviations,
+            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
+            source=source.path,
+            frames=frames,
+            identification=IdentificationSettings(**unknown) if unknown else None,
+            curvature=curvature,
+            points=points,
+            sensor_table=_sensor_table(source, file, len(legs), reading),
+        ),
+    )
+    if symmetry is not None and require_symmetry:
+        source.call(("symmetry",), lambda: verify_declared(mechanism))
+    _check_home(source, mechanism)
+    return mechanism
+
+
+def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
+    """Read a column mapping: the ``[measurements]`` section of a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with this section alone, or a mechanism file.
+
+    Returns
+    -------
+    MeasurementColumns
+
+    Raises
+    ------
+    MechanismFileError
+        With the file, the line and the key.
+    """
+    source = read_toml(Path(path))
+    if not {"chain", *_SECTIONS_OF_LEGS} & set(source.values):
+        alone = table({"measurements": MEASUREMENTS}, ("measurements",))
+        return _mapping(read_table(source, alone)["measurements"])
+    if "measurements" not in source.values:
+        raise source.error(("measurements",), "this mechanism file has no such section")
+    return _mapping(read_table(source, MEASUREMENTS, ("measurements",)))
+
+
+def shipped_mechanisms() -> list[str]:
+    """Return the names of the mechanisms that come with symkin.
+
+    Returns
+    -------
+    list of str
+    """
+    return sorted(path.stem for path in _shipped_folder().glob("*.toml"))
+
+
+def _shipped_folder() -> Path:
+    package = Path(__file__).parents[1]
+    installed = package / "mechanisms"
+    return installed if installed.is_dir() else package.parents[1] / "mechanisms"
+
+
+def _located(path_or_name: str | os.PathLike[str]) -> Path:
+    path = Path(path_or_name)
+    # A folder is no mechanism, so one with the name of a shipped mechanism does not hide it, not
+    # even with the slash that completion adds.
+    is_name = path.name == os.fspath(path_or_name).rstrip(os.sep) and path.suffix != ".toml"
+    exists = os.path.exists(path)  # noqa: PTH110  # for any name, unlike Path.exists
+    if not is_name or (exists and not path.is_dir()):
+        return path
+    shipped = _shipped_folder() / f"{path}.toml"
+    names = shipped_mechanisms()
+    if shipped.stem not in names:
+        raise MechanismFileError(
+            "is neither a file nor a shipped mechanism (see `symkin list`)"
+            f"{did_you_mean(path.name, names)}",
+            path,
+        )
+    return shipped
+
+
+def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:
+    """The chain of each leg that is described, its own or the one at the top of the file."""
+    default = header.get("chain")
+    if default is not None:
+        source.call(("chain",), lambda: chain_info(default, platform))
+    found: list[str] = []
+    for section in _SECTIONS_OF_LEGS:
+        listed = header.get(section, [])
+        legs = listed if isinstance(listed, list) else [listed]
+        named = [isinstance(leg, dict) and "chain" in leg for leg in legs]
+        for number, leg in enumerate(legs):
+            place = (section, number, "chain") if isinstance(listed, list) else (section, "chain")
+            if named[number]:
+                chain = source.call(place, functools.partial(text().read, leg["chain"]))
+                source.call(place, functools.partial(chain_info, chain, platform))
+                found.append(chain)
+            elif default is not None:
+                found.append(default)
+            elif any(named):
+                raise source.error(place, "this key is missing, as there is no chain at the top")
+    if not found and default is None:
+        raise source.error(("chain",), "this key is missing")
+    infos = [chain_info(chain, platform) for chain in found]
+    if infos:
+        section = next(each for each in _SECTIONS_OF_LEGS if each in header)
+        source.call((section,), lambda: require_mixable(infos, _noun(header)))
+    return tuple(found) or (str(default),)
+
+
+def _noun(header: _Values) -> str:
+    return "reference leg" if "reference_legs" in header else "leg"
+
+
+def _section_of_legs(source: TomlSource, file: _Values) -> str:
+    """Which describes the legs; refuse a file with none, or with two of them."""
+    given = [section for section in _SECTIONS_OF_LEGS if section in file]
+    if not given:
+        raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
+    if len(given) > 1:
+        named = {"reference_leg": "[reference_leg]"}
+        other = named.get(given[1], f"[[{given[1]}]]")
+        raise source.error((given[0],), f"stands beside {other}; expected one of the two")
+    return given[0]
+
+
+def _legs(
+    source: TomlSource,
+    file: _Values,
+    section: str,
+    entries: list[_Values],
+    infos: Sequence[ChainInfo],
+) -> tuple[
+    list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
+]:
+    """The legs, the declared symmetry, and where the file has them deviations and curvature."""
+    symmetry, platform = _symmetry(source, file), file.get("platform", "rigid")
+    described = []
+    for entry, info in zip(entries, infos, strict=True):
+        given = {name: entry[name] for name in info.parameter_names if name in entry}
+        if section == "legs":  # which has values with standard deviations
+            given = {name: value for name, (value, _) in given.items()}
+        described.append(Leg(info.name, given, entry.get("working_mode", -1)))
+    if section == "legs":
+        unknown, names = (math.nan, math.nan), union_of_names(infos)
+        deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in entries])
+        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in entries])
+        return described, symmetry, None if np.isnan(deviations).all() else deviations, curvature
+    if symmetry is None:
+        raise source.error(("symmetry",), "this table is missing; it generates the other legs")
+    count = file["symmetry"].get("legs")
+    if section == "reference_legs":
+        legs = source.call((section,), lambda: generate_orbits(described, symmetry, platform))
+        if count not in (None, len(legs)):
+            raise source.error(
+                ("symmetry", "legs"), f"is {count}; the reference legs have {len(legs)} images"
+            )
+        return legs, symmetry, None, None
+    if count is None:
+        raise source.error(("symmetry", "legs"), "this key is missing")
+    legs = source.call(("symmetry",), lambda: generate_legs(described[0], symmetry, count))
+    return legs, symmetry, None, None
+
+
+def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
+    section = file.get("symmetry")
+    if section is None:
+        return None
+    group, elements = section["group"], section.get("elements")
+    count = len(file["legs"]) if "legs" in file else section.get("legs")
+    if "legs" in file and section.get("legs") not in (None, count):
+        legs = section["legs"]
+        raise source.error(("symmetry", "legs"), f"is {legs}; the file lists {count} legs")
+    if elements is not None:
+        place, expected = ("symmetry", "elements"), [len(elements)]
+    else:
+        place, order = ("symmetry", "legs"), int(group[1:])
+        expected = [order] if group[0] == "C" else [order, 2 * order]
+    # Of several orbits each has as many legs as it has images.
+    if "reference_leg" in file and count is not None and count not in expected:
+        counts = " or ".join(map(str, expected))
+        what = f"group {group} carries one leg to {counts} legs"
+        if elements is not None:
+            what = f"{counts} elements carry one leg to {counts} legs"
+        raise source.error(place, f"{what}, but the mechanism has {count} legs")
+    named = None if elements is None else tuple(elements)
+    return source.call(
+        ("symmetry",), lambda: DeclaredSymmetry(group, section.get("axis", 0.0), named)
+    )
+
+
+def _workspace(file: _Values, info: ChainInfo) -> WorkspaceSettings | None:
+    if "workspace" not in file:
+        return None
+    others = dict(file["workspace"])
+    bounds = [others.pop(coordinate) for coordinate in info.box]
+    lower, upper = (info.whole(each) for each in zip(*bounds, strict=True))
+    if "home" in others:
+        others["home"] = info.whole(others["home"])
+    return WorkspaceSettings(lower, upper, **others)
+
+
+def _placed(
+    file: _Values, info: ChainInfo, points: DrawnPoints | None
+) -> tuple[WorkspaceSettings | None, Frames | None, DrawnPoints | None]:
+    """Workspace and frames in the mechanism's own frames, and how the file has the first."""
+    pose_space = info.pose_space
+    workspace = _workspace(file, info)
+    section = dict(file.get("frames", {}))
+    for end in ("base", "platform"):
+        section.pop(f"{end}_centre", None)
+    frames = Frames(**section) if section else None
+    if points is None:
+        return workspace, frames, None
+    points = dataclasses.replace(points, workspace=workspace if points.moved else None)
+    return (
+        own_workspace(pose_space, workspace, points),
+        own_frames(pose_space, frames or Frames(), points),
+        points,
+    )
+
+
+def _points(
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    infos: Sequence[ChainInfo],
+    frames: _Values,
+) -> tuple[list[_Values], DrawnPoints | None]:
+    """The tables of legs with all points by parameters, and in which frames they were given.
+
+    Legs of the section "legs" have values with standard deviations; `frames` is the section with
+    the centres.
+    """
+    listed = section == "legs"
+    ends = {}
+    for end in ENDS:
+        if any(f"{end}_point" in leg for leg in legs):
+            ends[end] = [ends_of(info).get(end, {}) for info in infos]
+    given = {end: frames.get(f"{end}_centre") for end in ENDS}
+    for end, centre in given.items():
+        if centre is None:
+            continue
+        if end not in ends:
+            raise source.error(
+                ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
+            )
+        if any(centre) and not all(ends[end]):
+            raise source.error(
+                ("frames", f"{end}_centre"),
+                f"goes with legs whose {end} ends are all points; leg "
+                f"{ends[end].index({}) + 1} ({infos[ends[end].index({})].name}) has a guide, which "
+                "is given about the origin as the others are",
+            )
+    if not ends:
+        return legs, None
+    for end, names in ends.items():
+        _require_everywhere(source, section, legs, end, names)
+    points = {
+        end: np.array(
+            [
+                leg[f"{end}_point"]["value"]
+                if f"{end}_point" in leg
+                else [np.nan] * max(map(len, names))
+                for leg in legs
+            ]
+        )
+        for end, names in ends.items()
+    }
+    # A guide is given about the origin, and points beside it are too.
+    fixed = {
+        end: np.zeros(each.shape[1])
+        for end, each in points.items()
+        if not listed or np.isnan(each).any()
+    }
+    fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
+    about = fixed
+    if len(fixed) < len(ends):
+        known = [
+            {name: leg[name][0] for name in info.parameter_names if name in leg}
+            for leg, info in zip(legs, infos, strict=True)
+        ]
+        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, fixed)
+    made = [
+        {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
+    ]
+    correlations = {}
+    for end, names in ends.items():
+        matrices = []
+        for number, (leg, own_names) in enumerate(zip(legs, names, strict=True)):
+            if not own_names:
+                matrices.append(np.empty((0, 0)))
+                continue
+            values = polar(points[end][number] - about[end], own_names)
+            own = {kind: float(each) for kind, each in values.items()}
+            deviations, matrix = _errors_of_parameters(own, leg[f"{end}_point"])
+            matrices.append(matrix)
+            for (kind, name), deviation in zip(own_names.items(), deviations, strict=True):
+                made[number][name] = (own[kind], deviation) if listed else own[kind]
+        if any(np.any(matrix != np.eye(len(matrix))) for matrix in matrices):
+            correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
+    base, platform = (tuple(about[end].tolist()) if end in about else None for end in ENDS)
+    return made, DrawnPoints(base, platform, correlations=correlations)
+
+
+def _require_everywhere(
+    source: TomlSource,
+    section: str,
+    legs: list[_Values],
+    end: str,
+    names: Sequence[Mapping[str, str]],
+) -> None:
+    """Refuse legs some of which give a point by coordinates and some not."""
+    drawn = [f"{end}_point" in leg for leg in legs]
+    for number, (has, own) in enumerate(zip(drawn, names, strict=True)):
+        if own and not has:
+            raise source.error(
+                (section, number, own["radius"]),
+                f"leg {drawn.index(True) + 1} has {end}_point; expected it in every leg, or in "
+                "none",
+            )
+
+
+def _errors_of_parameters(
+    values: _Values, point: _Values
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Standard deviations and correlations of a point's parameters by those of its coordinates."""
+    size = len(values)
+    if "standard_deviation" not in point:
+        return np.full(size, np.nan), np.eye(size)
+    covariance = covariance_of(point["standard_deviation"], point.get("correlation", ()))
+    inverse = np.linalg.pinv(jacobian(values))
+    return split_covariance(inverse @ covariance @ inverse.T)
+
+
+def _joint_limits(source: TomlSource, file: _Values, legs: int) -> JointLimits:
+    section = file.get("joint_limits", {})
+    limits = JointLimits(**section)
+    source.call(("joint_limits", *section)[:2], lambda: limits.of_legs(legs))
+    return limits
+
+
+def _sensor_table(
+    source: TomlSource, file: _Values, leg_count: int, reading: ReadingUnit
+) -> SensorTable | None:
+    """The table in the file, or in one beside it."""
+    section = file.get("sensor_table")
+    if section is None:
+        return None
+    if len(section) != 1:
+        raise source.error(
+            ("sensor_table",),
+            f"has {' and '.join(section) or 'no key'}; expected one of file, rows and legs",
+        )
+    if "file" in section:
+        step = "" if reading.step is None else f"{reading.step!r} {reading.unit}/step"
+        return source.call(
+            ("sensor_table", "file"),
+            lambda: read_sensor_table(
+                source.path.parent / section["file"],
+                legs=leg_count,
+                reading_unit=reading.unit,
+                step=step,
+            ),
+        )
+
+    def made() -> SensorTable:
+        table = SensorTable(section.get("legs") or (section["rows"],))
+        table.require_legs(leg_count)
+        return table
+
+    return source.call(("sensor_table", *section), made)
+
+
+def _columns(
+    source: TomlSource, file: _Values, pose_space: str, leg_count: int, reading_unit: str
+) -> MeasurementColumns | None:
+    if "measurements" not in file:
+        return None
+    columns = _mapping(file["measurements"])
+    source.call(
+        ("measurements",), lambda: check_columns(columns, pose_space, leg_count, reading_unit)
+    )
+    return columns
+
+
+def _mapping(section: _Values) -> MeasurementColumns:
+    values: _Values = {"position": ()}
+    values |= {
+        name: tuple(value) if isinstance(value, list) else value for name, value in section.items()
+    }
+    return MeasurementColumns(**values)
+
+
+def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
+    """Refuse a home pose that a leg cannot reach, or where a joint is beyond its limits."""
+    if mechanism.workspace is None:
+        return
+    readings = mechanism.inverse_kinematics(mechanism.home)[0]
+    settings = drawn_workspace(mechanism) or mechanism.workspace
+    given = settings.home_or_origin
+    described = "(" + ", ".join(f"{given[each]:g}" for each in mechanism.free) + ")"
+    if np.isnan(readings).any():
+        legs = named_legs(np.flatnonzero(np.isnan(readings)))
+        raise source.error(
+            ("workspace", "home"), f"the home pose {described} is beyond the reach of {legs}"
+        )
+    outside = ~mechanism.within_limits(readings)
+    if outside.any():
+        legs = named_legs(np.flatnonzero(outside))
+        raise source.error(
+            ("joint_limits",), f"at the home pose {described} they are exceeded by {legs}"
+        )

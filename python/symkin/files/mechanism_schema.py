@@ -1,0 +1,506 @@
+# SPDX-License-Identifier: MIT
+"""What a mechanism file may say.
+
+A kind says how a TOML value is read and how JSON Schema describes it. The keys of a leg and of the
+workspace depend on the chain, so a whole file is described for one chain, platform and reading
+unit. ``python -m symkin.files.mechanism_schema`` prints the JSON Schema, for editors that complete
+and check TOML.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import json
+import math
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.data.sensor_tables import MOST_ROWS
+from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.model.chains import PLATFORMS, ChainInfo, chain_info, chains
+from symkin.model.file_frames import point_parameters
+from symkin.model.poses import POSE_SPACES
+from symkin.model.settings import (
+    JointLimits,
+    MeasurementColumns,
+    NoiseSettings,
+    ProtocolSettings,
+    Tolerances,
+    WorkspaceSettings,
+)
+from symkin.storage.quantities import counts_steps, evaluate_quantity, unit_factor
+from symkin.storage.toml_file import (
+    Kind,
+    Schema,
+    Sign,
+    WrongValueError,
+    choice,
+    estimate,
+    list_of,
+    one_or_list,
+    quantity,
+    read_at,
+    table,
+    text,
+    whole,
+)
+
+# More would be slow beyond use, and no such mechanism is known.
+_MOST_LEGS = 64
+ENDS = ("base", "platform")
+_ROUNDING = 1e-6  # of correlations that are typed
+
+
+def _limit(unit: str) -> Kind:
+    """A reading; inf or -inf where a leg has no such limit."""
+    finite = quantity(unit, note="in the sensor's unit, inf or -inf for none")
+    return Kind(
+        lambda raw: raw if raw in (math.inf, -math.inf) else finite.read(raw), finite.schema
+    )
+
+
+def _coordinates(*units: str) -> Kind:
+    """A list of quantities, each in its own unit."""
+    kinds = [quantity(unit, direction=unit == "rad") for unit in units]
+    return _row(kinds, ", ".join(units))
+
+
+def _row(kinds: Sequence[Kind], units: str) -> Kind:
+    """A list of so many values, each of its own kind."""
+    count = len(kinds)
+
+    def read(raw: Any) -> tuple[float, ...]:
+        if not isinstance(raw, list) or len(raw) != count:
+            found = f"{len(raw)} values" if isinstance(raw, list) else f"{raw!r}, no list"
+            raise QuantityError(f"has {found}; expected {count}, in {units}")
+        return tuple(kind.read(item) for kind, item in zip(kinds, raw, strict=True))
+
+    items = [kind.schema for kind in kinds]
+    return Kind(read, {"type": "array", "prefixItems": items, "minItems": count, "maxItems": count})
+
+
+def _interval(unit: str) -> Kind:
+    """``[lower, upper]``."""
+    both = _coordinates(unit, unit)
+
+    def read(raw: Any) -> tuple[float, float]:
+        lower, upper = both.read(raw)
+        if lower > upper:
+            raise QuantityError(f"is {raw}; expected the lower bound first")
+        return lower, upper
+
+    return Kind(read, both.schema)
+
+
+def _estimate(unit: str, value: Kind) -> Kind:
+    """A quantity, or ``{ value = ..., standard_deviation = ... }``; NaN where there is none."""
+    both = estimate(value, {"standard_deviation": quantity(unit, "not negative")})
+
+    def read(raw: Any) -> tuple[float, float]:
+        made = both.read(raw)
+        return made["value"], made.get("standard_deviation", math.nan)
+
+    return Kind(read, both.schema)
+
+
+def _check_name(name: str) -> str:
+    if not name:
+        raise WrongValueError("is empty; expected a name")
+    if not name.isprintable():
+        raise WrongValueError(f"is {printable(name)!r}; expected characters that can be printed")
+    return name
+
+
+def _check_group(group: str) -> str:
+    number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
+    if not number:
+        raise WrongValueError(
+            f'is "{group}"; expected C (rotations) or D (rotations and reflections) and the number '
+            'of rotations, such as "C3" or "D3"'
+        )
+    if len(number[1]) > len(str(_MOST_LEGS)) or int(number[1]) > _MOST_LEGS:
+        raise WrongValueError(f'is "{group}"; expected at most {_MOST_LEGS} rotations')
+    return group
+
+
+def _prior(raw: Any) -> Any:
+    """The word, or a standard deviation for each pattern."""
+    if isinstance(raw, dict):
+        number = Kind(_number_or_text, {})
+        return {name: read_at(name, number, each) for name, each in raw.items()}
+    return choice("tolerances").read(raw)
+
+
+def _number_or_text(raw: Any) -> float | str:
+    if isinstance(raw, bool) or not isinstance(raw, int | float | str):
+        raise WrongValueError(f"is {raw!r}; expected a standard deviation")
+    return raw if isinstance(raw, str) else float(raw)
+
+
+def _names(raw: Any) -> dict[str, str]:
+    if not isinstance(raw, dict):
+        raise WrongValueError("is not a table of keys; expected one")
+    return {name: read_at(name, text(), column) for name, column in raw.items()}
+
+
+_SYMMETRY = table(
+    {
+        "group": text(check=_check_group),
+        "legs": whole(1, _MOST_LEGS),
+        "axis": quantity("rad", direction=True),
+        "elements": list_of(text()),
+    },
+    ("group",),
+)
+_TOLERANCES = table(
+    {
+        "length": quantity("m", "positive"),
+        "angle": quantity("rad", "positive"),
+        "gain": quantity("1", "positive", "relative to the gain"),
+    },
+    settings=Tolerances,
+)
+_PROTOCOL = table(
+    {"pose_count": whole(1, 10**6), "candidates": whole(1, 10**7), "seed": whole(0, 2**63 - 1)},
+    settings=ProtocolSettings,
+)
+MEASUREMENTS = table(
+    {
+        "position": list_of(text()),
+        "readings": list_of(text()),
+        "angle": text(),
+        "quaternion": list_of(text()),
+        "rotation_vector": list_of(text()),
+        "position_unit": text(),
+        "orientation_unit": text(),
+        "reading_unit": text(),
+        "leg": text(),
+        "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
+    },
+    ("readings",),
+    MeasurementColumns,
+)
+_PATTERNS = list_of(text(200))
+IDENTIFICATION = table(
+    {
+        "free": _PATTERNS,
+        "fixed": _PATTERNS,
+        "shared": _PATTERNS,
+        "prior": Kind(
+            _prior,
+            {
+                "anyOf": [
+                    {"const": "tolerances"},
+                    {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+                ]
+            },
+        ),
+        "frames": list_of(choice("base", "target", "points", "anchors", "plane")),
+        "sensor": choice("linear", "quadratic", "eccentric"),
+        "gauge": choice("prior", "nominal", "datum"),
+        "loss_per": choice("pose", "reading"),
+    }
+)
+_SECTIONS = (
+    "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "noise", "tolerances",
+    "joint_limits", "protocol", "measurements", "frames", "identification", "sensor_table",
+)  # fmt: skip
+
+
+class ReadingUnit(NamedTuple):
+    """What sensors read, and how much of it a step or count is, if the file says that."""
+
+    unit: str
+    step: float | None = None
+
+
+def _reading_unit(raw: Any) -> ReadingUnit:
+    if raw in ("rad", "m"):
+        return ReadingUnit(raw)
+    if isinstance(raw, str) and counts_steps(raw):
+        try:
+            evaluate_quantity(raw, "rad/step")
+        except QuantityError:
+            return ReadingUnit("m", unit_factor(raw, "m"))
+        return ReadingUnit("rad", unit_factor(raw, "rad"))
+    raise WrongValueError(
+        f"is {raw!r}; expected 'rad' or 'm', or the size of a step such as '1/80 mm/step'"
+    )
+
+
+_STEP_SCHEMA = {"type": "string", "pattern": "(step|count)", "description": "size of a step"}
+# The keys that every file may have, and those that decide about the others.
+_HEADER_KINDS: dict[str, Kind] = {
+    "schema": choice(1),
+    "name": text(200, _check_name),
+    "chain": text(),
+    "platform": choice(*PLATFORMS),
+    "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
+}
+HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema",))
+
+
+@functools.cache
+def mechanism_table(
+    chains: tuple[str, ...], platform: str, reading_unit: str, default: str | None
+) -> Kind:
+    """Describe the files of mechanisms with legs of these chains, of a platform and a reading unit.
+
+    Legs that name no chain have the `default`.
+
+    Raises
+    ------
+    SymkinError
+        If there is no such chain, or it cannot carry the platform.
+    """
+    infos = [chain_info(chain, platform) for chain in chains]
+    info, unit = infos[0], reading_unit
+    reference = _leg_of_chains(infos, unit, default, listed=False)
+    space = POSE_SPACES[info.pose_space]
+    coordinates = info.box
+    limit = one_or_list(_limit(unit), 1, _MOST_LEGS)
+    workspace = table(
+        {name: _interval(unit) for name, unit in coordinates.items()}
+        | {
+            "home": _coordinates(*coordinates.values()),
+            "reach_margin": quantity(space.closure_unit, "not negative"),
+            "conditioning_limit": quantity("1", "positive"),
+            "characteristic_length": quantity("m", "positive"),
+        },
+        tuple(coordinates),
+        WorkspaceSettings,
+    )
+    noise = table(
+        {
+            "position": quantity("m", "not negative"),
+            "orientation": quantity("rad", "not negative"),
+            "reading": quantity(unit, "not negative", "in the sensor's unit"),
+        },
+        settings=NoiseSettings,
+    )
+    sections: dict[str, Kind] = {
+        "chain": choice(*chains),
+        "platform": choice(platform),
+        "symmetry": _SYMMETRY,
+        "reference_leg": reference,
+        "reference_legs": list_of(reference, 1, _MOST_LEGS),
+        "legs": list_of(_leg_of_chains(infos, unit, default, listed=True), 1, _MOST_LEGS),
+        "workspace": workspace,
+        "noise": noise,
+        "tolerances": _TOLERANCES,
+        "joint_limits": table({"lower": limit, "upper": limit}, settings=JointLimits),
+        "protocol": _PROTOCOL,
+        "measurements": MEASUREMENTS,
+    }
+    place = ("m",) * space.size
+    frame = _coordinates(*place, *("rad",) * (len(space.frame_components) - len(place)))
+    frames = {"base": frame, "target": frame}
+    if space.moves:
+        frames |= dict.fromkeys(("points", "anchors"), list_of(_coordinates(*place)))
+    if space.size == 3:
+        frames["plane"] = _coordinates("m", "1", "1")
+    ends = dict.fromkeys(end for each in infos for end in ends_of(each))
+    frames |= {f"{end}_centre": _coordinates(*place) for end in ends}
+    # ``[shown, straight]`` of a sensor, of any number of turns.
+    rows = list_of(list_of(quantity(unit), 2, 2), 2, MOST_ROWS)
+    sections |= {
+        "frames": table(frames),
+        "identification": IDENTIFICATION,
+        "sensor_table": table({"file": text(), "rows": rows, "legs": list_of(rows, 1, _MOST_LEGS)}),
+    }
+    required = ("schema",) + (("chain",) if default is not None else ())
+    required += ("platform",) if platform != "rigid" else ()
+    return table(_HEADER_KINDS | sections, required)
+
+
+def _leg_of_chains(
+    infos: Sequence[ChainInfo], unit: str, default: str | None, *, listed: bool
+) -> Kind:
+    """A leg's table, whose keys are those of its chain; values have deviations where `listed`."""
+    kinds = {info.name: _leg(info, unit, listed=listed) for info in infos}
+
+    def read(raw: Any) -> Any:
+        given = raw.get("chain", default) if isinstance(raw, dict) else default
+        made = kinds[given if given in kinds else infos[0].name].read(raw)
+        return {"chain": given, **made}
+
+    schemas = [kind.schema for kind in kinds.values()]
+    return Kind(read, schemas[0] if len(schemas) == 1 else {"anyOf": schemas})
+
+
+def _leg(info: ChainInfo, unit: str, *, listed: bool) -> Kind:
+    units = info.units_of_sensor(unit)
+    parameters = {name: _parameter(info, name, units[name]) for name in units}
+    others: dict[str, Kind] = {"chain": choice(info.name), "working_mode": choice(-1, 1)}
+    if not listed:
+        return _leg_kind(info, parameters, others, estimated=False)
+    joint = units["sensor_offset"]
+    # Plain numbers: the quadratic term's unit is one that expressions do not know.
+    others |= {f"sensor_{term}": quantity("1", note=each) for term, each in (
+        ("quadratic", f"{joint} per square of the reading"),
+        ("cosine", joint),
+        ("sine", joint),
+    )}  # fmt: skip
+    estimates = {name: _estimate(units[name], kind) for name, kind in parameters.items()}
+    return _leg_kind(info, estimates, others, estimated=True)
+
+
+def _parameter(info: ChainInfo, name: str, unit: str) -> Kind:
+    sign: Sign = "any"
+    kind = info.parameter_roles[name].kind
+    if kind in ("length", "arc"):
+        sign = "positive"
+    elif kind == "gain":
+        sign = "not zero"
+    # A guide's distance is signed.
+    elif kind == "pulley_radius" or (kind == "radius" and not info.signed_radius):
+        sign = "not negative"
+    note = "active joint per sensor reading" if kind == "gain" else ""
+    if name in info.defaults:
+        note = f"held; by default {info.defaults[name]}"
+    return quantity(unit, sign, note, direction=unit == "rad")
+
+
+def ends_of(info: ChainInfo) -> dict[str, dict[str, str]]:
+    """The ends that are points, with the names of their parameters by kind."""
+    found = {end: point_parameters(info, end) for end in ENDS}
+    return {end: names for end, names in found.items() if names}
+
+
+def _leg_kind(
+    info: ChainInfo, parameters: Mapping[str, Kind], others: Mapping[str, Kind], *, estimated: bool
+) -> Kind:
+    """A leg's table, with each of its points by parameters or by coordinates.
+
+    Where `estimated`, coordinates may have standard deviations.
+    """
+    ends = ends_of(info)
+    forms: dict[tuple[str, ...], Kind] = {}
+    for drawn in itertools.chain(*(itertools.combinations(ends, n) for n in range(len(ends) + 1))):
+        replaced = {name for end in drawn for name in ends[end].values()}
+        kinds = {name: kind for name, kind in parameters.items() if name not in replaced}
+        points = {f"{end}_point": _point(len(ends[end]), estimated) for end in drawn}
+        # The azimuth that a direction is given from is by default that of the base point, which
+        # is about a centre that the user has not seen.
+        free = () if "base" in drawn else tuple(info.defaults)
+        needed = tuple(name for name in (*kinds, *points) if name not in free)
+        forms[drawn] = table({**others, **kinds, **points}, needed)
+
+    known = (*others, *parameters, *(f"{end}_point" for end in ends))
+
+    def read(raw: Any) -> Any:
+        keys = raw if isinstance(raw, dict) else {}
+        given = [end for end in ENDS if f"{end}_point" in keys]
+        for end in given:
+            if end not in ends:
+                raise WrongValueError(_without_point(info, end), (f"{end}_point",))
+            for name in ends[end].values():
+                if name in raw:
+                    raise WrongValueError(
+                        f"stands beside {end}_point; expected one of the two", (name,)
+                    )
+        for name in keys:
+            if name not in known:
+                raise WrongValueError(f"unknown key{did_you_mean(name, known)}", (name,))
+        return forms[tuple(end for end in ends if end in given)].read(raw)
+
+    schemas = [form.schema for form in forms.values()]
+    schema: Schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+    return Kind(read, schema)
+
+
+def _without_point(info: ChainInfo, end: str) -> str:
+    if end == "platform" and info.pose_space == "translating":
+        return (
+            "a platform that never turns has no points of its own; expected base_point alone, "
+            "less the platform's point"
+        )
+    if end == "platform" and info.pose_space == "point":
+        return "the platform is a point itself; expected base_point alone"
+    return f"the {end} end of {info.name} is a guide, not a point; expected its parameters"
+
+
+def _point(size: int, estimated: bool) -> Kind:
+    """Coordinates, or a table of them with their standard deviations and correlations."""
+    value = _numbers("m", size)
+    if not estimated:
+        return Kind(lambda raw: {"value": value.read(raw)}, value.schema)
+    errors = {
+        "standard_deviation": _numbers("m", size, "not negative; nan where it is held", nan=True),
+        "correlation": _numbers("1", size * (size - 1) // 2, "xy, or xy, xz, yz"),
+    }
+    whole = estimate(value, errors)
+
+    def read(raw: Any) -> dict[str, tuple[float, ...]]:
+        made: dict[str, tuple[float, ...]] = whole.read(raw)
+        if any(each < 0 for each in made.get("standard_deviation", ())):
+            raise QuantityError(f"has standard_deviation {raw['standard_deviation']}; not negative")
+        if "correlation" in made:
+            matrix = covariance_of(np.ones(size), made["correlation"])
+            if np.linalg.eigvalsh(matrix)[0] < -_ROUNDING:
+                raise QuantityError(
+                    f"has correlation {raw['correlation']}; expected -1 to 1, and such as errors "
+                    "can have together"
+                )
+        return made
+
+    return Kind(read, whole.schema)
+
+
+def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kind:
+    kind = quantity(unit, note=note)
+
+    def read(raw: Any) -> Any:
+        return math.nan if nan and isinstance(raw, float) and math.isnan(raw) else kind.read(raw)
+
+    return _row([Kind(read, kind.schema)] * count, unit)
+
+
+def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArray[np.float64]:
+    """Covariance by standard deviations, NaN for none, and the upper triangle of correlations."""
+    sigma = np.nan_to_num(np.array(deviations))
+    matrix = np.eye(len(sigma))
+    if len(correlation):
+        upper = np.triu_indices(len(sigma), 1)
+        matrix[upper] = correlation
+        matrix.T[upper] = correlation
+    return np.asarray(matrix * np.outer(sigma, sigma))
+
+
+def mechanism_schema() -> Schema:
+    """Return the JSON Schema (draft 2020-12) of mechanism files.
+
+    One alternative per chain, and one for the mixed legs of every kind of platform.
+
+    Returns
+    -------
+    dict
+    """
+    files, alike = [], defaultdict[tuple[str, str], list[str]](list)
+    for platform in PLATFORMS:
+        for chain in chains(platform):
+            info = chain_info(chain, platform)
+            files.append(mechanism_table((chain,), platform, info.reading_unit, chain).schema)
+            if info.closures == 1:
+                alike[platform, info.pose_space].append(chain)
+    files += [
+        mechanism_table(tuple(mixed), platform, "rad", None).schema
+        for (platform, _), mixed in alike.items()
+        if len(mixed) > 1
+    ]
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "symkin mechanism file",
+        "anyOf": files,
+    }
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(mechanism_schema(), indent=1) + "\n")

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""Files between the stages: mechanisms, plans, measurements and results."""

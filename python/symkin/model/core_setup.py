@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""A mechanism and what stands around it, as the core takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import Transform, frame
+from symkin.model.settings import Frames
+
+__all__ = ["core_setup", "frames_of", "scalar_values"]
+
+Array = NDArray[np.float64]
+
+
+def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Setup:
+    """The mechanism and its frames as the core takes them."""
+    frames = mechanism.frames or Frames()
+    base, target = (frame(mechanism.pose_space, each) for each in (frames.base, frames.target))
+    plane = np.zeros(3)
+    plane[: len(frames.plane)] = frames.plane
+    return _core.Setup(
+        mechanism.core,
+        np.zeros((len(mechanism.legs), 3)) if curvature is None else np.asarray(curvature),
+        _core.Frame(base.translation, base.rotation),
+        _core.Frame(target.translation, target.rotation),
+        _in_space(frames.points),
+        _in_space(frames.anchors),
+        plane,
+    )
+
+
+def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
+    """What stands around the robot, as settings."""
+    size, shown = mechanism.space.size, mechanism.space.frame_components
+    base, target = (_of_core(each).tangent[shown] for each in (setup.base, setup.target))
+    return Frames(
+        base=tuple(base.tolist()),
+        target=tuple(target.tolist()),
+        points=tuple(map(tuple, setup.points[:, :size].tolist())),
+        anchors=tuple(map(tuple, setup.anchors[:, :size].tolist())),
+        plane=tuple(setup.plane.tolist()) if size == 3 else (),
+    )
+
+
+def scalar_values(setup: _core.Setup) -> Array:
+    """Values of all scalars of a setup in the order of their names; of frames, as they are written.
+
+    A frame's rotation is its rotation vector, while its column of the estimate moves it locally.
+    """
+    legs = np.hstack([setup.parameters, setup.curvature])
+    frames = [_of_core(each).tangent for each in (setup.base, setup.target)]
+    parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
+    return np.concatenate(parts)
+
+
+def _of_core(found: _core.Frame) -> Transform:
+    return Transform(found.rotation, found.position)
+
+
+def _in_space(points: Sequence[Sequence[float]]) -> Array:
+    made = np.zeros((len(points), 3))
+    for row, point in zip(made, points, strict=True):
+        row[: len(point)] = point
+    return made

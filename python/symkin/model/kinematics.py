@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT
+"""Kinematics of a mechanism, over many poses at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.errors import MechanismError
+from symkin.model.poses import POSE_SPACES, pose_rows, poses_from_bounds, wrong_quaternion
+
+__all__ = ["Kinematics"]
+
+Array = NDArray[np.float64]
+
+# Newton's, from a straight sensor's reading to a curved one's.
+_STEPS = 20
+_MISSED = 1e-9
+
+
+class Kinematics:
+    """What the core computes of a `Mechanism`, which has these methods.
+
+    Poses are arrays with one pose a row, or a `WorkspaceSample`; see `Mechanism`.
+    """
+
+    curvature: Array | None
+    straight: _core.Mechanism
+
+    @property
+    def closures(self) -> int:
+        """Closures of a leg."""
+        raise NotImplementedError
+
+    @property
+    def bound(self) -> bool:
+        """Whether the legs bind some coordinates of the platform."""
+        raise NotImplementedError
+
+    @property
+    def core(self) -> _core.Mechanism:
+        """The mechanism in the core, whose sensors are straight."""
+        raise NotImplementedError
+
+    @property
+    def sensor_gains(self) -> Array:
+        """Change of the active joint by a sensor's reading, shape (legs,)."""
+        raise NotImplementedError
+
+    def straightened(self, readings: ArrayLike) -> Array:
+        """Readings that straight sensors of the same gains and offsets would show, (N, legs).
+
+        Returns
+        -------
+        ndarray, shape (N, legs)
+            The same readings if the sensors are straight.
+        """
+        rows = pose_rows(readings)
+        if self.curvature is None:
+            return rows
+        quadratic, cosine, sine = self.curvature.T
+        bend = quadratic * rows**2 + cosine * np.cos(rows) + sine * np.sin(rows)
+        return np.asarray(rows + bend / self.sensor_gains)
+
+    def _curved(self, straight: Array) -> Array:
+        """Readings whose `straightened` ones these are; NaN where there are none nearby."""
+        if self.curvature is None:
+            return straight
+        quadratic, cosine, sine = self.curvature.T / self.sensor_gains
+        found = straight
+        for _ in range(_STEPS):
+            slope = 1 + 2 * quadratic * found - cosine * np.sin(found) + sine * np.cos(found)
+            found = found - (self.straightened(found) - straight) / slope
+        missed = np.abs(self.straightened(found) - straight) > _MISSED * (1 + np.abs(straight))
+        return np.where(missed, np.nan, found)
+
+    @property
+    def home(self) -> Array:
+        """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
+        raise NotImplementedError
+
+    @property
+    def characteristic_length(self) -> float:
+        """Length that makes rotations comparable with translations, m."""
+        raise NotImplementedError
+
+    def inverse_kinematics(self, poses: ArrayLike) -> Array:
+        """Sensor readings at poses.
+
+        Parameters
+        ----------
+        poses : array_like, shape (N, coordinates)
+            One pose a row; a single pose may be one-dimensional.
+
+        Returns
+        -------
+        ndarray, shape (N, legs)
+            In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
+            cannot reach.
+        """
+        return self._curved(_core.inverse_kinematics(self.straight, self._poses(poses)))
+
+    def forward_kinematics(
+        self, readings: ArrayLike, start: ArrayLike | None = None
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Poses at sensor readings, by Newton's method on the closures.
+
+        Parameters
+        ----------
+        readings : array_like, shape (N, legs)
+            In the sensor's unit.
+        start : array_like, shape (coordinates,) or (N, coordinates), optional
+            Where to start, by default at home. Its aspect is the one that counts.
+
+        Returns
+        -------
+        poses : ndarray, shape (N, coordinates)
+            NaN where the method does not converge.
+        converged : ndarray of bool, shape (N,)
+            Whether the pose solves the closures within the start's aspect.
+        """
+        begin = self.home if start is None else start
+        result = _core.forward_kinematics(
+            self.straight, self.straightened(readings), self._poses(begin)
+        )
+        return result.poses, result.converged
+
+    def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
+        """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
+
+        `readings` are this leg's, shape (N,). Zero for a perfect leg; finite beyond its reach, but
+        NaN inside of a pulley, where there is no cable.
+
+        Returns
+        -------
+        ndarray, shape (N,), or (N, k) where a leg has k closures
+            m.
+        """
+        own = np.atleast_1d(np.ascontiguousarray(readings, dtype=np.float64))
+        if self.curvature is not None:
+            every = np.zeros((len(own), len(self.curvature)))
+            every[:, leg] = own
+            own = np.ascontiguousarray(self.straightened(every)[:, leg])
+        values = _core.closure(self.straight, leg, self._poses(poses), own)
+        return values if self.closures == 1 else values.reshape(-1, self.closures)
+
+    def closure_error(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
+        """The same as one number a pose: of several closures their root mean square.
+
+        Returns
+        -------
+        ndarray, shape (N,)
+            m.
+        """
+        values = self.closure(leg, poses, readings)
+        return values if self.closures == 1 else np.sqrt(np.mean(values**2, axis=1))
+
+    def poses_at(self, coordinates: ArrayLike) -> Array:
+        """Poses by position (m) and angle or rotation vector (rad), shape (..., dof).
+
+        Of a platform that the legs bind (3-RPS, 3-PRS) z, rx and ry are those given, and x, y and
+        rz follow from the legs, near what is given for them.
+
+        Returns
+        -------
+        ndarray, shape (..., coordinates)
+            NaN where the legs have no such pose.
+        """
+        poses = poses_from_bounds(self.straight.pose_space, coordinates)
+        if not self.bound:
+            return poses
+        rows = np.ascontiguousarray(poses.reshape(-1, poses.shape[-1]))
+        return _core.on_constraint(self.straight, rows).reshape(poses.shape)
+
+    def parameter_jacobian(self, leg: int, poses: ArrayLike) -> Array:
+        """dg/dparam of a leg (from 0) at its inverse kinematics, shape (N, p).
+
+        The rows of the paper's identification matrix C (Eqs. 8, 11), in sensor units per parameter
+        unit; NaN where the leg cannot reach.
+
+        Returns
+        -------
+        ndarray, shape (N, p)
+            In sensor units per parameter unit.
+        """
+        return _core.parameter_jacobian(self.core, leg, self._poses(poses))
+
+    def pose_jacobian(self, poses: ArrayLike) -> Array:
+        """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
+
+        Returns
+        -------
+        ndarray, shape (N, legs, dof)
+            In sensor units per m and rad.
+        """
+        rows = self._poses(poses)
+        jacobian = _core.pose_jacobian(self.core, rows)
+        return jacobian.reshape(len(rows), -1, self.core.dof)
+
+    def singularity_measures(
+        self, poses: ArrayLike, characteristic_length: float | None = None
+    ) -> tuple[Array, Array, Array]:
+        """How near poses are to singularities.
+
+        Returns
+        -------
+        serial : ndarray, shape (N, legs)
+            dh/dq of each leg: zero at a serial (type 1) singularity.
+        parallel : ndarray, shape (N,)
+            det(dg/dpose), with what else binds the platform: zero at a parallel (type 2)
+            singularity.
+        condition : ndarray, shape (N,)
+            Condition number of dq/dpose, rotations scaled by the characteristic length (m), which
+            is by default the workspace's, else the mean platform radius.
+        """
+        length = characteristic_length or self.characteristic_length
+        measures = _core.singularity_measures(self.core, self._poses(poses), length)
+        return measures.serial, measures.parallel, measures.condition
+
+    def _poses(self, poses: ArrayLike) -> Array:
+        """Poses as rows; a quaternion that stands for no rotation is refused."""
+        rows = pose_rows(poses)
+        turned = POSE_SPACES[self.straight.pose_space].has_quaternion
+        wrong = wrong_quaternion(rows) if turned else None
+        if wrong is not None:
+            raise MechanismError(
+                f"pose {wrong[0] + 1} has a quaternion of norm {wrong[1]:.6g}; expected 1"
+            )
+        return rows

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""What accuracy a plan promises before anything is measured."""
+
+from __future__ import annotations
+
+from typing import Protocol, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.errors import SymkinError, one_of
+from symkin.estimate.fit import Estimator, PoseUse
+from symkin.estimate.identification import identify_legs
+from symkin.estimate.survey import Observing, Survey, Unknowns
+from symkin.model.mechanism import Mechanism
+from symkin.planning.basis import PlanBasis
+
+__all__ = ["predict_accuracy", "set_name", "thinned"]
+
+
+class PlannedPoses(Protocol):
+    """What of a plan its accuracy depends on."""
+
+    @property
+    def poses(self) -> NDArray[np.float64]: ...
+    @property
+    def readings(self) -> NDArray[np.float64]: ...
+    @property
+    def leg_sets(self) -> NDArray[np.intp]: ...
+    @property
+    def spare(self) -> NDArray[np.bool_]: ...
+    @property
+    def basis(self) -> PlanBasis | None: ...
+
+
+def predict_accuracy(
+    mechanism: Mechanism,
+    plan: PlannedPoses,
+    workspace: ArrayLike | WorkspaceSample,
+    estimator: Estimator | None = None,
+    *,
+    poses: PoseUse = "all",
+    measured: Measurements | None = None,
+    observe: Observing | None = None,
+    **unknowns: Unpack[Unknowns],
+) -> ExpectedAccuracy:
+    """Predict the end-effector error after identification with a plan, to first order.
+
+    The covariance is the estimator's at the nominal parameters and the mechanism's declared noise;
+    no robot is simulated.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    plan : Plan
+        Its spares do not count.
+    workspace : WorkspaceSample, or array_like of shape (n, coordinates)
+        Poses over which the error is averaged.
+    estimator, poses
+        See `identify`; by default "implicit", and "joint" with what follows.
+    measured : Measurements, optional
+        What is measured already and identifies the legs too.
+    observe, **unknowns
+        What will be observed and what is unknown, see `make_plan`; by default what the plan was
+        made for. What is held has no error, and priors count. The error is that of the target in
+        the device's frame, at given readings: without frames, of the platform in the robot's own.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the plan's poses and the priors do not show all unknowns; names the combination.
+    SymkinError
+        If the plan's poses do not show all parameters, or for an estimator that cannot know what is
+        observed or unknown.
+    """
+    survey = Survey.of(mechanism, plan.poses, observe, unknowns)
+    if survey is None and plan.basis is not None and plan.basis.survey is not None:
+        made_for = plan.basis.survey
+        survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
+    if survey is not None:
+        require_joint(estimator)
+        rows = survey_rows(survey, plan, poses=poses, measured=measured)
+        return survey.expected(workspace, survey.covariance(rows))
+    wanted = ~plan.spare
+    parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
+    if measured is not None:
+        measured.require_complete()
+        readings = mechanism.inverse_kinematics(measured.poses)
+        readings[~np.isfinite(measured.readings)] = np.nan
+        parts.append((measured.poses, readings, measured.leg_sets))
+    poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
+    exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
+    how = estimator or "implicit"
+    covariance = identify_legs(mechanism, exact, how, poses=poses).covariance
+    if not np.isfinite(covariance).all():
+        raise SymkinError("the plan's poses do not show all parameters")
+    return expected_accuracy(mechanism, workspace, covariance)
+
+
+def require_joint(estimator: Estimator | None) -> None:
+    if estimator is not None and one_of("estimator", estimator, Estimator) != "joint":
+        raise SymkinError(
+            f'the estimator "{estimator}" looks at each leg by itself, from full poses; expected '
+            '"joint" for what is observed or unknown otherwise'
+        )
+
+
+def set_name(leg: int) -> str:
+    """Name the set of a leg (from 0), or of all (-1), as people count."""
+    return "all legs" if leg == ALL_LEGS else f"leg {leg + 1}"
+
+
+def thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """At most 2000 of the poses, over which an expected error is averaged."""
+    return poses[:: -(-len(poses) // _AVERAGED)]
+
+
+def survey_rows(
+    survey: Survey,
+    plan: PlannedPoses,
+    *,
+    poses: PoseUse = "all",
+    measured: Measurements | None = None,
+) -> list[NDArray[np.float64]]:
+    """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
+    wanted = ~plan.spare
+    sets = plan.leg_sets[wanted, None]
+    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
+    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
+    if not np.isfinite(rows[0]).all():
+        raise SymkinError("a pose of the plan is out of the nominal robot's reach")
+    return rows if measured is None else [*rows, survey.measured_rows(measured)]
+
+
+_AVERAGED = 2000  # poses over which an expected error is averaged

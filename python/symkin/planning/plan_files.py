@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""Measurement plans and lists of poses as tables."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from symkin.data.columns import own_columns, read_pose_values
+from symkin.data.sensor_tables import read_all_readings
+from symkin.model.file_frames import from_drawing
+from symkin.model.mechanism import Mechanism
+from symkin.planning.plan import ROLES, Plan
+from symkin.storage.tables import TableSource, read_table, write_table
+
+
+def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
+    """Read a plan.
+
+    Parameters
+    ----------
+    source : str, path, stream, DataFrame or dict of arrays
+        As `read_measurements` takes it.
+    mechanism : Mechanism
+        That it is for.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    MeasurementError
+        Naming the file, the row and the column: a missing column, a cell that is no number, a leg
+        that the mechanism does not have, an unknown role; or that the plan has spares only.
+    """
+    table = read_table(source, mechanism.step)
+    leg_count = len(mechanism.legs)
+    for name, purpose in (
+        ("leg", "the leg whose set the pose belongs to"),
+        ("order", "the place in the set"),
+        ("role", "primary or spare"),
+    ):
+        table.require(name, purpose)
+    columns = own_columns(table, mechanism.pose_space, leg_count)
+    readings = read_all_readings(table, columns, mechanism, "a plan commands every leg")
+    spare = np.array([role == "spare" for role in table.words("role", ROLES)])
+    if spare.all():
+        raise table.error("has spares only; expected primary poses that they stand in for")
+    return Plan(
+        mechanism=mechanism,
+        leg_sets=table.whole_numbers("leg", 0, leg_count) - 1,
+        order=table.whole_numbers("order", 1, table.row_count),
+        spare=spare,
+        poses=from_drawing(mechanism, read_pose_values(table, columns).poses()),
+        readings=readings,
+    )
+
+
+def write_bed_points(plan: Plan, path: str | os.PathLike[str]) -> None:
+    """Write where to probe, in the order of the plan, without spares: ``x_mm,y_mm``."""
+    points = np.round(1e3 * plan.poses[~plan.spare, :2], 2)
+    write_table(Path(path), {"x_mm": points[:, 0], "y_mm": points[:, 1]})

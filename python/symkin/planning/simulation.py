@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""Simulated robots that are measured as a plan says."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from symkin import _core
+from symkin.analysis.homes import with_usable_home
+from symkin.analysis.observed import NO_NOISE, Observable, Observed
+from symkin.data.measurements import Measurements
+from symkin.data.reading import write_measurements
+from symkin.files.mechanism_writer import save_mechanism
+from symkin.model.canonical import canonical
+from symkin.model.mechanism import Mechanism, require_same_shape
+from symkin.model.tolerances import noise_of, tolerances_of
+from symkin.model.turns import turned_into_table
+from symkin.planning.accuracy import set_name
+from symkin.planning.plan import Plan
+from symkin.results import Result
+from symkin.storage.output_files import OutputFiles
+from symkin.values import record
+
+__all__ = ["Simulation", "disturb", "simulate", "simulate_observed"]
+
+_FULL_POSES = Observed()  # in the robot's own frame
+
+
+@record
+class Simulation(Result):
+    """Measurements of a simulated robot.
+
+    Attributes
+    ----------
+    measurements : Measurements
+        What a laboratory would have measured.
+    actual : Mechanism
+        The robot, as made.
+    replaced : tuple of int
+        For each set of the plan, how many poses the robot could not take and spares replaced.
+    nominal : Mechanism
+        As drawn.
+    plan : Plan
+        The poses that the robot was told to take.
+    """
+
+    measurements: Measurements
+    actual: Mechanism
+    replaced: tuple[int, ...]
+    nominal: Mechanism
+    plan: Plan
+
+    FILES: ClassVar[tuple[str, ...]] = ("measurements.csv", "actual.toml")
+
+    @property
+    def replaced_by_set(self) -> dict[str, int]:
+        """How many poses of each set spares replaced: of ``leg 1``, ..., or of ``all legs``."""
+        sets = np.unique(self.plan.leg_sets).tolist()
+        return dict(zip(map(set_name, sets), self.replaced, strict=True))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what was measured, in numbers."""
+        return {
+            "command": "simulate",
+            "mechanism": self.nominal.name,
+            "measured": len(self.measurements.poses),
+            "replaced": self.replaced_by_set,
+        }
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return the measurements, as their file has them."""
+        return self.measurements.columns(self.nominal)
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the measurements and the robot, see `FILES`, and return the folder."""
+        name = self.nominal.name
+        header = f"Simulated by symkin: {name} as it may be made within its tolerances."
+        with OutputFiles(overwrite=overwrite) as outputs:
+            target = outputs.folder(Path(folder), *self.FILES)
+            write_measurements(self.measurements, target / "measurements.csv", self.nominal)
+            save_mechanism(self.actual, target / "actual.toml", header=header)
+        return Path(folder)
+
+
+def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
+    """Return the mechanism as the workshop may make it: normal errors within its tolerances.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    seed : int
+        Of the errors.
+
+    Returns
+    -------
+    Mechanism
+        Without a declared symmetry, which it has no longer.
+    """
+    made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
+    return mechanism.with_parameters(canonical(mechanism, made.parameters)[0], symmetry=None)
+
+
+def simulate(
+    mechanism: Mechanism,
+    plan: Plan,
+    seed: int | None = None,
+    actual: Mechanism | None = None,
+    *,
+    observe: Observed | Observable = "pose",
+) -> Simulation:
+    """Simulate the measurements of a plan (section 6.5 of the paper).
+
+    The commanded poses go through the nominal inverse kinematics to the joints; the actual
+    mechanism's forward kinematics gives the poses that it takes; noise is added. A pose that it
+    cannot take, or only beyond a singularity, is replaced by the next spare of its set and counted.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one; its noise and tolerances are used.
+    plan : Plan
+        The poses to take.
+    seed : int, optional
+        Of the robot's errors and of the noise; by default the protocol's.
+    actual : Mechanism, optional
+        The robot as made, by default `disturb` of the nominal one.
+    observe : Observed or str
+        What is observed besides the readings, by default full poses. Base, target and plane that
+        it does not give are those of the mechanism's `frames`; without, its own.
+
+    Raises
+    ------
+    SymkinError
+        If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
+    """
+    observed = Observed((observe,)) if isinstance(observe, str) else observe
+    return simulate_observed(mechanism, plan, seed, actual, observed.in_frames(mechanism.frames))
+
+
+def simulate_observed(
+    mechanism: Mechanism,
+    plan: Plan,
+    seed: int | None = None,
+    actual: Mechanism | None = None,
+    observed: Observed = _FULL_POSES,
+) -> Simulation:
+    """Simulate, with exactly these frames: by default poses in the robot's own."""
+    seed = mechanism.protocol.seed if seed is None else seed
+    made = actual is None
+    actual = disturb(mechanism, seed) if actual is None else actual
+    require_same_shape(actual, mechanism)
+    sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
+    as_usual = observed == _FULL_POSES
+    noise = mechanism.noise if as_usual else NO_NOISE
+    result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
+    taken = result.measurements
+    measurements = Measurements(
+        taken.poses,
+        turned_into_table(mechanism, taken.readings),
+        taken.leg_sets,
+        np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
+        reading_unit=mechanism.reading_unit,
+        pose_space=mechanism.pose_space,
+        sensor_table=mechanism.sensor_table,
+    )
+    if made:
+        actual = with_usable_home(actual, measurements.poses)
+    if not as_usual:
+        measurements = observed.measure(measurements, mechanism.noise, seed)
+    return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
+
+
+def _sets(plan: Plan) -> list[tuple[int, np.ndarray, int]]:
+    """Leg (from 0, -1 for all), rows with the spares behind, and number of wanted poses."""
+    sets = []
+    for leg in np.unique(plan.leg_sets).tolist():
+        wanted = plan.rows_of_set(leg)
+        rows = np.concatenate([wanted, plan.rows_of_set(leg, spare=True)])
+        sets.append((leg, rows, len(wanted)))
+    return sets

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: MIT
+"""What a page says, before it is text or HTML; and the one way from a result to its page.
+
+A result is made in rooms that know nothing of pages. `page_of`, `summary_of` and `notebook_of` ask
+`symkin.show`, which registers what tells each kind of result, and is loaded when it is first asked.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
+
+Headline = tuple[str, str, str]  # label, value, remark
+Verdict = Literal["good", "doubtful", "bad", ""]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows of a table that belong together; the first cell of each is its heading."""
+
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with a caption and a heading above each column.
+
+    Attributes
+    ----------
+    wordy : bool
+        Whether its cells are words, set to the left, rather than numbers.
+    brief : bool
+        Whether the command line prints it too.
+    brief_rows : int
+        How many rows of it, 0 for all.
+    others : str
+        What the rows are that are not printed then.
+    """
+
+    caption: str
+    columns: Sequence[str]
+    groups: Sequence[Group]
+    wordy: bool = False
+    brief: bool = False
+    brief_rows: int = 0
+    others: str = "more"
+
+
+@dataclass(frozen=True)
+class Image:
+    """A figure, drawn when it is needed, with the text for those who cannot see it.
+
+    In `caption`, as in all texts of a page, ``G_M`` is a symbol with a subscript.
+    """
+
+    name: str
+    alternative: str
+    caption: str
+    draw: Callable[[], FigureBase | Axes]
+
+
+@dataclass(frozen=True)
+class Movable:
+    """A mechanism that the reader of the page can move.
+
+    `data` is what the page's script draws it from, calculated when it is needed.
+    """
+
+    name: str
+    alternative: str
+    caption: str
+    data: Callable[[], Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the page: paragraphs, then tables and images in their order.
+
+    Attributes
+    ----------
+    details : bool
+        Whether it is for the few: the page shows its title, and the rest at a click.
+    """
+
+    anchor: str
+    title: str
+    paragraphs: Sequence[str] = ()
+    parts: Sequence[Table | Image | Movable] = ()
+    details: bool = False
+
+
+@dataclass(frozen=True)
+class Page:
+    """A result, told.
+
+    Attributes
+    ----------
+    title, subtitle : str
+        Of the page.
+    headlines : sequence of (label, value, remark)
+        The few numbers that matter.
+    verdict : {"good", "doubtful", "bad", ""}
+        For the looks; `judgement` says it in words.
+    judgement : str
+        Whether the result can be trusted.
+    doubts, notes : sequence of str
+        Why not; and what to know besides.
+    paragraphs : sequence of str
+        What was done and what came out.
+    next_step : str
+        What to do now.
+    sections : sequence of Section
+        The rest, most important first.
+    files : sequence of str
+        Names of the files that are written beside the page, which links to them.
+    inputs : sequence of (name, Path or bytes)
+        What it was made from; the page's foot has their SHA-256.
+    """
+
+    title: str
+    subtitle: str = ""
+    headlines: Sequence[Headline] = ()
+    verdict: Verdict = ""
+    judgement: str = ""
+    doubts: Sequence[str] = ()
+    notes: Sequence[str] = ()
+    paragraphs: Sequence[str] = ()
+    next_step: str = ""
+    sections: Sequence[Section] = ()
+    files: Sequence[str] = ()
+    inputs: Sequence[tuple[str, Path | bytes]] = ()
+
+
+def _shown(function: Any, result: object) -> Any:
+    """What is told of a result once `symkin.show`, which tells all of them, is there."""
+    importlib.import_module("symkin.show")
+    return function.dispatch(type(result))
+
+
+@functools.singledispatch
+def page_of(result: object) -> Page:
+    """Return what there is to say of a result, from which text and HTML are rendered.
+
+    Raises
+    ------
+    TypeError
+        For what no page is registered for.
+    """
+    told = _shown(page_of, result)
+    if told is page_of.dispatch(object):
+        raise TypeError(f"there is no page of a {type(result).__name__}")
+    page: Page = told(result)
+    return page
+
+
+@functools.singledispatch
+def summary_of(result: object) -> Page:
+    """Return the top of a result's page, without what takes longer to calculate."""
+    told = _shown(summary_of, result)
+    page: Page = page_of(result) if told is summary_of.dispatch(object) else told(result)
+    return page
+
+
+@functools.singledispatch
+def notebook_of(result: object) -> str:
+    """Return what a notebook shows of an object, HTML."""
+    told = _shown(notebook_of, result)
+    html: str = (
+        _rendering().summary_html(summary_of(result))
+        if told is notebook_of.dispatch(object)
+        else told(result)
+    )
+    return html
+
+
+def page_text(page: Page, *, whole: bool = False) -> str:
+    """Return a page as the command line prints it."""
+    text: str = _rendering().page_text(page, whole=whole)
+    return text
+
+
+def summary_text(page: Page) -> str:
+    """Return title, verdict and the few numbers that matter, a line each."""
+    text: str = _rendering().summary_text(page)
+    return text
+
+
+def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
+    """Write a page as an HTML file, whose folder is made if it does not exist, and return it."""
+    written: Path = _rendering().write_page(page, path, overwrite=overwrite)
+    return written
+
+
+def _rendering() -> Any:
+    return importlib.import_module("symkin.show.rendering")

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""What results say: one description each, rendered as text and as HTML."""

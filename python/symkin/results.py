@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""What all results of a stage have in common: a page, a file, a table."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from symkin import present
+from symkin.present import Page
+from symkin.storage.output_files import OutputFiles
+from symkin.storage.results_file import write_results
+from symkin.values import Value
+
+__all__ = ["FolderResult", "Result"]
+
+
+class Result(Value):
+    """A result of a stage, which a person may look at, print, save and publish."""
+
+    def page(self) -> Page:
+        """Return what there is to say of it, from which text and HTML are rendered."""
+        return present.page_of(self)
+
+    def summary(self) -> Page:
+        """Return the top of its page, without what takes longer to calculate."""
+        return present.summary_of(self)
+
+    def text(self, *, whole: bool = False) -> str:
+        """Return what the command line prints of it.
+
+        Parameters
+        ----------
+        whole : bool
+            Whether to add all sections of the page, as ``--verbose`` does.
+        """
+        return present.page_text(self.page(), whole=whole)
+
+    def __repr__(self) -> str:
+        """Return title, verdict and the few numbers that matter."""
+        return f"{type(self).__name__}: {present.summary_text(self.summary())}"
+
+    def _repr_html_(self) -> str:
+        """Show the summary in a notebook."""
+        return present.notebook_of(self)
+
+    def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write its page: one HTML file that needs no other.
+
+        Parameters
+        ----------
+        path : str or path
+            The file; its folder is made if it does not exist.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        return present.write_page(self.page(), Path(path), overwrite=overwrite)
+
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write it as a JSON file, which `read_results` reads.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        overwrite : bool
+            Whether a file that exists may be replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        write_results(self.to_dict(), path, overwrite=overwrite)
+        return Path(path)
+
+    def columns(self) -> Mapping[str, Any]:
+        """Return it as the columns of a table, names with units."""
+        raise NotImplementedError
+
+    def to_frame(self) -> Any:
+        """Return it as a `pandas.DataFrame`, columns as in symkin's files.
+
+        Raises
+        ------
+        ImportError
+            If pandas, which symkin does not need otherwise, is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise ImportError("to_frame needs pandas: pip install pandas") from error
+        return pd.DataFrame(dict(self.columns()))
+
+
+class FolderResult(Result):
+    """A result that is a folder of files.
+
+    Attributes
+    ----------
+    FILES : tuple of str
+        Their names; the last is the report.
+    """
+
+    FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+
+    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write its files, see `FILES`.
+
+        Parameters
+        ----------
+        folder : str or path
+            Made if it does not exist.
+        overwrite : bool
+            Whether files that exist may be replaced.
+
+        Returns
+        -------
+        Path
+            The report.
+        """
+        with OutputFiles(overwrite=overwrite) as outputs:
+            self.write_files(outputs.folder(Path(folder), *self.FILES))
+        return Path(folder) / self.FILES[-1]
+
+    def write_files(self, folder: Path) -> None:
+        """Write them into a folder that is there."""
+        self.save(folder / "results.json")
+        present.write_page(
+            dataclasses.replace(self.page(), files=self.FILES[:-1]), folder / "report.html"
+        )

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""A robot: a mechanism with the stages of the protocol as methods."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Literal, Self, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symkin.analysis.checks import CheckResult, check_mechanism
+from symkin.analysis.evaluation import Evaluation, evaluate
+from symkin.analysis.observability import RowKind
+from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.workspace import WorkspaceSample, sample_workspace
+from symkin.data.measurements import Measurements
+from symkin.errors import MechanismError
+from symkin.estimate.fit import Estimator, Loss, PoseUse
+from symkin.estimate.identification import Identification, identify
+from symkin.estimate.joint import JointIdentification
+from symkin.estimate.survey import Observing, Unknowns
+from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.files.mechanism_file import read_mechanism
+from symkin.files.mechanism_writer import save_mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import NoiseSettings
+from symkin.pipeline import ProtocolResult, run_protocol
+from symkin.planning.making import make_plan
+from symkin.planning.plan import Plan
+from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
+from symkin.planning.simulation import Simulation, simulate
+
+__all__ = ["Robot", "load", "load_mechanism"]
+
+
+class Robot(Mechanism):
+    """A `Mechanism` that has the stages as methods; each is the function of that name.
+
+    What `replace` and an estimate make of a robot is a robot again.
+    """
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> Self:
+        """Return a mechanism, as one that was read from a printer's configuration, as a robot."""
+        return cls(**mechanism.arguments)
+
+    def check(self, seed: int | None = None) -> CheckResult:
+        """Return `symkin.check_mechanism` of it."""
+        return check_mechanism(self, seed)
+
+    def sample_workspace(
+        self, count: int | None = None, seed: int | None = None
+    ) -> WorkspaceSample:
+        """Return `symkin.sample_workspace` of it."""
+        return sample_workspace(self, count, seed)
+
+    def plan(
+        self,
+        count: int | None = None,
+        *,
+        seed: int | None = None,
+        design: Design = "legs",
+        rows: RowKind = "noise_aware",
+        criterion: Criterion = "O1",
+        method: SelectionMethod = "exchange",
+        required: ArrayLike | WorkspaceSample | None = None,
+        measured: Measurements | None = None,
+        avoid: Sequence[Region] = (),
+        minimum_distance: float = 0.0,
+        margin_sigmas: float = 3.0,
+        use_symmetry: bool = True,
+        visit: Literal["sets", "travel"] = "sets",
+        spares: int | None = None,
+        time_limit: float = 10.0,
+        threads: int = 0,
+        observe: Observing | None = None,
+        **unknowns: Unpack[Unknowns],
+    ) -> Plan:
+        """Return `symkin.make_plan` of `count` poses out of its workspace."""
+        if count is not None and not isinstance(count, int | np.integer):
+            raise MechanismError(
+                f"count is a {type(count).__name__}; expected a number of poses (to choose among "
+                "poses of your own: make_plan(mechanism, poses, count))"
+            )
+        return make_plan(
+            self,
+            self.sample_workspace(seed=seed),
+            count,
+            seed,
+            design=design,
+            rows=rows,
+            criterion=criterion,
+            method=method,
+            required=required,
+            measured=measured,
+            avoid=avoid,
+            minimum_distance=minimum_distance,
+            margin_sigmas=margin_sigmas,
+            use_symmetry=use_symmetry,
+            visit=visit,
+            spares=spares,
+            time_limit=time_limit,
+            threads=threads,
+            observe=observe,
+            **unknowns,
+        )
+
+    def simulate(
+        self,
+        plan: Plan,
+        seed: int | None = None,
+        actual: Mechanism | None = None,
+        *,
+        observe: Observed | Observable = "pose",
+    ) -> Simulation:
+        """Return `symkin.simulate` of a robot of this drawing that takes a plan's poses."""
+        return simulate(self, plan, seed, actual, observe=observe)
+
+    def identify(
+        self,
+        measurements: Measurements,
+        estimator: Estimator | None = None,
+        *,
+        poses: PoseUse = "all",
+        loss: Loss = "none",
+        loss_scale: float | None = None,
+        noise: NoiseSettings | Literal["estimate"] | None = None,
+        max_iterations: int = 100,
+        free: Sequence[str] | None = None,
+        fixed: Sequence[str] | None = None,
+        shared: Sequence[str] | None = None,
+        prior: Priors | None = None,
+        frames: Sequence[str] | None = None,
+        sensor: Sensor | None = None,
+        gauge: Gauge | None = None,
+        loss_per: LossPer | None = None,
+    ) -> Identification | JointIdentification:
+        """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
+        return identify(
+            self,
+            measurements,
+            estimator,
+            poses=poses,
+            loss=loss,
+            loss_scale=loss_scale,
+            noise=noise,
+            max_iterations=max_iterations,
+            free=free,
+            fixed=fixed,
+            shared=shared,
+            prior=prior,
+            frames=frames,
+            sensor=sensor,
+            gauge=gauge,
+            loss_per=loss_per,
+        )
+
+    def evaluate(
+        self,
+        *,
+        actual: Mechanism | None = None,
+        poses: ArrayLike | WorkspaceSample | None = None,
+        measurements: Measurements | None = None,
+    ) -> Evaluation:
+        """Return `symkin.evaluate` of it as the model of a controller."""
+        return evaluate(self, actual=actual, poses=poses, measurements=measurements)
+
+    def run(
+        self,
+        *,
+        estimator: Estimator = "implicit",
+        poses: PoseUse = "all",
+        design: Design = "legs",
+        rows: RowKind = "noise_aware",
+        criterion: Criterion = "O1",
+        method: SelectionMethod = "exchange",
+        margin_sigmas: float = 3.0,
+        seed: int | None = None,
+        progress: Callable[[str], None] | None = None,
+    ) -> ProtocolResult:
+        """Return `symkin.run_protocol` of it."""
+        return run_protocol(
+            self,
+            estimator=estimator,
+            poses=poses,
+            design=design,
+            rows=rows,
+            criterion=criterion,
+            method=method,
+            margin_sigmas=margin_sigmas,
+            seed=seed,
+            progress=progress,
+        )
+
+    def save(
+        self, path: str | os.PathLike[str], *, header: str = "", overwrite: bool = False
+    ) -> None:
+        """Write it to a file, see `symkin.save_mechanism`."""
+        save_mechanism(self, path, header=header, overwrite=overwrite)
+
+
+def load_mechanism(path_or_name: str | os.PathLike[str], *, require_symmetry: bool = True) -> Robot:
+    """Read a mechanism from a TOML file, or one of the shipped mechanisms by name.
+
+    Parameters
+    ----------
+    path_or_name : str or path
+        A file, or a name such as ``"3RRR"``; `shipped_mechanisms` lists them.
+    require_symmetry : bool
+        Whether legs that do not have the symmetry declared beside them are an error. Without,
+        `check_mechanism` tells what breaks it.
+
+    Returns
+    -------
+    Robot
+        In SI units, with the settings of the file; its `source` is the file.
+
+    Raises
+    ------
+    MechanismFileError
+        With the file, the line and the key at fault, the expectation, and for a misspelt key the
+        nearest valid one.
+    """
+    return read_mechanism(path_or_name, Robot, require_symmetry=require_symmetry)
+
+
+load = load_mechanism

@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: MIT
+"""The pages about a mechanism before anything is measured: what it means first, theory last."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from symkin.analysis.checks import CheckResult
+from symkin.analysis.conditions import Condition, Conditions
+from symkin.model.chains import legs_in_words
+from symkin.model.file_frames import axis_of_drawing
+from symkin.model.mechanism import Mechanism
+from symkin.model.symmetry import (
+    DetectedSymmetry,
+    NamedGroup,
+    SymmetryComparison,
+    compare_symmetry,
+    leg_carriers,
+    symmetry_group,
+)
+from symkin.model.symmetry.groups import describe_element
+from symkin.present import Group, Headline, Page, Section, Table
+from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
+from symkin.show.observability import observability_section, singular_values_table
+from symkin.show.wording import NONE, count, plural, quantity, setting, significant, sources
+from symkin.show.workspace import elements_table, sampling_table
+
+_DESIGNS = {
+    "orbits": "each pose, with its images under the symmetry, serves all legs",
+    "mechanism": "poses are chosen for all legs at once, and serve all",
+    "legs": "poses are chosen for each leg",
+}
+_TITLES = {
+    4: "Section 4: symmetrical active-joint workspace",
+    5: "Section 5: symmetrical observability",
+}
+_ALWAYS_SHOWN = 10  # deviations
+
+
+def check_page(result: CheckResult) -> Page:
+    """Describe all that a check found."""
+    mechanism, comparison = result.mechanism, result.comparison
+    symmetry = symmetry_section(mechanism, comparison, result.groups)
+    untested = [f"The conditions are not tested: {result.untested}."]
+    conditions = Section("conditions", "Conditions", untested)
+    if result.conditions is not None:
+        conditions = _conditions_section(result.conditions)
+    text = (
+        "Each leg is carried back to the first of those that are, or should be, alike, and "
+        "compared with their median; tolerances are those of manufacture."
+    )
+    sections = [
+        *_differences(comparison, "Differences", [text]),
+        _legs(result),
+        _mechanism(result),
+        _home(result),
+        _identifiability(result),
+        *(dataclasses.replace(each, details=True) for each in (symmetry, conditions)),
+    ]
+    return dataclasses.replace(check_summary(result), sections=sections)
+
+
+def check_summary(result: CheckResult) -> Page:
+    """Describe whether the legs are alike, and what it means for measuring."""
+    mechanism, comparison = result.mechanism, result.comparison
+    doubts = _doubts(result)
+    exact = comparison.verdict == comparison.sensors == "exact"
+    bad = result.blind or result.missing or result.unusable is not None
+    return Page(
+        title=f"{mechanism.name}: check",
+        subtitle=f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}",
+        headlines=_headlines(result),
+        verdict="bad" if bad else "doubtful" if doubts or not exact else "good",
+        judgement=result.verdict,
+        doubts=doubts,
+        notes=_notes(result),
+        next_step=result.next_step,
+        inputs=sources(mechanism.source),
+    )
+
+
+def _headlines(result: CheckResult) -> list[Headline]:
+    mechanism, home = result.mechanism, result.home
+    settings, counts = mechanism.workspace, mechanism.estimated_counts
+    limit = "" if settings is None else f"at most {settings.conditioning_limit:g}; "
+    condition = ("Condition number at home", significant(home.condition), f"{limit}1 is best")
+    if result.sample is None:
+        return [("Parameters that poses show", NONE, "not tested"), condition]
+    ranks = [leg.rank for leg in result.observability]
+    # Of the leg that misses most.
+    worst = max(range(len(counts)), key=lambda leg: counts[leg] - ranks[leg])
+    shown = f"{ranks[worst]} of {counts[worst]}"
+    if ranks[worst] == counts[worst]:
+        shown = "all " + " or ".join(map(str, sorted(set(counts))))
+    more = "by default; symkin pose-count tells what more are worth"
+    return [
+        ("Parameters that poses show", shown, "of every leg"),
+        ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
+        ("Design", result.design, _DESIGNS[result.design]),
+        ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
+        condition,
+    ]
+
+
+def _doubts(result: CheckResult) -> list[str]:
+    doubts = [
+        f"leg {leg}: no pose shows {combination}"
+        for leg, shown in enumerate(result.observability, 1)
+        for combination in shown.unseen
+    ]
+    doubts += result.undefined
+    if result.untested:
+        doubts.append(f"conditions and identifiability are not tested: {result.untested}")
+    return doubts
+
+
+def _notes(result: CheckResult) -> list[str]:
+    notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
+    notes += held_parameters(result.mechanism)
+    notes += _own_frames(result.mechanism)
+    notes += _drawn_sideways(result.mechanism)
+    conditions = () if result.conditions is None else result.conditions.conditions
+    failing = [each for each in conditions if not each.holds]
+    if failing:
+        names = ", ".join(f"{each.section}({each.number})" for each in failing)
+        if len(failing) == 1:
+            names += f", {failing[0].text}"
+        notes.append(
+            f"{len(failing)} of the paper's {len(conditions)} conditions on symmetry "
+            f"({names}) {'does' if len(failing) == 1 else 'do'} not hold, which does "
+            "not stop the protocol."
+        )
+    return notes
+
+
+def _drawn_sideways(mechanism: Mechanism) -> list[str]:
+    """That the drawing has its symmetry about another axis than Z."""
+    axis = axis_of_drawing(mechanism)
+    if not axis:
+        return []
+    order = {"x": "y, z, x", "y": "z, x, y"}[axis]
+    return [
+        f"The points have more symmetry about the drawing's {axis} axis than about z, the only one "
+        f"that counts: type all points, home and bounds as {order} to use it"
+    ]
+
+
+def _own_frames(mechanism: Mechanism) -> list[str]:
+    """Where the robot's own frames are, if they are others than those of its file."""
+    points = mechanism.points
+    if points is None or not points.moved:
+        return []
+    places = [
+        f"({', '.join(significant(value) for value in getattr(points, end))}) m of the file's "
+        f"{end} frame"
+        for end in points.ends
+        if any(getattr(points, end))
+    ]
+    return [
+        f"Parameters and poses are about {' and '.join(places)}, here and in Python; in files, "
+        "plans and tables poses are in the file's frames"
+    ]
+
+
+def _legs(result: CheckResult) -> Section:
+    mechanism, home = result.mechanism, result.home
+    before = [("image of", *(f"leg {leg.reference + 1}" for leg in result.origins))]
+    readings = (setting(value, digits=6) for value in home.readings.round(12) + 0.0)
+    after = [(f"reading at home, {mechanism.reading_unit}", *readings)]
+    return Section("legs", "Legs", (), [legs_table(mechanism, before, after)])
+
+
+def _mechanism(result: CheckResult) -> Section:
+    """Draw the structure's symmetry, or the one that is nearly there."""
+    mechanism, comparison, found = result.mechanism, result.comparison, result.comparison.found
+    poses = mechanism.home[None, :] if result.sample is None else result.sample.poses[:1]
+    group, kept = found.structure, [label for label, keeps in found.keeps_modes.items() if keeps]
+    nearly = comparison.verdict == "nearly"
+    if nearly and comparison.reference is not None:
+        group, kept = comparison.reference, [*comparison.reference_elements]
+    return mechanism_section(mechanism, poses, group, keeps_modes=kept, nearly=nearly)
+
+
+def _home(result: CheckResult) -> Section:
+    home, sample = result.home, result.sample
+    serial = ", ".join(significant(float(value)) for value in home.serial)
+    paragraph = (
+        f"At home the determinant of dg/dpose is {significant(home.parallel)} and its condition "
+        f"number {significant(home.condition)}; dh/dq of the legs is {serial}. A determinant of "
+        "zero is a parallel singularity, a dh/dq of zero a serial singularity of the leg."
+    )
+    parts = [] if sample is None else [sampling_table(sample)]
+    return Section("home", "Home and workspace", [paragraph], parts)
+
+
+def _identifiability(result: CheckResult) -> Section:
+    if result.sample is None:
+        text = f"There are no poses to look at: {result.untested}."
+        return Section("observability", "Identifiability", [text])
+    section = observability_section(result.mechanism, result.leg_poses, symmetric=True)
+    poses = plural(len(result.sample), "pose")
+    where = f"Each reference leg at {poses} of the workspace, and its images at their images."
+    return Section(
+        section.anchor,
+        "Identifiability",
+        [where, *section.paragraphs],
+        [*section.parts, singular_values_table(result.observability)],
+    )
+
+
+def symmetry_section(
+    mechanism: Mechanism,
+    comparison: SymmetryComparison | None = None,
+    groups: Sequence[NamedGroup] = (),
+) -> Section:
+    """State the symmetry that there is, and how every leg comes from its reference leg."""
+    comparison = comparison or compare_symmetry(mechanism)
+    parts = [_groups_table(groups)] if groups else []
+    return Section(
+        "symmetry",
+        "Symmetry",
+        [*comparison.sentences, _orbits(mechanism)],
+        [*parts, _carriers_table(mechanism)],
+    )
+
+
+def _carriers_table(mechanism: Mechanism) -> Table:
+    """Show which element carries which leg to every leg."""
+    group = symmetry_group(mechanism)
+    rows = [
+        (f"leg {leg}", f"leg {reference + 1}", element.label, describe_element(group, element))
+        for leg, (reference, element) in enumerate(leg_carriers(mechanism), 1)
+    ]
+    caption = "Where the legs and their poses come from (Eqs. 7, 21)"
+    return Table(caption, ("Leg", "Image of", "Element", "Which is"), [Group(rows)], wordy=True)
+
+
+def _groups_table(groups: Sequence[NamedGroup]) -> Table:
+    """Show groups by their names and elements."""
+    rows = [
+        (
+            f"{group.symbol}, {group.meaning}",
+            group.paper_name or "no group",
+            group.name or "no group",
+            str(len(group.elements)),
+            "; ".join(
+                f"{label}: {words}"
+                for label, words in zip(group.elements, group.described, strict=True)
+            ),
+        )
+        for group in groups
+    ]
+    columns = ("Group", "In the paper", "Usually", "Size", "Elements")
+    return Table("Groups", columns, [Group(rows)], wordy=True)
+
+
+def _differences(
+    comparison: SymmetryComparison, title: str, paragraphs: Sequence[str] = ()
+) -> list[Section]:
+    """Show what breaks a symmetry, largest first; nothing if nothing does."""
+    rows = [
+        (
+            f"leg {found.leg + 1}, {found.parameter}",
+            quantity(found.deviation, found.unit).strip(),
+            significant(found.in_tolerances),
+            quantity(found.standard_deviation, found.unit, 2).strip(),
+        )
+        for found in comparison.deviations + comparison.sensor_deviations
+    ]
+    columns = ("Parameter", "Deviation", "In tolerances", "Standard deviation")
+    shown: dict[str, Any] = {"brief": True, "brief_rows": _ALWAYS_SHOWN, "others": "smaller"}
+    table = Table("Where the legs differ", columns, [Group(rows)], **shown)
+    return [Section("differences", title, paragraphs, [table])] if rows else []
+
+
+def _conditions_section(conditions: Conditions) -> Section:
+    """List the conditions (1)-(5) of section 4 and (1)-(7) of section 5."""
+    paragraph = (
+        f"Each element of {conditions.tested_group} was tested on {count(conditions.tested)} "
+        "poses of the workspace box: a pose is in the workspace exactly if its image is (Eq. 2), "
+        "and the readings at the image are the image of the readings (Eq. 5). One that does not "
+        "keep the working modes is tested against the workspace of the other modes."
+    )
+    groups = [
+        Group([_row(found) for found in conditions.conditions if found.section == section], title)
+        for section, title in _TITLES.items()
+    ]
+    columns = ("Condition", "Verdict", "Figure", "Allowed")
+    parts = [
+        Table("The paper's conditions", columns, groups, wordy=True),
+        elements_table("Workspace and readings", conditions.elements, conditions.reading_unit),
+    ]
+    return Section("conditions", "Conditions", [paragraph], parts)
+
+
+def _row(condition: Condition) -> tuple[str, ...]:
+    return (
+        f"({condition.number}) {condition.text}",
+        "holds" if condition.holds else "fails",
+        condition.figure,
+        condition.tolerance or NONE,
+    )
+
+
+def detection_page(found: DetectedSymmetry) -> Page:
+    """Say which symmetry the legs have."""
+    return Page(
+        title="Symmetry of the legs",
+        headlines=[
+            ("Structure", found.structure.title, plural(found.structure.size, "element")),
+            ("With the working modes", found.with_modes.title, ""),
+        ],
+    )
+
+
+def comparison_page(comparison: SymmetryComparison) -> Page:
+    """Say how near the legs are to a symmetry, and what breaks it."""
+    first, *others = comparison.sentences
+    return Page(
+        title="Symmetry of the legs",
+        headlines=[("Structure", comparison.found.structure.title, comparison.verdict)],
+        verdict="good" if comparison.verdict == comparison.sensors == "exact" else "doubtful",
+        judgement=first,
+        notes=others,
+        sections=_differences(comparison, "What breaks the symmetry"),
+    )
+
+
+def conditions_page(conditions: Conditions) -> Page:
+    """Say which of the paper's conditions hold."""
+    failing = [each for each in conditions.conditions if not each.holds]
+    total = len(conditions.conditions)
+    return Page(
+        title="The paper's conditions",
+        headlines=[
+            ("Conditions", f"{total - len(failing)} of {total}", "hold"),
+            ("Structure, G_M", conditions.structure, ""),
+            ("With the working modes", conditions.with_modes, ""),
+        ],
+        verdict="doubtful" if failing else "good",
+        judgement="Not all conditions hold" if failing else "All conditions hold",
+        doubts=[f"{each.section}({each.number}) {each.text}: {each.figure}" for each in failing],
+        sections=[
+            Section("groups", "Groups", (), [_groups_table(conditions.groups)]),
+            _conditions_section(conditions),
+        ],
+    )
+
+
+def _orbits(mechanism: Mechanism) -> str:
+    """Which legs are images of each other."""
+    orbits: dict[int, list[int]] = {}
+    for leg, (reference, _) in enumerate(leg_carriers(mechanism)):
+        orbits.setdefault(reference, []).append(leg)
+    if len(orbits) == 1:
+        return (
+            "All legs are images of leg 1. The elements G_C of the table carry it, and the poses "
+            "chosen for it, to the others: poses need to be chosen for one leg only."
+        )
+    if len(orbits) == len(mechanism.legs):
+        return "No leg is the image of another: poses are chosen for each."
+    listed = "; ".join(", ".join(str(leg + 1) for leg in orbit) for orbit in orbits.values())
+    return f"Legs that are images of each other: {listed}. Poses are chosen for one of each."

@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: MIT
+"""Errors of end-effectors: of a model, of unseen poses, before and after; and of a printer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from symkin.analysis.evaluation import AlignedErrors, Evaluation
+from symkin.analysis.observability import ExpectedAccuracy
+from symkin.estimate.cross_validation import CrossValidation
+from symkin.estimate.precision import Heights, in_words
+from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.show.images import plotted
+from symkin.show.wording import NONE, became, count, milli, plural, ratio, significant
+
+ALIGNED = (
+    "A constant error of the base frame or of the tool frame can be taken out by measuring the "
+    "frames, without any calibration of the legs. So the table says first what remains after the "
+    "best alignment of both, fitted to these poses."
+)
+_WORST = 5
+
+
+def evaluation_page(evaluation: Evaluation) -> Page:
+    """Tell the errors of a model."""
+    name = f"{evaluation.name}: end-effector error" if evaluation.name else "End-effector error"
+    parts = [error_table({"Error": evaluation}), *_closure_table(evaluation), _worst(evaluation)]
+    return Page(
+        title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
+        headlines=[
+            (f"{kind.capitalize()} error{how}", milli(getattr(of, f"{kind}_rms"), unit), "rms")
+            for how, of in ((", frames aligned", evaluation.aligned), ("", evaluation))
+            if of is not None
+            for kind, unit in evaluation.space.errors
+        ],
+        notes=[
+            f"left out, since {why}: {plural(number, 'pose')}"
+            for number, why in (
+                (evaluation.unread, "not all legs were read there"),
+                (evaluation.partial, "they were measured in part"),
+                (evaluation.failed, "they cannot be taken"),
+            )
+            if number
+        ],
+        next_step=_next_step(evaluation),
+        sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
+    )
+
+
+def cross_validation_page(validation: CrossValidation) -> Page:
+    """Tell the errors at poses that the identification did not see."""
+    evaluation = validation.evaluation
+    headlines: list[Headline] = []
+    if math.isfinite(validation.residual_rms):
+        unit = validation.closure_unit
+        most = f"at most {milli(validation.residual_max, unit)}"
+        rms = milli(validation.residual_rms, unit)
+        headlines.append(("Closure of the legs, root mean square", rms, most))
+    for kind, value in validation.observed_rms.items():
+        name, _, unit = kind.rpartition("_")
+        label = f"{name.replace('_', ' ').capitalize()} from the others of the pose"
+        headlines.append((label, milli(value, unit), "root mean square"))
+    sections = []
+    if evaluation is not None:
+        headlines += [
+            (f"{kind.capitalize()} error, root mean square", milli(value, unit), "")
+            for kind, unit in evaluation.space.errors
+            for value in (getattr(evaluation, f"{kind}_rms"),)
+        ]
+        parts = [error_table({"Error": evaluation}), _worst(evaluation)]
+        sections = [Section("accuracy", "Errors at unseen poses", [ALIGNED], parts)]
+    return Page(
+        title=f"{validation.name} over {plural(len(validation.residuals), 'pose')}",
+        headlines=headlines,
+        verdict="good" if validation.converged else "doubtful",
+        judgement="" if validation.converged else "Not every identification of it converged.",
+        sections=sections,
+    )
+
+
+def error_table(
+    evaluations: Mapping[str, Evaluation],
+    expected: ExpectedAccuracy | None = None,
+    validation: CrossValidation | None = None,
+) -> Table:
+    """Errors with a column an evaluation: with frames aligned, as they are, and their means.
+
+    Of two, the change gets a column; `expected` is that of the last one, and so is `validation`.
+    """
+    found = list(evaluations.values())
+    first = found[0]
+    aligned = [each.aligned for each in found if each.aligned is not None]
+    spare = [""] * ((len(found) > 1) + (expected is not None))
+    groups = []
+    if len(aligned) == len(found):
+        rows = _error_rows(first, aligned, "aligned ", spare)
+        groups.append(Group(rows, "After the best alignment of the frames"))
+    groups.append(Group(_error_rows(first, found, "", spare, expected), "As it is"))
+    if validation is not None and validation.evaluation is not None:
+        rows = _error_rows(first, [*found[:-1], validation.evaluation], "unseen ", spare)
+        groups.append(Group(rows, f"As it is, {validation.name}"))
+    means = []
+    for index, difference in enumerate(first.difference_names):
+        name, _, unit = difference.rpartition("_")
+        means.append([f"mean {name}", *(milli(each.means[index], unit) for each in found), *spare])
+    groups.append(Group(means, "Mean difference, as it is"))
+    counted = [*found, *([expected] if expected else [])]
+    change = [""] if len(found) > 1 else []
+    poses = []
+    for name in ("evaluated", "failed"):
+        numbers = [count(getattr(each, name)) for each in counted]
+        poses.append([name, *numbers[: len(found)], *change, *numbers[len(found) :]])
+    groups.append(Group(poses, "Poses"))
+    columns = ["", *evaluations, *(["Change"] if change else [])]
+    columns += ["Expected after"] if expected else []
+    return Table("End-effector error", columns, groups, brief=True)
+
+
+def _error_rows(
+    kind_of: Evaluation,
+    errors: Sequence[Evaluation | AlignedErrors],
+    prefix: str,
+    spare: Sequence[str],
+    expected: ExpectedAccuracy | None = None,
+) -> list[list[str]]:
+    rows = []
+    for kind, unit in kind_of.space.errors:
+        for figure, name in (("rms", "root mean square"), ("max", "maximum")):
+            values = [getattr(each, f"{kind}_{figure}") for each in errors]
+            cells = list(spare)
+            if len(values) > 1:
+                cells[0] = ratio(values[0], values[-1])
+            if expected is not None:
+                cells[-1] = milli(getattr(expected, kind), unit) if figure == "rms" else NONE
+            rows.append(
+                [f"{prefix}{kind}, {name}", *(milli(value, unit) for value in values), *cells]
+            )
+    return rows
+
+
+def before_and_after(
+    before: Evaluation | AlignedErrors,
+    after: Evaluation | AlignedErrors,
+    kind_of: Evaluation,
+    expected: ExpectedAccuracy | None = None,
+) -> list[Headline]:
+    """Errors before and after, with what was to be expected where that can be compared."""
+    figures = []
+    for kind, unit in kind_of.space.errors:
+        old, new = (getattr(each, f"{kind}_rms") for each in (before, after))
+        remark = ratio(old, new)
+        if expected is not None:
+            remark += f"; {milli(getattr(expected, kind), unit)} expected"
+        value = became(old, new, unit)
+        figures.append((f"{kind.capitalize()} error, root mean square", value, remark))
+    return figures
+
+
+def errors_in_words(kind_of: Evaluation, errors: Evaluation | AlignedErrors) -> str:
+    """Root mean squares of position and orientation, of those that the platform has."""
+    return " and ".join(
+        milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in kind_of.space.errors
+    )
+
+
+def left_out(figures: Mapping[str, Evaluation | ExpectedAccuracy]) -> list[str]:
+    """Say how many poses the errors leave out, if any."""
+    if not any(each.failed for each in figures.values()):
+        return []
+    *counts, last = (
+        f"{count(each.failed)} of {count(each.evaluated + each.failed)} {name}"
+        for name, each in figures.items()
+    )
+    return [f"Left out are poses that could not be calculated: {', '.join(counts)} and {last}."]
+
+
+def error_figures(
+    before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
+) -> list[Image]:
+    """How large the errors are, and where."""
+    (kind, _), *_ = after.space.errors
+    columns = " Columns are projections." if after.space.in_space else ""
+    if after.pose_space == "planar":
+        columns = " Columns are bands of the platform angle."
+    return [
+        Image(
+            "error_histogram",
+            "Histograms of the end-effector errors before and after, logarithmic scale.",
+            "How large the errors are, before and after.",
+            plotted("error_histogram", before, after, expected),
+        ),
+        Image(
+            "error_map",
+            f"Maps of the {kind} error over the workspace, before and after.",
+            f"Where the {kind} errors are, before and after.{columns} Mind that each state has "
+            "its own scale.",
+            plotted("error_map", after.poses, before, after),
+        ),
+    ]
+
+
+def _closure_table(evaluation: Evaluation) -> list[Table]:
+    if evaluation.closure_rms is None:
+        return []
+    rms, legs = evaluation.closure_rms
+    values = {"all legs": rms, **{f"leg {leg}": each for leg, each in enumerate(legs.tolist(), 1)}}
+    unit = evaluation.space.closure_unit
+    rows = [[name, milli(value, unit)] for name, value in values.items() if not math.isnan(value)]
+    columns = ("Closure of", "Root mean square")
+    return [Table("How far the legs miss closing", columns, [Group(rows)], brief=True)]
+
+
+def _worst(evaluation: Evaluation) -> Table:
+    """The poses with the largest errors."""
+    errors = dict(zip(("m", "rad"), evaluation.errors, strict=True))
+    kinds = evaluation.space.errors
+    (_, first), *_ = kinds
+    order = np.argsort(-np.nan_to_num(errors[first], nan=-1), kind="stable")[:_WORST]
+    rows = [
+        [str(evaluation.row_numbers[row]), *(milli(errors[unit][row], unit) for _, unit in kinds)]
+        for row in order
+        if np.isfinite(errors[first][row])
+    ]
+    columns = ["Row", *(f"{kind.capitalize()} error" for kind, _ in kinds)]
+    return Table("Largest errors", columns, [Group(rows)], brief=True)
+
+
+def _next_step(evaluation: Evaluation) -> str:
+    name = f"{evaluation.space.errors[0][0]}_rms"
+    if evaluation.aligned is not None and (
+        getattr(evaluation.aligned, name) < getattr(evaluation, name) / 2
+    ):
+        return (
+            "most of the error is a constant motion of base or tool frame: measure these frames "
+            "before you blame the legs."
+        )
+    return ""
+
+
+def heights_headlines(heights: Heights) -> Iterator[Headline]:
+    """Heights before and after, and the size of what is printed."""
+    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
+    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
+    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
+    sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
+    yield "Size of what is printed, of 100 mm", sizes, remark
+
+
+def heights_section(heights: Heights | None) -> list[Section]:
+    """What the heights show and what they do not, in words; none without heights."""
+    if heights is None:
+        return []
+    paragraphs = [
+        f"The heights that the nominal robot would have differ from those measured by "
+        f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
+        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
+        f"use, in {plural(heights.folds, 'part')}.",
+        *heights.notes,
+    ]
+    rows = [
+        (each.plainly, each.parameter, _with_share(each.common), _with_share(each.between))
+        for each in heights.shown
+    ]
+    columns = ("", "Parameter", "All legs alike", "Between the legs")
+    caption = "What the heights show (in brackets: left of the tolerance)"
+    table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
+    return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
+
+
+def _with_share(known: float) -> str:
+    words = in_words(known)
+    return words if words == "-" else f"{words} ({significant(100 * known, 2)} %)"

@@ -1,0 +1,585 @@
+# SPDX-License-Identifier: MIT
+"""What was planned, identified and achieved: observability, residuals, errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.analysis.evaluation import Evaluation
+from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
+from symkin.data.measurements import Measurements
+from symkin.estimate.doubts import blunder_limit, blunders_of
+from symkin.estimate.identification import Identification
+from symkin.estimate.joint import JointIdentification
+from symkin.estimate.problem import KINDS
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import PoseSpace
+from symkin.planning import PoseCountCurve
+from symkin.show.figures.style import (
+    COLOUR_MAP,
+    SMALL,
+    Array,
+    colour_bar,
+    flat_axes,
+    leg_patches,
+    leg_style,
+    legend,
+    legend_below,
+    new_figure,
+    own_axes,
+    powers_of_ten,
+    sign,
+)
+from symkin.show.figures.workspaces import View, shown_of, views_of
+from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, name_points
+
+INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
+_COLUMNS = 3  # of panels, one a leg
+_FEW = 1500  # poses that a map shows one by one
+_MILLI = 1e3
+_NAMED = 5  # blunders
+
+
+def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | None = None) -> Axes:
+    """Draw abs(R_ii) (Eqs. 9, 10) of all legs side by side for each parameter.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The p parameters.
+    r_diagonals : array_like, shape (legs, p)
+        `Observability.r_diagonal` of each leg, in units of the reading over the parameter's.
+    ax : Axes, optional
+        Where to draw, by default in a new figure.
+
+    Returns
+    -------
+    Axes
+    """
+    diagonals = np.asarray(r_diagonals, dtype=float)
+    legs, count = diagonals.shape
+    axes = own_axes(ax, 8.6, 3.8, y="|Rᵢᵢ|, reading per parameter (SI)")
+    legend(axes, leg_patches(legs), below=ax is None)
+    width = 0.8 / legs
+    for leg, values in enumerate(diagonals):
+        places = np.arange(count) - 0.4 + width * (leg + 0.5)
+        axes.bar(places, values, 0.88 * width, color=leg_style(leg).colour)
+    axes.set_yscale("log")
+    shown = diagonals[diagonals > 0]
+    if shown.size:
+        axes.set_ylim(10 ** np.floor(np.log10(shown.min()) - 0.3), shown.max() * 2)
+    powers_of_ten(axes.yaxis)
+    axes.grid(False, axis="x")
+    # "platform_polar_angle" fits under a group of bars in three lines.
+    axes.set_xticks(range(count), [name.replace("_", "\n") for name in names], fontsize=SMALL)
+    axes.tick_params(axis="x", length=0)
+    return axes
+
+
+def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> FigureBase:
+    """Draw expected errors and efficiency against the number of poses.
+
+    Parameters
+    ----------
+    curve : PoseCountCurve
+        Of `pose_count_curve`. Without an orientation error it has one panel less.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    panels = [
+        (_MILLI * getattr(curve, kind), f"expected {kind} error, m{unit}", True)
+        for kind, unit in curve.mechanism.space.errors
+    ]
+    panels.append((100 * curve.efficiency, "efficiency, %", False))
+    figure = new_figure(0.6 + 3.0 * len(panels), 3.4, figure)
+    places = figure.add_gridspec(1, len(panels))
+    for column, (values, label, logarithmic) in enumerate(panels):
+        axes = flat_axes(figure, places[column], x="poses a leg", y=label)
+        axes.plot(curve.counts, values, "o-", color=AFTER, markersize=3.5, linewidth=1.2)
+        if logarithmic:
+            axes.set_yscale("log")
+            _plain_ticks(axes)
+        else:
+            axes.set_ylim(top=100.2)
+        _mark_enough(axes, curve)
+    return figure
+
+
+def residuals(
+    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw the closure of every leg at every pose that it used, a panel for each leg.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        Of which it was identified.
+    identification : Identification
+        Of `identify`.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    fits = identification.legs
+    unit = identification.nominal.space.closure_unit
+    titles = [
+        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}"
+        for leg, fit in enumerate(fits, 1)
+    ]
+    figure, panels = _panels(titles, unit, figure)
+    for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
+        closures, colour = _MILLI * fit.residuals, leg_style(leg).colour
+        numbers = measurements.row_numbers[fit.closure_rows]
+        axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
+        _draw_closures(axes, leg, unit, numbers, closures, numbers)
+        rejected = np.isin(fit.closure_rows, fit.rejected)
+        axes.plot(numbers[rejected], closures[rejected], "x", color=ACCENT, markersize=6)
+        if leg + _COLUMNS >= len(fits):
+            axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+    if any(len(fit.rejected) for fit in fits):
+        legend_below(figure, [sign("x", "rejected as an outlier", ACCENT, 6)])
+    return figure
+
+
+def dependence(
+    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw the closures of every leg against what they depend on most, with a parabola.
+
+    That is the leg's reading, a coordinate of the pose or the order of measuring, that of which
+    a parabola explains most.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        Of which it was identified.
+    identification : Identification
+        Of `identify`.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    found = [
+        _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
+    ]
+    titles = [
+        f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in enumerate(found, 1)
+    ]
+    unit = identification.nominal.space.closure_unit
+    figure, panels = _panels(titles, unit, figure)
+    for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
+        closures = _MILLI * most.residuals
+        numbers = measurements.row_numbers[most.rows]
+        _draw_closures(axes, leg, unit, most.values, closures, numbers)
+        along = np.linspace(most.values.min(), most.values.max(), 50)
+        parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
+        axes.plot(along, parabola(along), color=INK, linewidth=1.2)
+        reading = identification.nominal.reading_unit if most.name == "reading" else ""
+        of = identification.nominal.space.units.get(most.name, reading)
+        label = f"{most.name}, {of}" if of else most.name
+        axes.set_xlabel(label, fontsize=SMALL, color=INK)
+    return figure
+
+
+def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
+    """Draw the estimated error of every observation in standard deviations, row by row.
+
+    Parameters
+    ----------
+    found : JointIdentification
+        Of `identify`.
+    ax : Axes, optional
+        Where to draw, by default in a new figure.
+
+    Returns
+    -------
+    Axes
+    """
+    axes = own_axes(ax, 9.2, 3.8, x="row of the measurements", y="t, standard deviations")
+    rows, space = found.rows, found.nominal.pose_space
+    numbers = found.measurements.row_numbers[rows.pose]
+    reading = rows.kind == KINDS.index("readings")
+    groups = [(reading & (rows.index == leg), leg) for leg in range(len(found.nominal.legs))]
+    handles = []
+    for own, leg in [*groups, (~reading, None)]:
+        if not own.any():
+            continue
+        style = None if leg is None else leg_style(leg)
+        colour = INK if style is None else style.colour
+        marker = "." if style is None else style.marker
+        (points,) = axes.plot(
+            numbers[own], rows.t[own], marker, color=colour, markersize=4, linestyle="none"
+        )
+        shown = zip(np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True)
+        names = [f"row {number}, {rows.what(row, space)}: {t:+.2g}" for row, number, t in shown]
+        name_points(points, names)
+        label = "poses and others" if leg is None else f"leg {leg + 1}"
+        handles.append(sign(marker, label, colour, 5))
+    limit = blunder_limit(found)
+    for side in (-limit, limit):
+        axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
+    for each in blunders_of(found)[:_NAMED]:
+        name = f" {rows.what(each.row, space)}, row {numbers[each.row]}"
+        place = (numbers[each.row], rows.t[each.row])
+        axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
+    axes.axhline(0, color=LINE, linewidth=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend(axes, handles, below=ax is None)
+    return axes
+
+
+def parameter_errors(
+    identification: Identification, actual: Mechanism, *, figure: FigureBase | None = None
+) -> FigureBase:
+    """Draw (estimate - truth) / standard deviation of every parameter, a panel for each leg.
+
+    Parameters
+    ----------
+    identification : Identification
+        Of simulated measurements.
+    actual : Mechanism
+        The true one.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    calibrated = identification.mechanism
+    errors = calibrated.parameters - actual.parameters
+    deviations = calibrated.deviations
+    in_sigmas = np.full_like(errors, np.nan)
+    if deviations is not None:
+        np.divide(errors, deviations, out=in_sigmas, where=deviations > 0)
+    legs, count = in_sigmas.shape
+    rows = -(-legs // _COLUMNS)
+    figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)
+    places = figure.add_gridspec(rows, min(legs, _COLUMNS))
+    first = None
+    for leg, errors in enumerate(in_sigmas):
+        row, column = divmod(leg, _COLUMNS)
+        place, title = places[row, column], f"leg {leg + 1}"
+        axes = flat_axes(figure, place, title=title, share_x=first, share_y=first)
+        first = first or axes
+        axes.axvspan(-INTERVAL, INTERVAL, color=AFTER, alpha=0.12, linewidth=0)
+        axes.axvline(0, color=LINE, linewidth=0.8)
+        outside = np.abs(errors) > INTERVAL
+        for chosen, colour, marker in ((~outside, AFTER, "o"), (outside, ACCENT, "D")):
+            axes.plot(errors[chosen], np.flatnonzero(chosen), marker, color=colour, markersize=5)
+        names = [name.replace("_", " ") for name in actual.parameter_names]
+        axes.set_yticks(range(count), names, fontsize=SMALL)
+        axes.tick_params(axis="y", length=0, labelleft=column == 0)
+        if leg + _COLUMNS >= legs:
+            axes.set_xlabel("error / standard deviation", fontsize=SMALL, color=INK)
+    if first is not None:
+        largest = np.nanmax(np.abs(in_sigmas), initial=3)
+        first.set_xlim(-1.08 * largest, 1.08 * largest)
+        first.set_ylim(count - 0.4, -0.6)
+    handles = [
+        sign("o", "truth within the 95% interval", AFTER, 5),
+        sign("D", "truth outside", ACCENT, 5),
+        Patch(color=AFTER, alpha=0.12, label="95% interval"),
+    ]
+    legend_below(figure, handles)
+    return figure
+
+
+def error_histogram(
+    before: Evaluation,
+    after: Evaluation,
+    expected: ExpectedAccuracy | None = None,
+    *,
+    figure: FigureBase | None = None,
+) -> FigureBase:
+    """Draw the distribution of the errors on a logarithmic scale, with their root mean squares.
+
+    Parameters
+    ----------
+    before, after : Evaluation
+        With the nominal and the calibrated mechanism.
+    expected : ExpectedAccuracy, optional
+        Root mean squares to expect after.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    names = before.space.errors
+    labels = [f"{kind} error, m{unit}" for kind, unit in names]
+    kinds = list(zip(labels, _error_sizes(before), _error_sizes(after), strict=True))
+    foreseen = [None if expected is None else getattr(expected, kind) for kind, _ in names]
+    figure = new_figure(8.6 if len(kinds) > 1 else 4.6, 3.5, figure)
+    places = figure.add_gridspec(1, len(kinds))
+    for column, (label, sizes_before, sizes_after) in enumerate(kinds):
+        axes = flat_axes(figure, places[column], x=label, y="poses, %")
+        _draw_histogram(axes, sizes_before, sizes_after, foreseen[column])
+    handles: list[Any] = [
+        Patch(color=BEFORE, alpha=0.75, label="before"),
+        Patch(color=AFTER, alpha=0.75, label="after"),
+        Line2D([], [], color=INK, linestyle="--", label="root mean square"),
+    ]
+    if expected is not None:
+        handles.append(Line2D([], [], color=INK, linestyle=":", label="expected after"))
+    legend_below(figure, handles, 4 if len(kinds) > 1 else 2)
+    return figure
+
+
+def error_map(
+    poses: ArrayLike | WorkspaceSample,
+    before: Evaluation,
+    after: Evaluation,
+    *,
+    figure: FigureBase | None = None,
+) -> FigureBase:
+    """Draw the position error over the workspace: before in the upper row, after in the lower.
+
+    Of a spherical platform it is the orientation error. The columns are bands of orientation
+    (planar) or projections (in space). Each row has its own colour bar, since the errors differ by
+    orders of magnitude.
+
+    Parameters
+    ----------
+    poses : array_like, shape (N, coordinates), or WorkspaceSample
+        Those of both evaluations. Where they are many, a cell shows their root mean square.
+    before, after : Evaluation
+        With the nominal and the calibrated mechanism.
+    figure : Figure or SubFigure, optional
+        Where to draw, by default in a new one.
+
+    Returns
+    -------
+    Figure or SubFigure
+    """
+    rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
+    rows = shown_of(after.space, rows)
+    panels = _map_panels(rows, after.space)
+    (kind, unit), *_ = after.space.errors
+    figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
+    columns = range(len(panels))
+    places = figure.add_gridspec(*((1, 2) if len(panels) == 1 else (2, len(panels))))
+    grid = [[places[row * len(panels) + column] for column in columns] for row in range(2)]
+    first: Axes | None = None
+    for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
+        sizes = _MILLI * _error_sizes(evaluation)[0]
+        label = f"{kind} error\n{state}, m{unit}"
+        first = _draw_row(figure, row, panels, rows, sizes, label, first)
+    return figure
+
+
+# Number of poses.
+
+
+def _mark_enough(axes: Axes, curve: PoseCountCurve) -> None:
+    axes.set_xscale("log")
+    ticks = [curve.counts[0] * factor for factor in (1, 2, 3, 5, 10)]
+    axes.set_xticks([tick for tick in ticks if tick <= curve.counts[-1]])
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
+    if curve.enough is not None:
+        axes.axvline(curve.enough, color=ACCENT, linewidth=1.0, linestyle="--")
+        where: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top"}
+        axes.annotate(f" {curve.enough}", (curve.enough, 1.0), fontsize=SMALL, color=INK, **where)
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Thousandths read better than powers of ten over less than a decade."""
+    for formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        plain = ScalarFormatter()
+        plain.set_scientific(False)
+        formatter(plain)
+    axes.tick_params(axis="y", which="minor", labelsize=SMALL - 1, labelcolor=INK)
+
+
+# Residuals.
+
+
+class Dependence(NamedTuple):
+    """What a leg's closures depend on most: its values, the closures, their rows and the share."""
+
+    name: str
+    values: Array
+    residuals: Array
+    rows: NDArray[np.intp]
+    share: float
+
+
+def _strongest(measurements: Measurements, identification: Identification, leg: int) -> Dependence:
+    fit = identification.legs[leg]
+    kept = ~np.isin(fit.closure_rows, fit.rejected)
+    rows, closures = fit.closure_rows[kept], fit.residuals[kept]
+    poses = workspace_coordinates(identification.nominal, measurements.poses[rows])
+    values = {
+        "reading": measurements.readings[rows, leg],
+        **dict(zip(coordinate_names(identification.nominal), poses.T, strict=True)),
+        "order of measuring": np.arange(len(rows), dtype=float),
+    }
+    total = float(np.sum((closures - closures.mean()) ** 2))
+    shares = {}
+    for name, each in values.items():
+        shares[name] = 0.0
+        if np.ptp(each) > 0 and total > 0:
+            parabola = np.polynomial.Polynomial.fit(each, closures, 2)
+            shares[name] = 1 - float(np.sum((closures - parabola(each)) ** 2)) / total
+    name = max(shares, key=lambda name: shares[name])
+    return Dependence(name, values[name], closures, rows, shares[name])
+
+
+def _panels(
+    titles: Sequence[str], unit: str, figure: FigureBase | None
+) -> tuple[FigureBase, list[Axes]]:
+    """A panel for each leg, all with the same scale of closures."""
+    rows = -(-len(titles) // _COLUMNS)
+    figure = new_figure(9.2, 0.7 + 2.1 * rows, figure)
+    places = figure.add_gridspec(rows, min(len(titles), _COLUMNS))
+    panels: list[Axes] = []
+    for leg, title in enumerate(titles):
+        row, column = divmod(leg, _COLUMNS)
+        first = panels[0] if panels else None
+        axes = flat_axes(figure, places[row, column], title=title, share_y=first)
+        axes.axhline(0, color=LINE, linewidth=0.8)
+        axes.tick_params(labelleft=column == 0)
+        if column == 0:
+            axes.set_ylabel(f"closure, m{unit}", fontsize=SMALL, color=INK)
+        panels.append(axes)
+    return figure, panels
+
+
+def _draw_closures(
+    axes: Axes, leg: int, unit: str, x: NDArray[Any], closures: Array, rows: NDArray[np.intp]
+) -> None:
+    (points,) = axes.plot(x, closures, "o", color=leg_style(leg).colour, markersize=3)
+    named = zip(rows, closures, strict=True)
+    name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} m{unit}" for row, c in named])
+
+
+# Errors of the end effector.
+
+
+class Panel(NamedTuple):
+    """Poses of one panel of the map, by row, and the two coordinates that it shows."""
+
+    title: str
+    rows: NDArray[np.intp]
+    view: View
+
+
+def _error_sizes(evaluation: Evaluation) -> list[Array]:
+    """Distance (m) and angle (rad) of each pose's error, of those that the platform has."""
+    differences, positions = evaluation.differences, evaluation.space.size
+    parts = (differences[:, :positions], differences[:, positions:])
+    return [np.linalg.norm(part, axis=1) for part in parts if part.shape[1]]
+
+
+def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | None) -> None:
+    shown = [_MILLI * sizes[sizes > 0] for sizes in (before, after)]
+    both = np.concatenate(shown)
+    if not both.size:
+        return
+    # The smallest errors are a long thin tail, left out because it would squeeze the rest.
+    low, high = np.quantile(both, 0.002), both.max() * 1.1
+    bins = np.geomspace(min(low, 0.5 * high), high, 50 if len(both) > 1000 else 26).tolist()
+    for sizes, colour in zip(shown, (BEFORE, AFTER), strict=True):
+        weights = np.full(len(sizes), 100 / max(1, len(sizes)))
+        style: dict[str, Any] = {"histtype": "stepfilled", "color": colour, "alpha": 0.75}
+        axes.hist(sizes, bins=bins, weights=weights, **style)
+        if len(sizes):
+            axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
+    if expected:
+        axes.axvline(_MILLI * expected, color=INK, linewidth=1.4, linestyle=":")
+    axes.set_xscale("log")
+    powers_of_ten(axes.xaxis)
+
+
+def _draw_row(
+    figure: FigureBase,
+    places: Sequence[SubplotSpec],
+    panels: Sequence[Panel],
+    poses: Array,
+    sizes: Array,
+    label: str,
+    first: Axes | None,
+) -> Axes:
+    """Draw all panels of one state with one colour bar; returns the first of the figure."""
+    row_axes: list[Axes] = []
+    drawn = []
+    for place, panel in zip(places, panels, strict=True):
+        # Bands of orientation show the same view, so one scale serves them all.
+        shared = first if panel.title else None
+        y = "" if row_axes and shared else panel.view.y_label
+        axes = flat_axes(
+            figure,
+            place,
+            title=panel.title,
+            x="" if panel.title and not place.is_last_row() else panel.view.x_label,
+            y=y,
+            share_x=shared,
+            share_y=shared,
+        )
+        if panel.title:
+            axes.tick_params(labelleft=not row_axes, labelbottom=place.is_last_row())
+        first = first or axes
+        drawn.append(_draw_errors(axes, poses[panel.rows], sizes[panel.rows], panel.view))
+        row_axes.append(axes)
+    values = np.concatenate([np.ma.filled(each.get_array(), np.nan) for each in drawn])
+    if np.isfinite(values).any():
+        for each in drawn:
+            each.set_clim(np.nanmin(values), np.nanmax(values))
+    colour_bar(figure, drawn[0], row_axes, label, pad=0.01, shrink=0.85)
+    assert first is not None
+    return first
+
+
+def _map_panels(poses: Array, space: PoseSpace) -> list[Panel]:
+    every, views = np.arange(len(poses)), views_of(space)
+    if space.name != "planar":
+        return [Panel("", every, view) for view in views]
+    edges = np.quantile(poses[:, 2], (0, 1 / 3, 2 / 3, 1))
+    bands = np.clip(np.searchsorted(edges, poses[:, 2], side="right") - 1, 0, 2)
+    panels = []
+    for band, ends in enumerate(pairwise(edges.tolist())):
+        low, high = (f"{end:.2f}".replace("-", "\N{MINUS SIGN}") for end in ends)
+        title = f"\N{GREEK SMALL LETTER PHI} from {low} to {high} rad"
+        panels.append(Panel(title, np.flatnonzero(bands == band), views[0]))
+    return panels
+
+
+def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
+    good = np.isfinite(sizes)
+    x, y, sizes = poses[good, view.x], poses[good, view.y], sizes[good]
+    if (view.x, view.y) == (0, 1):
+        axes.set_aspect("equal", adjustable="box")
+    if len(poses) <= _FEW:
+        style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 18, "linewidths": 0}
+        return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
+    style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
+    return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

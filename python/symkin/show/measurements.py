@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""What was measured, of real and of simulated robots, and how devices stand to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.analysis.alignment import Alignment
+from symkin.data.measurements import Measurements
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import POSE_SPACES
+from symkin.planning.accuracy import set_name
+from symkin.planning.simulation import Simulation
+from symkin.present import Group, Image, Page, Section, Table
+from symkin.show.images import plotted
+from symkin.show.wording import count, decimals_of, fixed, milli, plural, significant
+
+_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def measurements_page(taken: Measurements) -> Page:
+    """Count poses and readings, and show where the poses lie."""
+    legs = range(taken.readings.shape[1])
+    sets = np.unique(taken.leg_sets).tolist()
+    read = np.isfinite(taken.readings)
+    rows = [
+        (f"leg {leg + 1}", count(int(read[:, leg].sum())), count(len(taken.rows_of(leg))))
+        for leg in legs
+    ]
+    columns = ("Leg", "Readings", "Of them in its set")
+    table = Table("Readings of every leg", columns, [Group(rows)], brief=True)
+    whole, poses = taken.poses[_whole(taken)], _poses_image(taken)
+    headlines = [
+        ("Poses", count(len(taken.poses)), f"sets: {', '.join(map(set_name, sets))}"),
+        ("Readings", count(int(read.sum())), f"of {count(len(legs))} legs"),
+    ]
+    for name, values in (
+        ("Poses measured in full", None if len(whole) == len(read) else whole),
+        ("Target points", taken.points),
+        ("Distances", taken.distances),
+        ("Heights", taken.heights),
+        ("Reported poses", taken.reported),
+    ):
+        if values is not None:
+            size = 1 if name in ("Distances", "Heights") else values.shape[-1]
+            seen = np.isfinite(values.reshape(-1, size)).any(axis=1)
+            headlines.append((name, count(int(seen.sum())), ""))
+    return Page(
+        title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",
+        subtitle=f"{taken.pose_space} poses",
+        headlines=headlines,
+        sections=[
+            Section("poses", "Measured poses", [], [table, poses] if len(whole) else [table])
+        ],
+    )
+
+
+def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
+    """Show where the poses lie that were measured in full."""
+    whole, sets = _whole(measurements), []
+    if (measurements.leg_sets >= 0).any():
+        legs = range(len(mechanism.legs))
+        sets = [measurements.poses[(measurements.leg_sets == leg) & whole] for leg in legs]
+    poses = _poses_image(measurements, sets)
+    file = f" from {measurements.source_name}" if measurements.source else ""
+    paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
+    return Section("poses", "Measured poses", [paragraph], [poses] if whole.any() else [])
+
+
+def _whole(measurements: Measurements) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(measurements.poses).all(axis=1))
+
+
+def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]] = ()) -> Image:
+    """The poses measured in full, and those of each leg's set."""
+    whole = _whole(measurements)
+    return Image(
+        "poses",
+        "Scatter plots of the measured poses.",
+        "The measured poses." if whole.all() else "The poses measured in full.",
+        plotted("poses", measurements.poses[whole], sets, pose_space=measurements.pose_space),
+    )
+
+
+def simulation_page(simulation: Simulation) -> Page:
+    """Tell what was measured of a simulated robot."""
+    which = ", ".join(f"{name}: {number}" for name, number in simulation.replaced_by_set.items())
+    return Page(
+        title=f"{simulation.nominal.name}: measurements of a simulated robot",
+        headlines=[
+            ("Poses measured", count(len(simulation.measurements.poses)), ""),
+            ("Replaced by spares", count(sum(simulation.replaced)), which),
+        ],
+        next_step="identify its parameters: symkin identify MECHANISM measurements.csv.",
+    )
+
+
+def alignment_page(found: Alignment) -> Page:
+    """Tell the frames, and how well they explain the poses."""
+    space = POSE_SPACES[found.pose_space]
+    headlines = []
+    if space.moves:
+        headlines.append(("Position left", milli(found.position_rms, "m"), "root mean square"))
+    if space.turns:
+        turned = f"{significant(np.degrees(found.orientation_rms))}\N{DEGREE SIGN}"
+        headlines.append(("Orientation left", turned, "root mean square"))
+    taken = f'measured poses taken "{found.convention}"'
+    return Page(
+        title=f"Alignment of frames over {plural(len(found.differences), 'pose')}",
+        subtitle="" if found.convention == "as measured" else taken,
+        headlines=headlines,
+        verdict="good" if found.trustworthy else "doubtful",
+        judgement="The frames explain the poses; nothing speaks against them."
+        if found.trustworthy
+        else "Frames were found, with doubts.",
+        doubts=found.doubts,
+        next_step="put them into the [frames] of the mechanism's file; symkin identify can refine "
+        "them with the geometry (--frames base,target).",
+        sections=[_frames_section(found), _convention_section(found)],
+    )
+
+
+def _frames_section(found: Alignment) -> Section:
+    space = POSE_SPACES[found.pose_space]
+    names = [_NAMES[component] for component in space.frame_components]
+    names = names if space.in_space else ["x", "y", "phi"]
+    groups = []
+    for title, values, deviations in (
+        ("Base, in the frame of the measuring device", found.frames.base, found.base_deviations),
+        ("Target, in the platform's frame", found.frames.target, found.target_deviations),
+    ):
+        rows = []
+        for name, value, deviation in zip(names, values, deviations.tolist(), strict=True):
+            unit = "m" if name in ("x", "y", "z") else "rad"
+            rows.append(
+                [name, unit, fixed(value, decimals_of(deviation)), significant(deviation, 2)]
+            )
+        groups.append(Group(rows, title))
+    columns = ("", "Unit", "Value", "Standard deviation")
+    table = Table("Frames", columns, groups, brief=True)
+    words = (
+        "Standard deviations follow from what is left, which holds the noise of the device and the "
+        "errors of the robot alike."
+    )
+    return Section("frames", "Frames", [words], [table])
+
+
+def _convention_section(found: Alignment) -> Section:
+    moves = POSE_SPACES[found.pose_space].moves
+    rows = [
+        (
+            each.convention,
+            *([milli(each.position_rms, "m")] if moves else []),
+            f"{significant(np.degrees(each.orientation_rms))}\N{DEGREE SIGN}",
+        )
+        for each in found.conventions
+    ]
+    position = ["Position left"] if moves else []
+    columns = ("Measured poses taken", *position, "Orientation left")
+    table = Table("Which convention fits", columns, [Group(rows)], brief=len(rows) > 1)
+    words = (
+        "Devices give the pose of the target in their frame, or the inverse; rotations either way "
+        "round; quaternions with the scalar first or last. A wrong one leaves errors as large as "
+        "the movements."
+    )
+    return Section("conventions", "Conventions", [words], [table])

@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: MIT
+"""What was planned: poses, how good they are, and how many there should be."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.workspace import WorkspaceSample
+from symkin.errors import named_legs
+from symkin.estimate.survey import SILENT
+from symkin.model.chains import legs_in_words
+from symkin.model.mechanism import Mechanism
+from symkin.planning import HeldByPriors, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
+from symkin.planning.accuracy import set_name
+from symkin.planning.simulation import Simulation
+from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.show.images import plotted
+from symkin.show.mechanism import mechanism_section
+from symkin.show.observability import observability_section
+from symkin.show.wording import count, left_by_priors, milli, plural, quantity, setting, significant
+from symkin.show.workspace import workspace_section
+
+CRITERIA = {
+    "O1": "O1 (D-optimality)",
+    "O2": "O2",
+    "O3": "O3 (E-optimality)",
+    "O4": "O4",
+    "O5": "O5",
+    "expected_error": "expected end-effector error (I-optimality)",
+}
+_DESIGNS = {
+    "legs": "a set of poses for each leg",
+    "orbits": "whole orbits of poses, which every leg uses",
+    "mechanism": "one set of poses for the parameters of all legs at once",
+}
+_COMBINED = 3  # combinations of unknowns in a sentence
+_NAMED = 12  # names in a sentence
+_PERCENT = "\N{NO-BREAK SPACE}%"
+
+
+def plan_page(plan: Plan) -> Page:
+    """Describe a plan: how good it is, what it shows, and where its poses lie."""
+    mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
+    wanted, spares = int((~plan.spare).sum()), int(plan.spare.sum())
+    headlines: list[Headline] = [("Poses", count(wanted), f"and {plural(spares, 'spare')}")]
+    judgement = "The poses were read from a file, which does not say how they were chosen"
+    if basis is not None:
+        certificates = [choice.selection.certificate for choice in basis.choices]
+        proven = all(certificate.proven_optimal for certificate in certificates)
+        least = min(certificate.efficiency for certificate in certificates)
+        remark = "proven optimal" if proven else "of a bound that no set of poses exceeds"
+        headlines.append(("Efficiency", f"{100 * least:.2f}{_PERCENT}", remark))
+        judgement = (
+            "The poses are proven optimal" if proven else "The poses come with a certificate"
+        )
+    if expected is not None:
+        remark = f"expected, rms ({plan.estimator}, all poses)"
+        headlines += _expected_headlines(mechanism, expected, remark)
+    doubts, remark = _held(mechanism, basis.survey if basis else None, plan.held, expected)
+    if plan.unseen and expected is None:
+        doubts = ["what priors alone hold, these observations will not show; see the notes"]
+    judgement += remark
+    way = quantity(plan.travel, mechanism.space.closure_unit)
+    headlines.append(("Way", way, "from home through the poses"))
+    notes = []
+    if basis is not None and basis.excluded:
+        excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
+        notes.append(f"{excluded} are left out by limits")
+    symmetric = basis is not None and basis.symmetrical
+    sets = plan.leg_poses()
+    surveyed = basis is not None and basis.survey is not None
+    silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
+    if silent:
+        notes.append(f"no better known than their priors say: {_few(silent)}")
+    if plan.unseen:
+        shown = "; ".join(plan.unseen)
+        if len(plan.unseen) > _COMBINED:
+            shown = f"{count(len(plan.unseen))} combinations of the unknowns"
+        notes.append(f"no observation shows, so that priors alone hold: {shown}")
+    sections = [
+        plan_section(plan),
+        _unknowns_section(plan)
+        if surveyed
+        else observability_section(
+            mechanism, sets, symmetric=symmetric, rows=plan.row_kind, brief=True
+        ),
+    ]
+    if isinstance(plan.candidates, WorkspaceSample):
+        sections.append(workspace_section(mechanism, plan.candidates, plan))
+    sections.append(mechanism_section(mechanism, plan.poses[:1]))
+    errors = (
+        "Expected errors are those of the end effector over the workspace after identification "
+        "with all poses, for the declared noise."
+    )
+    if surveyed:
+        errors += " They are of the target in the device's frame; what is held has none."
+    return Page(
+        title=f"{mechanism.name}: plan",
+        subtitle=legs_in_words(mechanism.legs),
+        headlines=headlines,
+        verdict="" if basis is None else "doubtful" if doubts else "good",
+        judgement=judgement,
+        doubts=doubts,
+        notes=notes,
+        paragraphs=[errors] if expected is not None else [],
+        next_step="take the poses in their order, spares only in place of those that the robot "
+        "cannot take; then symkin identify MECHANISM measurements.csv --out DIR"
+        + (", with the same unknowns" if surveyed else ""),
+        sections=sections,
+    )
+
+
+def _held(
+    mechanism: Mechanism,
+    survey: Survey | None,
+    held: HeldByPriors | None,
+    expected: ExpectedAccuracy | None,
+) -> tuple[list[str], str]:
+    """What to doubt, and to add to a judgement, where priors hold what observations do not show."""
+    if survey is None or held is None or expected is None:
+        return [], ""
+    priors = _priors(survey)
+    combinations = plural(len(held.combinations), "combination")
+    parts = left_by_priors(mechanism, held, expected)
+    known = "is" if len(held.combinations) == 1 else "are"
+    remark = (
+        f", but {combinations} of the unknowns {known} known from {priors}, hardly from the "
+        "observations"
+    )
+    if not parts:
+        return [], f"{remark} (they hardly move the end-effector)"
+    doubt = (
+        f"{' and '.join(parts)} is what {priors} leave: the observations will say next to nothing "
+        f"of it, more such poses hardly help, and it is larger if {priors} are wrong"
+    )
+    return [doubt], remark
+
+
+def _priors(survey: Survey) -> str:
+    """What the priors are."""
+    tolerances = survey.layout.column_tolerances
+    drawn = np.isinf(survey.priors) | np.isclose(survey.priors, tolerances, rtol=1e-9, atol=0)
+    return "the drawing's tolerances" if drawn.all() else "the priors"
+
+
+def _expected_headlines(
+    mechanism: Mechanism, expected: ExpectedAccuracy, remark: str
+) -> Sequence[Headline]:
+    """Expected errors as headlines; of those that the platform has."""
+    return [
+        (f"{kind.capitalize()} error", milli(getattr(expected, kind), unit), remark)
+        for kind, unit in mechanism.space.errors
+    ]
+
+
+def _unknowns_section(plan: Plan) -> Section:
+    """What will be known of each unknown."""
+    rows = [
+        (e.name, e.unit or "1", *map(significant, (e.deviation, e.tolerance, e.prior)))
+        for e in plan.unknowns
+    ]
+    columns = ("Unknown", "Unit", "Expected deviation", "Tolerance", "Prior")
+    caption = "Standard deviations to expect of the unknowns"
+    table = Table(caption, columns, [Group(rows)], brief=True)
+    return Section("unknowns", "What will be known", [], [table])
+
+
+def _survey_text(survey: Survey) -> str:
+    """What will be observed, and what is unknown."""
+    kinds = [kind for kind in survey.observed.kinds if kind != "readings"]
+    of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
+    text = f"Observed will be {' and '.join(['the readings', *kinds])}{of}; unknown are "
+    text += f"{plural(len(survey.unknowns), 'scalar')}: {_few(survey.unknowns)}."
+    priors = int(np.isfinite(survey.priors).sum())
+    return f"{text} Priors of {count(priors)} of them count too." if priors else text
+
+
+def _few(names: Sequence[str]) -> str:
+    """Names, or the first of many."""
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {count(more)} more" if more > 0 else "")
+
+
+def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
+    """Count planned and spare poses of every set, and those that a simulated robot replaced."""
+    replaced = simulation.replaced if simulation else ()
+    rows = []
+    for at, leg in enumerate(np.unique(plan.leg_sets).tolist()):
+        figures = [len(plan.rows_of_set(leg, spare=spare)) for spare in (False, True)]
+        figures += [replaced[at]] if simulation else []
+        rows.append((set_name(leg), *map(str, figures)))
+    columns = ("Set of", "Poses", "Spares", *(("Replaced by spares",) if simulation else ()))
+    parts = [Table("Planned poses", columns, [Group(rows)], brief=True)]
+    if plan.basis is not None:
+        parts.append(_selections(plan.basis))
+    return Section("plan", "Plan", _paragraphs(plan, simulation), parts)
+
+
+def _selections(basis: PlanBasis) -> Table:
+    """What was chosen for which legs, and how far it can be from the best."""
+    rows = []
+    for choice in basis.choices:
+        value, found = choice.selection.criterion_value, choice.selection.certificate
+        as_length = basis.criterion == "expected_error"
+        said = quantity(1e3 * value**0.5, "mm") if as_length else significant(value, 4)
+        shares = (found.efficiency, found.o1_efficiency, found.efficiency_repeats)
+        shown = [f"{100 * share:.2f}{_PERCENT}" for share in shares]
+        proven = "yes" if found.proven_optimal else "no"
+        rows.append([named_legs(choice.legs), said, *shown, proven])
+    columns = ["For", f"Value of {basis.criterion}", "Efficiency", "Of the determinant"]
+    columns += ["With repeats", "Proven optimal"]
+    return Table("Selections and their certificates", columns, [Group(rows)], brief=True)
+
+
+def _paragraphs(plan: Plan, simulation: Simulation | None) -> list[str]:
+    wanted = np.flatnonzero(~plan.spare)
+    text = f"{plural(len(wanted), 'pose')} to measure; the way through them, from home, is "
+    way = quantity(plan.travel, plan.mechanism.space.closure_unit)
+    paragraphs = [f"{text}{way}."]
+    if plan.basis is not None:
+        paragraphs += _made(plan.basis)
+    if simulation is not None:
+        replaced = sum(simulation.replaced)
+        paragraphs.append(
+            f"The robot could not take {count(replaced)} of them, which spares replaced."
+            if replaced
+            else "The robot could take all of them."
+        )
+    return paragraphs
+
+
+def _made(basis: PlanBasis) -> list[str]:
+    rows = "noise-aware rows" if basis.rows == "noise_aware" else "the paper's rows"
+    left = basis.candidates - basis.excluded
+    text = (
+        f"The design is {_DESIGNS[basis.design]}, chosen from {plural(left, 'candidate')} by "
+        f"{CRITERIA[basis.criterion]} with {rows}, method {basis.method}."
+    )
+    if basis.excluded:
+        text += f" {plural(basis.excluded, 'candidate was', 'candidates were')} left out by limits."
+    if any(len(choice.elements) > 1 for choice in basis.choices):
+        text += " The symmetry carries what was chosen for one leg to the others."
+    certificate = (
+        "The efficiency is the share of a bound that no set of so many poses exceeds: of the p-th "
+        "root of the determinant for O1, of the value for O2 to O5, of the expected squared error "
+        "for that criterion. The bound with repeats lets a pose be measured more than once."
+    )
+    return [text, *([] if basis.survey is None else [_survey_text(basis.survey)]), certificate]
+
+
+def pose_count_page(curve: PoseCountCurve) -> Page:
+    """Describe what more poses bring."""
+    mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
+    (kind, unit), *_ = mechanism.space.errors
+    errors = getattr(curve, kind)
+    enough = (
+        f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
+        f"{kind} error"
+        if curve.enough is not None
+        else f"Every further pose saves at least {gain} of the {kind} error"
+    )
+    most = ExpectedAccuracy(float(curve.position[-1]), float(curve.orientation[-1]), 0, 0)
+    doubts, remark = _held(mechanism, curve.survey, curve.held, most)
+    paragraph = ["Errors are predicted to first order from the declared noise."]
+    paragraph += [] if curve.survey is None else [_survey_text(curve.survey)]
+    ends: list[Headline] = [
+        (name, milli(errors[at], unit), f"{plural(int(curve.counts[at]), 'pose')} a leg")
+        for name, at in (("Fewest", 0), ("Most", -1))
+    ]
+    return Page(
+        title=f"{mechanism.name}: number of poses",
+        subtitle=legs_in_words(mechanism.legs),
+        headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
+        verdict="doubtful" if doubts else "good",
+        judgement=enough + remark,
+        doubts=doubts,
+        paragraphs=[" ".join(paragraph)],
+        next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
+        sections=[_curve_section(curve)],
+    )
+
+
+def needed_poses_page(needed: NeededPoses) -> Page:
+    """Describe how many poses a wanted accuracy needs, and what else would help."""
+    curve, expected = needed.curve, needed.expected
+    mechanism, reached = curve.mechanism, needed.count is not None
+    wanted = " and ".join(
+        setting(1e3 * value, unit)
+        for value, unit in ((needed.position, "mm"), (needed.orientation, "mrad"))
+        if value is not None
+    )
+    poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
+    judgement = f"{poses}, are {'enough' if reached else 'too few'} for {wanted}"
+    doubt = (
+        f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
+        "accuracy that much coarser"
+    )
+    if curve.survey is not None and np.isfinite(curve.survey.priors).any():
+        doubt = (
+            f"the errors are {significant(needed.excess, 2)} times what is wanted; less noise "
+            "makes that part of them alone smaller which the priors do not leave"
+        )
+    doubts, remark = _held(mechanism, curve.survey, curve.held, expected)
+    headlines = [
+        ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
+        *_expected_headlines(mechanism, expected, "expected, rms"),
+    ]
+    remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
+    return dataclasses.replace(
+        pose_count_page(curve),
+        headlines=headlines,
+        verdict="bad" if not reached else "doubtful" if doubts else "good",
+        judgement=judgement + remark,
+        doubts=[*([] if reached else [doubt]), *doubts],
+        next_step=_plan(curve, needed.tried) if reached else "",
+        sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
+    )
+
+
+def _plan(curve: PoseCountCurve, count: int) -> str:
+    usual = {"design": "legs", "rows": "noise_aware", "criterion": "O1"}
+    given = {name: curve.settings[name] for name in usual}
+    other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
+    same = "" if curve.survey is None else ", with the same options"
+    return f"symkin plan MECHANISM{other} --pose-count {count} --out DIR{same}"
+
+
+def _remedies(needed: NeededPoses) -> Table:
+    kinds = needed.curve.mechanism.space.errors
+    rows = [
+        (
+            remedy.change,
+            *(milli(getattr(remedy.expected, kind), unit) for kind, unit in kinds),
+            "yes" if remedy.enough else "no",
+        )
+        for remedy in needed.remedies
+    ]
+    columns = ["Change", *(f"{kind.capitalize()} error, rms" for kind, _ in kinds)]
+    caption = "What else would help, at the same poses"
+    return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
+
+
+def _curve_section(curve: PoseCountCurve) -> Section:
+    kinds = curve.mechanism.space.errors
+    figure = Image(
+        "pose_count",
+        "Expected errors and efficiency against the number of poses.",
+        "Expected error after identification, and efficiency of the selection, against the number "
+        "of poses that each leg is identified from. The dashed line is where another pose begins "
+        "to gain too little.",
+        plotted("pose_count", curve),
+    )
+    rows = []
+    for at, number in enumerate(curve.counts.tolist()):
+        row = [str(number), str(curve.measured[at])]
+        row += [milli(getattr(curve, kind)[at], unit) for kind, unit in kinds]
+        rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
+    columns = ["Poses a leg", "Poses in all"]
+    columns += [f"{kind.capitalize()} error, rms" for kind, _ in kinds]
+    table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)], brief=True)
+    return Section("curve", "Number of poses", [], [figure, table])

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: MIT
+"""A page as text, and as HTML: one file that needs no other."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from markupsafe import Markup, escape
+
+from symkin.present import Image, Movable, Page, Table
+from symkin.show.theme import THEME, point_names
+from symkin.storage.output_files import OutputFiles
+from symkin.version import version
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_PIPE_WIDTH = 100
+_TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
+
+
+def summary_text(page: Page) -> str:
+    """Return title, verdict and the few numbers that matter, a line each."""
+    lines = [page.title]
+    lines += [page.judgement] if page.judgement else []
+    lines += [f"  {label}: {value}" for label, value, _ in page.headlines]
+    lines += [f"  Doubt: {doubt}" for doubt in page.doubts]
+    return _typed("\n".join(lines))
+
+
+def page_text(page: Page, *, whole: bool = False) -> str:
+    """Return what the command line prints: the summary, then the brief tables.
+
+    The `whole` page has all sections, with their paragraphs and tables.
+    """
+    lines = [page.title, *([page.subtitle] if page.subtitle else [])]
+    if page.judgement:
+        lines += [page.judgement]
+    lines += [f"Doubt: {doubt}" for doubt in page.doubts]
+    blocks = ["\n".join(lines)]
+    if page.headlines:
+        rows = [[label, value, remark] for label, value, remark in page.headlines]
+        blocks.append(_grid([], rows, words=3))
+    for section in page.sections:
+        tables = [part for part in section.parts if isinstance(part, Table)]
+        if whole:
+            blocks += ["\n".join([section.title.upper(), *section.paragraphs])]
+            blocks += [table_text(table) for table in tables]
+        else:
+            blocks += [table_text(_cut(table)) for table in tables if table.brief]
+    blocks += ["\n".join(f"Note: {note}" for note in page.notes)] if page.notes else []
+    blocks += [f"Next: {page.next_step}"] if page.next_step else []
+    return _typed("\n\n".join(blocks))
+
+
+def table_text(table: Table) -> str:
+    """Return a table as aligned columns under its caption; empty columns are left out."""
+    rows: list[list[str]] = []
+    for group in table.groups:
+        rows += [[group.title]] if group.title else []
+        rows += [[str(cell) for cell in row] for row in group.rows]
+    words = len(table.columns) if table.wordy else 1
+    grid = _grid(list(table.columns), rows, words)
+    return f"{table.caption}\n{grid}" if table.caption else grid
+
+
+def _cut(table: Table) -> Table:
+    """The table with the rows that are printed of it."""
+    (group, *others), limit = table.groups, table.brief_rows
+    left = len(group.rows) - limit
+    if others or not 0 < limit < len(group.rows):
+        return table
+    rows = [*group.rows[:limit], [f"and {left} {table.others}"]]
+    return replace(table, groups=[replace(group, rows=rows)])
+
+
+def _grid(heading: list[str], rows: list[list[str]], words: int) -> str:
+    """Rows as aligned columns: the first `words` to the left, the others to the right."""
+    from rich.console import Console
+    from rich.table import Table as Grid
+
+    count = max([len(heading), *(len(row) for row in rows)])
+    grid = Grid(
+        box=None,
+        pad_edge=False,
+        padding=(0, 2, 0, 0),
+        header_style="bold",
+        show_header=bool(heading),
+    )
+    for number in range(count):
+        name = heading[number] if number < len(heading) else ""
+        grid.add_column(name, justify="left" if number < words else "right", no_wrap=True)
+    for row in rows:
+        grid.add_row(*row, *[""] * (count - len(row)))
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH
+    console = Console(file=io.StringIO(), width=width, markup=False)
+    # A table that is too wide is better wrapped by the terminal than cut.
+    unbound = console.options.update(max_width=10_000)
+    console.width = max(console.width, console.measure(grid, options=unbound).maximum)
+    with console.capture() as captured:
+        console.print(grid, highlight=False)
+    return "\n".join(line.rstrip() for line in captured.get().rstrip("\n").split("\n"))
+
+
+def _typed(text: str) -> str:
+    """With the characters of a keyboard, which can be searched for and pasted."""
+    return text.translate(_TYPED)
+
+
+_TEMPLATES = Path(__file__).parent / "templates"
+_DOTS_PER_INCH = 160  # of clouds of points, which are pixels within the drawing
+_PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
+_LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
+_DIGITS = 12  # of the SHA-256
+
+
+def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
+    """Write a page as an HTML file, whose folder is made if it does not exist, and return it."""
+    with OutputFiles(overwrite=overwrite) as outputs:
+        folder = outputs.folder(path.parent, path.name)  # refused before anything is drawn
+        (folder / path.name).write_text(page_html(page), encoding="utf-8")
+    return path
+
+
+def page_html(page: Page) -> str:
+    """Return a page with everything in it: style, script, figures, symbols.
+
+    Without matplotlib it has no figures, and a note that says so.
+    The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
+    """
+    return _rendered("report.html", page if _can_draw() else _without_figures(page))
+
+
+def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
+    """Return title, verdict and the few numbers that matter, for a notebook; and these parts."""
+    if not _can_draw():
+        shown = [part for part in shown if not isinstance(part, Image)]
+    return _rendered("notebook.html", page, shown)
+
+
+def _can_draw() -> bool:
+    return find_spec("matplotlib") is not None
+
+
+def _without_figures(page: Page) -> Page:
+    """The same page for who has no matplotlib; sections of nothing but figures are gone too."""
+    sections, left_out = [], False
+    for section in page.sections:
+        parts = [part for part in section.parts if not isinstance(part, Image)]
+        left_out = left_out or len(parts) < len(section.parts)
+        if parts or section.paragraphs:
+            sections.append(replace(section, parts=parts))
+    note = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
+    return replace(page, sections=sections, notes=[*page.notes, note]) if left_out else page
+
+
+def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.tests["table"] = lambda part: isinstance(part, Table)
+    environment.tests["movable"] = lambda part: isinstance(part, Movable)
+    environment.filters["symbols"] = _symbols
+    environment.filters["drawn"] = _drawn
+    environment.filters["data"] = _data
+    environment.filters["digest"] = _digest
+    foot = {"version": version(), "day": _day()}
+    text = environment.get_template(template).render(page=page, shown=shown, **foot)
+    # A file's name may have bytes that are no character.
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _symbols(text: str) -> Markup:
+    """Set the subscripts of symbols such as ``G_M``; names such as ``base_radius`` stay."""
+    return Markup(re.sub(r"\b([A-Zs])_(\w+)", r"\1<sub>\2</sub>", str(escape(text))))
+
+
+def _drawn(image: Image) -> Markup:
+    """The figure as an element that follows the page's colours, and scales with its width."""
+    figure = cast("Figure", image.draw().figure)
+    names = point_names(figure)
+    drawing = _themed(_svg(figure, image.name))
+    drawing = _named(_apart(drawing, image.name, names), image.name, names)
+    inches = figure.get_figwidth()
+    sizes = (round(pixels * inches) for pixels in (_PIXELS_PER_INCH, _LEAST_PIXELS_PER_INCH))
+    style = "width: {}px; min-width: {}px".format(*sizes)
+    head = f'<svg role="img" aria-label="{escape(image.alternative)}" style="{style}"'
+    opening = re.compile(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>')
+    return Markup(opening.sub(lambda found: f"{head} {found[1]}>", drawing, count=1))
+
+
+def _svg(figure: Figure, name: str) -> str:
+    """The figure's bare element, the same bytes for the same figure."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    # As `savefig` does with transparent=True, which draws everything twice.
+    for patch in (figure.patch, *(axes.patch for axes in figure.axes)):
+        patch.set(facecolor="none", edgecolor="none")
+    figure.set_dpi(_DOTS_PER_INCH)
+    buffer = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        FigureCanvasSVG(figure).print_svg(buffer)  # type: ignore[no-untyped-call]
+    drawing = buffer.getvalue()
+    drawing = drawing[drawing.index("<svg") :]
+    # Its style would hold for the whole page, and has its place in the page's.
+    drawing = re.sub(
+        r"<metadata>.*?</metadata>|<style .*?</style>|<!--.*?-->", "", drawing, flags=re.S
+    )
+    drawing = drawing.replace("xlink:href", "href")
+    return re.sub(r"\n\s*", "\n", drawing)
+
+
+def _themed(drawing: str) -> str:
+    """With the page's colours in place of those that it has its own values for."""
+    names = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
+    return re.sub(
+        r"(?<=: )#[0-9a-fA-F]{6}\b", lambda found: names.get(found[0].lower(), found[0]), drawing
+    )
+
+
+def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:
+    """With identifiers that no other figure of the page has, and only those that are used."""
+    used = {*re.findall(r'(?:href="|url\()#([^")]+)', drawing), *kept}
+    drawing = re.sub(
+        r' id="([^"]+)"',
+        lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "",
+        drawing,
+    )
+    return re.sub(r'(href="|url\()#', rf"\1#{name}-", drawing)
+
+
+def _named(drawing: str, prefix: str, names: Mapping[str, Sequence[str]]) -> str:
+    """With the names of its points, where the page's script finds them."""
+    for identifier, of_points in names.items():
+        before, mark, after = drawing.partition(f'id="{prefix}-{identifier}"')
+        start, *points = after.split("<use ", len(of_points))
+        named = (
+            f'<use data-name="{escape(name)}" {point}'
+            for name, point in zip(of_points, points, strict=True)
+        )
+        drawing = "".join([before, mark, start, *named])
+    return drawing
+
+
+def _data(part: Movable) -> Markup:
+    """As the text of a script element, which must not end it."""
+    text = json.dumps(part.data(), separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def _digest(source: Path | bytes) -> str:
+    """The beginning of the SHA-256 of a file, or of bytes; empty if it is not there any more."""
+    try:
+        content = source if isinstance(source, bytes) else source.read_bytes()
+    except OSError:
+        return ""
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def _day() -> str:
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
+    return now.date().isoformat()

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+"""What a run of the protocol came to, and the identification of many robots."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from symkin.analysis.evaluation import Evaluation
+from symkin.analysis.observability import ExpectedAccuracy
+from symkin.estimate.fleet import Fleet
+from symkin.pipeline import ProtocolResult
+from symkin.planning.simulation import Simulation
+from symkin.present import Group, Image, Page, Section, Table, Verdict
+from symkin.show.check import symmetry_section
+from symkin.show.evaluation import (
+    ALIGNED,
+    before_and_after,
+    error_figures,
+    error_table,
+    errors_in_words,
+    left_out,
+)
+from symkin.show.identification import judgement, parameter_section
+from symkin.show.mechanism import mechanism_section
+from symkin.show.observability import observability_section
+from symkin.show.plan import plan_section
+from symkin.show.wording import (
+    NONE,
+    chain_subtitle,
+    count,
+    has_lengths,
+    milli,
+    plural,
+    quantity,
+    quoted,
+    setting,
+    significant,
+    sources,
+)
+from symkin.show.workspace import workspace_section
+
+_SHOWN = 20
+
+
+def run_page(result: ProtocolResult) -> Page:
+    """Tell a run of the protocol on a simulated robot."""
+    nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
+    symmetric = plan.basis is not None and plan.basis.symmetrical
+    sections = [
+        _accuracy_section(result),
+        parameter_section(result.identification, result.simulation.actual),
+        plan_section(plan, result.simulation),
+        workspace_section(nominal, result.candidates, plan),
+        observability_section(nominal, poses, symmetric=symmetric, rows=plan.row_kind),
+        symmetry_section(nominal),
+        mechanism_section(nominal, result.candidates.poses[:1]),
+    ]
+    return dataclasses.replace(run_summary(result), sections=sections)
+
+
+def run_summary(result: ProtocolResult) -> Page:
+    """Tell what was achieved, and whether to trust it."""
+    nominal, found = result.nominal, result.identification
+    verdict, words = judgement(found)
+    return Page(
+        title=f"{nominal.name}: identification of a simulated robot",
+        subtitle=chain_subtitle(nominal),
+        headlines=before_and_after(result.before, result.after, result.after, result.expected),
+        verdict=verdict,
+        judgement=words,
+        doubts=found.doubts,
+        notes=(*found.notes, *_replaced(result.simulation)),
+        paragraphs=[_done(result), _achieved(result)],
+        next_step=(
+            "measure your robot at the poses of plan.csv, write what you measure into a table "
+            "like measurements.csv, and identify: symkin identify MECHANISM measured.csv."
+        ),
+        inputs=sources(nominal.source),
+    )
+
+
+def _replaced(simulation: Simulation) -> list[str]:
+    number = sum(simulation.replaced)
+    said = f"replaced by spares, since the robot cannot take them: {plural(number, 'pose')}"
+    return [said] if number else []
+
+
+def _done(result: ProtocolResult) -> str:
+    nominal, tolerances = result.nominal, result.nominal.tolerances
+    noise = " and ".join(
+        setting(1e3 * getattr(nominal.noise, kind), f"m{unit}")
+        for kind, unit in nominal.space.errors
+    )
+    lengths = f"{setting(1e3 * tolerances.length, 'mm')}, "
+    return (
+        f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
+        f"allow (standard deviations {lengths if has_lengths(nominal) else ''}"
+        f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
+        f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
+        f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
+        f"{noise}; from these the {int(nominal.has_parameter.sum())} parameters of its "
+        f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
+        f"{quoted(result.identification.estimator)}."
+    )
+
+
+def _achieved(result: ProtocolResult) -> str:
+    before, after, expected = result.before, result.after, result.expected
+    foreseen = " and ".join(
+        milli(getattr(expected, kind), unit) for kind, unit in result.nominal.space.errors
+    )
+    text = (
+        "A controller that believes the drawing misses the commanded poses by "
+        f"{errors_in_words(after, before)} (root mean square); one that uses the identified "
+        f"parameters misses them by {errors_in_words(after, after)}. Expected, from the "
+        f"uncertainty of the parameters, were {foreseen}."
+    )
+    figures: dict[str, Evaluation | ExpectedAccuracy] = {"before": before, "after": after}
+    figures["of those expected"] = expected
+    return " ".join([text, *left_out(figures)])
+
+
+def _accuracy_section(result: ProtocolResult) -> Section:
+    """Compare the poses that the robot takes with those that it is told to take."""
+    before, after, expected = result.before, result.after, result.expected
+    paragraph = (
+        "Every candidate pose is commanded through the nominal (before) and the calibrated (after) "
+        f"inverse kinematics; the error is how far the robot ends up from it. {quoted('Expected')} "
+        "is predicted to first order from the covariance of the identified parameters, without "
+        "looking at the true ones; for one robot the error achieved scatters about it. " + ALIGNED
+    )
+    parts: list[Table | Image] = [
+        error_table({"Before": before, "After": after}, expected),
+        _comparison_table(result),
+        *error_figures(before, after, expected),
+    ]
+    return Section("accuracy", "End-effector error", [paragraph], parts)
+
+
+def _comparison_table(result: ProtocolResult) -> Table:
+    """What every estimator makes of the same measurements."""
+    kinds = result.nominal.space.errors
+    columns = ["Estimator", "Poses of a leg"]
+    for kind, _ in kinds:
+        columns += [f"{kind.capitalize()}, rms", "Expected"]
+    rows = []
+    for figures in result.comparison:
+        reached, expected = figures.evaluation, figures.expected
+        failed = "" if figures.converged else " (not converged)"
+        row = [f"{figures.estimator}{failed}", str(figures.poses)]
+        for kind, unit in kinds:
+            row.append(milli(getattr(reached, f"{kind}_rms"), unit) if reached else NONE)
+            row.append(milli(getattr(expected, kind), unit) if expected else NONE)
+        rows.append(row)
+    caption = "Every estimator on the same measurements"
+    return Table(caption, columns, [Group(rows)], brief=True)
+
+
+def fleet_page(fleet: Fleet) -> Page:
+    """Count the robots that fit, and say what is wrong with the others."""
+    counts = {word: fleet.verdicts.count(word) for word in ("fits", "doubtful", "failed")}
+    total = len(fleet.robots)
+    verdict: Verdict = "bad" if counts["failed"] else "doubtful" if counts["doubtful"] else "good"
+    rows = [
+        (robot, verdict, failure or doubt)
+        for wanted in ("failed", "doubtful")
+        for robot, verdict, failure, doubt in zip(
+            fleet.robots, fleet.verdicts, fleet.failures, fleet.doubts, strict=True
+        )
+        if verdict == wanted
+    ]
+    caption = "Robots that failed, and those that something speaks against"
+    table = Table(
+        caption,
+        ("Robot", "Verdict", "Why"),
+        [Group(rows)],
+        wordy=True,
+        brief=True,
+        brief_rows=_SHOWN,
+    )
+    seconds = quantity(fleet.seconds, "s")
+    judgement = (
+        f"{count(counts['fits'])} of {plural(total, 'robot')} fit the declared noise and the "
+        "tolerances"
+    )
+    if counts["doubtful"]:
+        judgement += f", {count(counts['doubtful'])} are doubtful"
+    if counts["failed"]:
+        judgement += f", {count(counts['failed'])} failed"
+    return Page(
+        title=f"{fleet.nominal.name}: {plural(total, 'robot')}",
+        subtitle=f"estimator {fleet.options.estimator}",
+        headlines=[
+            ("Fit", count(counts["fits"]), f"of {count(total)}"),
+            ("Doubtful", count(counts["doubtful"]), "see the table"),
+            ("Failed", count(counts["failed"]), "see the table"),
+            ("Throughput", significant(fleet.robots_per_second), f"robots a second, {seconds}"),
+        ],
+        verdict=verdict,
+        judgement=judgement,
+        notes=[
+            "A robot that fits passed the tests of noise and tolerance; symkin identify makes more "
+            "of a single one."
+        ],
+        sections=[Section("robots", "Robots to look at", [], [table])] if rows else [],
+    )

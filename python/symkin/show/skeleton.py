@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""What is drawn of a mechanism at a pose, for figures, pages and views to be turned alike."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.model.mechanism import Mechanism
+
+__all__ = [
+    "Joint",
+    "Skeleton",
+    "arcs",
+    "drawn_centres",
+    "joints_of",
+    "outline",
+    "skeleton_of",
+]
+
+Array = NDArray[np.float64]
+
+# Radii at which axes of base, elbow and platform are drawn: on a sphere they may coincide.
+_SHELLS = np.array([[1.0], [0.875], [0.75]])
+
+
+class Joint(NamedTuple):
+    """A joint of a chain: its letter, and whether it is the actuated one."""
+
+    kind: str
+    actuated: bool
+
+    @property
+    def style(self) -> dict[str, Any]:
+        """Square if it slides, filled if it is actuated."""
+        marker, size = "s" if self.kind == "P" else "o", 7.5 if self.actuated else 6
+        return {"marker": marker, "markersize": size, "markeredgewidth": 1.4}
+
+
+class Skeleton(NamedTuple):
+    """What is drawn of a mechanism: per leg its joints and their centres, (joints, 2 or 3), m.
+
+    On a sphere they are the joints' axes, and links are arcs between them.
+    """
+
+    legs: tuple[Array, ...]
+    joints: tuple[tuple[Joint, ...], ...]
+    on_sphere: bool = False
+
+    @property
+    def points(self) -> Array:
+        """All joint centres, one a row; of arcs what lies between them, too."""
+        return np.concatenate([arcs(leg) for leg in self.legs] if self.on_sphere else self.legs)
+
+    @property
+    def bodies(self) -> dict[str, Array]:
+        """Corners of base and platform in order, of those that have three."""
+        outlines = {
+            body: outline(np.array([centres[end] for centres in self.legs]))
+            for end, body in ((0, "base"), (-1, "platform"))
+        }
+        return {body: corners for body, corners in outlines.items() if len(corners) > 2}
+
+
+def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
+    """The joints of all legs at a pose that they reach."""
+    joints = tuple(map(joints_of, mechanism.chains))
+    readings = mechanism.inverse_kinematics(pose)[0]
+    legs = tuple(
+        _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints[leg]))
+        for leg, reading in enumerate(readings)
+    )
+    return Skeleton(legs, joints, on_sphere=not mechanism.space.moves)
+
+
+def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -> Array:
+    """Centres of a leg's joints, m; of a spherical leg points of its axes, from outside inwards."""
+    centres = mechanism.core.joint_centres(leg, pose, reading)
+    return centres if mechanism.space.moves else np.asarray(centres * _SHELLS)
+
+
+def joints_of(chain: str) -> tuple[Joint, ...]:
+    """The joints of a chain, from base to platform."""
+    joints = chain.split()[0]  # behind it, as of a cable, what it runs over
+    return tuple(
+        Joint(bracketed or free, bool(bracketed))
+        for bracketed, free in re.findall(r"\[(\w)\]|(\w)", joints)
+    )
+
+
+def outline(corners: Array) -> Array:
+    """Distinct corners in their order around the middle, seen from above."""
+    corners = np.unique(np.round(corners, 9), axis=0)
+    around = corners[:, :2] - corners[:, :2].mean(axis=0)
+    ordered: Array = corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))]
+    return ordered
+
+
+def _one_centre_a_joint(centres: Array, joints: int) -> Array:
+    """A telescopic leg has centres at its ends only; its actuator is drawn half-way."""
+    shares = np.linspace(0, 1, joints - len(centres) + 2)[1:-1, np.newaxis]
+    between = centres[0] + shares * (centres[1] - centres[0])
+    return np.concatenate([centres[:1], between, centres[1:]])
+
+
+def arcs(centres: Array) -> Array:
+    """Points on the great circles between axes: to the elbow outside, and from it inside."""
+    shares = np.linspace(0, 1, 25)[:, np.newaxis]
+    axes = centres / np.linalg.norm(centres, axis=1, keepdims=True)
+    parts = []
+    for (start, end), radius in zip(itertools.pairwise(axes), _SHELLS[[0, 2], 0], strict=True):
+        chord = start + shares * (end - start)
+        parts.append(radius * chord / np.linalg.norm(chord, axis=1, keepdims=True))
+    return np.concatenate(parts)

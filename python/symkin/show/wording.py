@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Numbers as a person reads them: sensible digits, with units."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from symkin.analysis.observability import ExpectedAccuracy
+from symkin.errors import printable
+from symkin.estimate.precision import Expected
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import PoseSpace
+from symkin.planning import HeldByPriors
+
+NONE = "\N{EN DASH}"
+_SPACE = "\N{NO-BREAK SPACE}"
+_MUCH = 0.3  # of an expected error: the rest is then 5% smaller than all of it
+_MINUS = "\N{MINUS SIGN}"
+_SUPERSCRIPTS = str.maketrans(
+    "-0123456789", "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079"
+)
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """So many significant digits, a power of ten where the number is far from one."""
+    if not math.isfinite(value):
+        return NONE
+    if value == 0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e6:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        power = str(int(power)).translate(_SUPERSCRIPTS)
+        return _signed(f"{mantissa}{_SPACE}\N{MULTIPLICATION SIGN}{_SPACE}10{power}")
+    # The exponent after rounding: 9.999 has one digit more before the point than it seems.
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])
+    decimals = digits - 1 - exponent
+    return _signed(f"{round(value, decimals):.{max(0, decimals)}f}")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """So many digits after the point."""
+    return _signed(f"{value:.{decimals}f}") if math.isfinite(value) else NONE
+
+
+def decimals_of(deviation: float, otherwise: int = 6) -> int:
+    """Digits after the point that show a standard deviation to its second digit."""
+    if not (math.isfinite(deviation) and deviation > 0):
+        return otherwise
+    return max(0, 1 - math.floor(math.log10(deviation)))
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its unit: ``2.94 mm``."""
+    return f"{significant(value, digits)}{_SPACE}{unit}" if math.isfinite(value) else NONE
+
+
+def setting(value: float, unit: str = "", digits: int = 5) -> str:
+    """A number that was given, without the zeros that nobody wrote: ``0.1 mm``."""
+    return _signed(f"{value:.{digits}g}") + (_SPACE + unit if unit else "")
+
+
+def milli(value: float, unit: str) -> str:
+    """A small length or angle in thousandths of its unit: ``0.0821 mm``."""
+    return quantity(1e3 * value, f"m{unit}")
+
+
+def left_by_priors(
+    mechanism: Mechanism, held: HeldByPriors, expected: Expected | ExpectedAccuracy
+) -> list[str]:
+    """How much of the errors to expect priors leave, of those of which it is much."""
+    return [
+        f"{milli(getattr(held, kind), unit)} of the expected {kind} error of "
+        f"{milli(getattr(expected, kind), unit)}"
+        for kind, unit in mechanism.space.errors
+        if getattr(held, kind) > _MUCH * getattr(expected, kind)
+    ]
+
+
+def ratio(before: float, after: float) -> str:
+    """How much smaller an error became: ``44 times smaller``."""
+    if not (before > 0 and after > 0):
+        return NONE
+    if after <= before:
+        return f"{significant(before / after, 2)} times smaller"
+    return f"{significant(after / before, 2)} times larger"
+
+
+def became(before: float, after: float, unit: str) -> str:
+    """A small error as it was and as it is: ``0.82 mm`` and ``0.0821 mm`` with an arrow between."""
+    return f"{milli(before, unit)} \N{RIGHTWARDS ARROW} {milli(after, unit)}"
+
+
+def count(number: int) -> str:
+    """An integer with its thousands apart."""
+    return f"{number:,}".replace(",", _SPACE)
+
+
+def share(part: int, whole: int) -> str:
+    """Part of a whole in percent."""
+    return f"{100 * part / whole:.1f}{_SPACE}%" if whole else NONE
+
+
+def plural(number: int, noun: str, many: str | None = None) -> str:
+    """A counted noun: ``1 pose``, ``72 poses``."""
+    return f"{count(number)} {noun if number == 1 else many or noun + 's'}"
+
+
+def chain_subtitle(mechanism: Mechanism) -> str:
+    """Number and chain of the legs: ``3 legs, chain [R]RR``."""
+    legs = plural(len(mechanism.legs), "leg")
+    return f"{legs}, chain{'s' * mechanism.mixed} {mechanism.chain}"
+
+
+def has_lengths(mechanism: Mechanism) -> bool:
+    """Whether any parameter is a length."""
+    return any("m" in mechanism.parameter_units(leg) for leg in range(len(mechanism.legs)))
+
+
+def leg_columns(count: int) -> tuple[str, ...]:
+    """Headings of a table with a column a leg."""
+    return tuple(f"Leg {leg + 1}" for leg in range(count))
+
+
+def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:
+    """Name and unit of the coordinates of a workspace's bounds."""
+    names = {"phi": "\N{GREEK SMALL LETTER PHI}"}
+    return tuple((names.get(name, name), unit) for name, unit in space.units.items())
+
+
+def sources(*files: Path | None) -> list[tuple[str, Path]]:
+    """Name the files that this comes from."""
+    return [(printable(path.name), path) for path in files if path is not None]
+
+
+def quoted(text: str) -> str:
+    """Return text in quotation marks."""
+    return f"\N{LEFT DOUBLE QUOTATION MARK}{text}\N{RIGHT DOUBLE QUOTATION MARK}"
+
+
+def _signed(text: str) -> str:
+    return text.replace("-", _MINUS)

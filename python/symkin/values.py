@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: MIT
+"""What all results have in common: plain values, and the renderings of what they say.
+
+A result is one frozen dataclass. `Result.page` describes its content once; text, HTML and the short
+form are renderings of that description, and JSON comes from the fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar, cast, dataclass_transform
+
+import numpy as np
+
+from symkin.errors import ResultsError
+
+__all__ = ["FrozenMapping", "Value", "field", "plain", "record"]
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def field(*, unit: str = "", number: bool = False, private: bool = False, **arguments: Any) -> Any:
+    """A dataclass field with what its JSON form needs.
+
+    Parameters
+    ----------
+    unit : str
+        Appended to its key: ``position_rms`` in m is ``position_rms_m``. In it "closure" stands for
+        the object's `closure_unit`, since legs on a sphere miss closing by an angle.
+    number : bool
+        Whether it is an index, or some, that people count from 1.
+    private : bool
+        Whether `to_dict` leaves it out: it is large, or said elsewhere.
+    **arguments
+        Of `dataclasses.field`.
+    """
+    metadata = {"unit": unit, "number": number, "private": private}
+    return dataclasses.field(metadata=metadata, **arguments)
+
+
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field,))
+def record(cls: _Class) -> _Class:
+    """Make a frozen dataclass of a `Value`, which brings its own ``==`` and ``repr``."""
+    return cast(_Class, dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls))
+
+
+class Value:
+    """A frozen dataclass that holds arrays: they are read-only, compared by value and not printed.
+
+    So are mappings; a copy, and what is pickled, is as fixed as the original.
+
+    Attributes
+    ----------
+    derived : tuple of str
+        Properties that `to_dict` has after the fields.
+    """
+
+    derived: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Make arrays and mappings read-only, without touching those of whoever gave them."""
+        for each in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, each.name, view)
+            elif type(value) is dict:
+                object.__setattr__(self, each.name, FrozenMapping(value))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Fix what has been copied or unpickled: arrays come out of it writeable."""
+        self.__dict__.update(state)
+        Value.__post_init__(self)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields that are compared are alike, NaN like NaN."""
+        if type(other) is not type(self):
+            return NotImplemented
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        names = [each.name for each in fields if each.compare]
+        return all(_same(getattr(self, name), getattr(other, name)) for name in names)
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
+
+    def __repr__(self) -> str:
+        """Return the fields, arrays by their shapes."""
+        shown = [
+            f"{each.name}={_short(getattr(self, each.name))}"
+            for each in dataclasses.fields(self)  # type: ignore[arg-type]
+            if each.repr and not each.metadata.get("private")
+        ]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values: dictionaries, lists, numbers, text.
+
+        Keys end in the unit of their values (``_m``, ``_rad``); legs, rows and sets are counted
+        from 1; what is not a number is None.
+        """
+        document: dict[str, Any] = {}
+        for each in dataclasses.fields(self):  # type: ignore[arg-type]
+            if each.metadata.get("private"):
+                continue
+            unit = each.metadata.get("unit", "")
+            if "closure" in unit:
+                unit = unit.replace("closure", self.closure_unit)  # type: ignore[attr-defined]
+            value = plain(getattr(self, each.name), each.name)
+            if each.metadata.get("number"):
+                value = _counted(value)
+            document[f"{each.name}_{unit}" if unit else each.name] = value
+        for name in self.derived:
+            document[name] = plain(getattr(self, name), name)
+        return document
+
+
+def plain(value: Any, place: str = "") -> Any:
+    """Return the JSON form of a value.
+
+    Parameters
+    ----------
+    value : Any
+        Of numbers, text, arrays, paths, enumerations, dataclasses, and of mappings and sequences of
+        these.
+    place : str
+        Its dotted key, for messages.
+
+    Raises
+    ------
+    ResultsError
+        For anything else, naming its key.
+    """
+    match value:
+        case Value():
+            return value.to_dict()
+        case Mapping():
+            return {str(key): plain(item, f"{place}.{key}") for key, item in value.items()}
+        case np.ndarray() | np.generic():
+            return plain(value.tolist(), place)
+        case Enum():
+            return plain(value.value, place)
+        case list() | tuple():
+            return [plain(item, f"{place}[{index}]") for index, item in enumerate(value)]
+        case float() if not math.isfinite(value):
+            return None
+        case None | bool() | int() | float() | str():
+            return value
+        case Path():
+            return value.as_posix()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+        return plain(fields, place)
+    raise ResultsError(f"results{place} is a {type(value).__name__}, which has no JSON form")
+
+
+def _counted(value: Any) -> Any:
+    """Indices as people count them."""
+    if isinstance(value, dict):
+        return {key: _counted(each) for key, each in value.items()}
+    return [_counted(each) for each in value] if isinstance(value, list) else value + 1
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        one, other = np.asarray(one), np.asarray(other)
+        return bool(np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"))
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, float) and isinstance(other, float) and math.isnan(one):
+        return math.isnan(other)
+    made = getattr(one, "__dataclass_params__", None)
+    if made is not None and made.eq and type(one) is type(other):  # its own == fails on arrays
+        names = [each.name for each in dataclasses.fields(one)]
+        return all(_same(getattr(one, name), getattr(other, name)) for name in names)
+    return bool(one == other)
+
+
+def _short(value: Any) -> str:
+    """A value in a few characters."""
+    if isinstance(value, np.ndarray):
+        return f"<array {value.shape}>" if value.size > 8 else np.array2string(value, precision=6)
+    if isinstance(value, tuple | list) and len(value) > 6:
+        return f"<{len(value)} {type(value[0]).__name__}>"
+    return repr(value)
+
+
+_Item = TypeVar("_Item")
+
+
+class FrozenMapping(dict[str, _Item]):
+    """A dictionary that stays as it is, and can be pickled, copied and hashed."""
+
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("this does not change; change a copy: dict(...)")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        """Return a hash of names and values."""
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, _Item]]]:
+        """Make it anew."""
+        return FrozenMapping, (dict(self),)
