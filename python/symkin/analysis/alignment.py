@@ -448,7 +448,11 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
 
 
 def poses_of_mechanism(
-    mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None = None
+    mechanism: Mechanism,
+    source: TableSource,
+    columns: MeasurementColumns | None = None,
+    *,
+    ignore: Sequence[str] = (),
 ) -> tuple[Array, Array]:
     """Return the measured poses of a table, and the robot's own, reported or calculated.
 
@@ -458,7 +462,7 @@ def poses_of_mechanism(
     -------
     tuple of ndarray, shape (N, coordinates)
     """
-    taken = read_measurements(source, mechanism, columns)
+    taken = read_measurements(source, mechanism, columns, ignore=ignore)
     if taken.reported is not None:
         return taken.poses, as_drawn(mechanism, taken.reported)
     read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))

@@ -16,6 +16,7 @@ from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
     EstimatorOption,
+    IgnoreOption,
     JsonOption,
     LossOption,
     MaxIterationsOption,
@@ -62,6 +63,7 @@ def identify(
         typer.Argument(metavar="MEASUREMENTS", help="Measured poses and readings: CSV or Parquet."),
     ],
     columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
     estimator: OptionalEstimatorOption = None,
     use: PoseUseOption = "all",
     loss: LossOption = "none",
@@ -145,7 +147,7 @@ def identify(
         stage("reading the mechanism and the measurements")
         nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
         mapping = columns_of(columns)
-        measured = symkin.read_measurements(measurements, nominal, mapping)
+        measured = symkin.read_measurements(measurements, nominal, mapping, ignore=ignore or ())
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
         inputs = [*nominal.files, measurements, columns, sensor_table]
@@ -191,6 +193,7 @@ def identify_batch(
         ),
     ],
     columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
     estimator: EstimatorOption = "implicit",
     use: PoseUseOption = "all",
     loss: LossOption = "none",
@@ -223,7 +226,7 @@ def identify_batch(
         with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
             target = outputs.folder(out, f"fleet.{table}", "report.html") if out else None
             mapping = columns_of(columns)
-            robots = fleet_of_files(nominal, files, mapping)
+            robots = fleet_of_files(nominal, files, mapping, ignore=ignore or ())
             stage(f"identifying {len(robots)} robots")
             found = Fleet.of(
                 nominal,
@@ -260,6 +263,7 @@ def align(
         ),
     ] = None,
     columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
     device: Annotated[
         str | None,
         option(
@@ -299,6 +303,7 @@ def align(
         raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
     if mechanism is None and columns is not None:
         raise typer.BadParameter("--columns goes with --mechanism alone")
+    refuse_unless(mechanism is not None or ignore is None, "--ignore goes with --mechanism alone")
     twice = {each.strip() for each in (device or "").split(",")}.intersection(
         each.strip() for each in (robot or "").split(",")
     )
@@ -314,7 +319,9 @@ def align(
         folder = outputs.folder(out, *names) if out else None
         stage("reading the poses")
         if model is not None:
-            measured, own = poses_of_mechanism(model, table, columns_of(columns))
+            measured, own = poses_of_mechanism(
+                model, table, columns_of(columns), ignore=ignore or ()
+            )
             space = model.pose_space
         else:
             read = read_table(table)
@@ -354,6 +361,7 @@ def evaluate(
     candidates: CandidatesOption = None,
     measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
     columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -371,6 +379,9 @@ def evaluate(
     given |= {"measurements": measurements, "columns": columns}
     _require_one_robot(**given)
     refuse_unless(
+        ignore is None or measurements is not None, "--ignore goes with --measurements alone"
+    )
+    refuse_unless(
         seed is None or (measurements is None and plan is None),
         "--seed draws the poses that are evaluated; it goes without --measurements and --plan",
     )
@@ -383,7 +394,9 @@ def evaluate(
             target = outputs.folder(out, *_FILES) if out else None
             stage("evaluating")
             if measurements is not None:
-                measured = symkin.read_measurements(measurements, loaded, columns_of(columns))
+                measured = symkin.read_measurements(
+                    measurements, loaded, columns_of(columns), ignore=ignore or ()
+                )
                 result = symkin.evaluate(loaded, measurements=measured)
             elif robot is not None:
                 require_same_shape(robot, loaded)  # before its workspace is sampled

@@ -134,6 +134,13 @@ ColumnsOption = Annotated[
         "the section of the mechanism's file, or symkin's own column names.",
     ),
 ]
+IgnoreOption = Annotated[
+    list[str] | None,
+    option(
+        "COLUMN",
+        "A column of the measurements that is left out on purpose. May be given several times.",
+    ),
+]
 PoseCountOption = Annotated[
     int | None,
     option(

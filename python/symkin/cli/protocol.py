@@ -20,6 +20,7 @@ from symkin.cli.options import (
     ChoosingForPlan,
     ColumnsOption,
     EstimatorOption,
+    IgnoreOption,
     JsonOption,
     MechanismArgument,
     Observing,
@@ -78,6 +79,7 @@ def plan(
         Path | None, option("FILE", "Measurements that exist already, to which poses are added.")
     ] = None,
     columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
     seen: Observing,
     unknown: Unknown,
     avoid: Annotated[
@@ -134,6 +136,7 @@ def plan(
         columns is None or measured is not None,
         "--columns says how to read measurements; it goes with --measured alone",
     )
+    refuse_unless(ignore is None or measured is not None, "--ignore goes with --measured alone")
     refuse_unless(
         time_limit is None or choosing.method == "exhaustive",
         "--time-limit goes with --method exhaustive alone",
@@ -143,7 +146,11 @@ def plan(
         loaded = symkin.load_mechanism(mechanism)
         mapping = columns_of(columns)
         needed = read_pose_list(required, loaded) if required else None
-        taken = symkin.read_measurements(measured, loaded, mapping) if measured else None
+        taken = (
+            symkin.read_measurements(measured, loaded, mapping, ignore=ignore or ())
+            if measured
+            else None
+        )
         limits = [region_of(text) for text in avoid or ()]
         distance = length_of(minimum_distance, "--minimum-distance")
         observe = seen.planned(loaded)

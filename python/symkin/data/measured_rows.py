@@ -58,6 +58,7 @@ class MeasuredRows(Result):
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
+    unread: tuple[str, ...] = field(compare=False, default=())
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -276,6 +277,15 @@ class MeasuredRows(Result):
     def source_name(self) -> str:
         """Name of the file, as it can be printed; empty without one."""
         return printable(self.source.name) if self.source else ""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the table that they were read from."""
+        if not self.unread:
+            return ()
+        columns = f"column{'s' * (len(self.unread) > 1)} {', '.join(self.unread)}"
+        origin = self.source_name or "the measurements"
+        return (f"nothing was read from {columns} of {origin}",)
 
     def rows_of(self, leg: int) -> NDArray[np.intp]:
         """Return the rows, from 0, that identify a leg (from 0): of its set, with its reading."""

@@ -69,6 +69,8 @@ class Measurements(MeasuredRows):
         Of `heights`.
     sensor_table : SensorTable or None
         The mechanism's, which has made the readings straight; files have what the sensors show.
+    unread : tuple of str
+        Columns of the table that nothing was read from.
     """
 
     def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:

@@ -26,6 +26,7 @@ from symkin.data.columns import (
 )
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.sensor_tables import read_straight_readings
+from symkin.data.unread import refuse_what_is_missed, unread_columns
 from symkin.data.writing import LOST_ORIENTATION, lost_row
 from symkin.model.file_frames import from_drawing
 from symkin.model.framing import unframed
@@ -46,7 +47,11 @@ _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm",
 
 
 def read_measurements(
-    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
+    source: TableSource,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None = None,
+    *,
+    ignore: Sequence[str] = (),
 ) -> Measurements:
     """Read measured poses and readings from a table.
 
@@ -63,6 +68,9 @@ def read_measurements(
         file says, if the table has its columns; else the columns that symkin writes (``x_m``,
         ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name; ``height_m``, ``x_sd_m`` and so
         on for what else was observed).
+    ignore : sequence of str
+        Columns that are left out on purpose. Of others, `Measurements.unread` names those that
+        nothing was read from.
 
     Returns
     -------
@@ -75,21 +83,26 @@ def read_measurements(
     ------
     MeasurementError
         Naming the file, the row and the column: a missing column, a cell that is no finite number,
-        a quaternion that is not of unit length, a row without any reading, a repeated row, values
-        whose units are evidently others than stated, or nothing observed but the readings of a
+        a quaternion that is not of unit length, a row without any reading, a repeated row, a
+        reading or coordinate without a column beside one without use that may hold it, values whose
+        units are evidently others than stated, or nothing observed but the readings of a
         mechanism without redundant legs.
     """
-    return _measurements_of(read_table(source, mechanism.step), mechanism, columns)
+    return _measurements_of(read_table(source, mechanism.step), mechanism, columns, ignore)
 
 
 def read_fleet(
-    source: TableSource, mechanism: Mechanism, columns: MeasurementColumns | None = None
+    source: TableSource,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None = None,
+    *,
+    ignore: Sequence[str] = (),
 ) -> dict[str, Measurements]:
     """Read the measurements of many robots from one table with a column ``robot``.
 
     Parameters
     ----------
-    source, mechanism, columns
+    source, mechanism, columns, ignore
         As for `read_measurements`. Rows of one robot need not stand together.
 
     Returns
@@ -106,7 +119,7 @@ def read_fleet(
     table.require(ROBOT, "the name or number of the robot that the row belongs to")
     labels = np.array(table.labels(ROBOT))
     _, first, robots = np.unique(labels, return_index=True, return_inverse=True)
-    measurements = _measurements_of(table, mechanism, columns, robots.ravel())
+    measurements = _measurements_of(table, mechanism, columns, ignore, robots.ravel())
     order = np.argsort(robots.ravel(), kind="stable")
     ends = np.cumsum(np.bincount(robots.ravel()))
     rows = np.split(order, ends[:-1])
@@ -120,10 +133,13 @@ def _measurements_of(
     table: Table,
     mechanism: Mechanism,
     columns: MeasurementColumns | None,
+    ignore: Sequence[str],
     robots: NDArray[np.intp] | None = None,
 ) -> Measurements:
     """The rows of a table, checked; those of different robots may be alike."""
+    own = columns is None
     columns = columns or _columns_for(table, mechanism)
+    own = own and columns is not mechanism.measurement_columns
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
     space, legs = mechanism.pose_space, len(mechanism.legs)
     values = read_pose_values(table, columns, space)
@@ -137,15 +153,20 @@ def _measurements_of(
     readings, slopes = read_straight_readings(table, columns, mechanism)
     if others.get("reading_deviations") is not None:
         others["reading_deviations"] = others["reading_deviations"] * np.abs(slopes)
+    leg_sets = _leg_sets(table, columns, legs)
+    unread = unread_columns(table, ignore)
+    if own:
+        refuse_what_is_missed(table, columns, unread, space, mechanism.reading_unit)
     measurements = Measurements(
         poses=values.poses(),
         readings=readings,
-        leg_sets=_leg_sets(table, columns, legs),
+        leg_sets=leg_sets,
         row_numbers=table.row_numbers,
         source=table.path,
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
         sensor_table=mechanism.sensor_table,
+        unread=unread,
         **others,
     )
     _check_unread_rows(table, measurements)

@@ -266,14 +266,18 @@ def identify_many(
 
 
 def fleet_of_files(
-    mechanism: Mechanism, files: Sequence[Path], columns: MeasurementColumns | None = None
+    mechanism: Mechanism,
+    files: Sequence[Path],
+    columns: MeasurementColumns | None = None,
+    *,
+    ignore: Sequence[str] = (),
 ) -> dict[str, Measurements | str]:
     """Measurements of robots: a file each, or one table with a column ``robot``.
 
     A file that cannot be used is a robot with the reason in place of measurements.
     """
     if len(files) == 1 and ROBOT in read_table(files[0]).names:
-        return dict(read_fleet(files[0], mechanism, columns))
+        return dict(read_fleet(files[0], mechanism, columns, ignore=ignore))
     stems = [file.name.split(".")[0] for file in files]
     robots: dict[str, Measurements | str] = {}
     for file, stem in zip(files, stems, strict=True):
@@ -281,7 +285,7 @@ def fleet_of_files(
         if name in robots:
             raise SymkinError(f"{file}: is named twice")
         try:
-            robots[name] = read_measurements(file, mechanism, columns)
+            robots[name] = read_measurements(file, mechanism, columns, ignore=ignore)
         except SymkinError as error:
             robots[name] = str(error)
     return robots

@@ -79,7 +79,8 @@ measurements, options
     @property
     def notes(self) -> tuple[str, ...]:
         """What to know of the estimate and of the mechanism's settings, in sentences."""
-        return (*self.diagnosis.notes, *changed_settings(self.nominal, self.mechanism))
+        changed = changed_settings(self.nominal, self.mechanism)
+        return (*self.measurements.notes, *self.diagnosis.notes, *changed)
 
     @cached_property
     def before(self) -> Evaluation | None:

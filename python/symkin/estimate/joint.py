@@ -310,7 +310,8 @@ class JointIdentification(FolderResult):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What to know of the estimate and of the mechanism's settings, in sentences."""
-        return (*notes_of(self), *changed_settings(self.nominal, self.mechanism))
+        changed = changed_settings(self.nominal, self.mechanism)
+        return (*self.measurements.notes, *notes_of(self), *changed)
 
     @cached_property
     def before(self) -> Evaluation | None:

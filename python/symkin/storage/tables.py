@@ -71,6 +71,8 @@ class Table:
         self._columns = dict(columns)
         self._separator = separator
         self._marked: tuple[str, str] | None = None
+        self._read: set[str] = set()
+        self._origin: tuple[Table, Mapping[str, str]] | None = None
         repeated = [name for name, count in Counter(self.names).items() if name and count > 1]
         if repeated:
             raise self.error(f'column "{repeated[0]}" occurs twice')
@@ -106,7 +108,21 @@ class Table:
         columns = [(name, self._columns[column]) for name, column in names.items()]
         table = Table(self.path, self.name, columns, self.row_numbers.tolist(), self._separator)
         table.step = self.step
+        table._origin = self, names
         return table
+
+    @property
+    def unread(self) -> tuple[str, ...]:
+        """The columns whose cells nobody has asked for, in the file's order."""
+        return tuple(name for name in self.names if name not in self._read)
+
+    def _cells(self, name: str) -> _Column:
+        """A column, which is read with this."""
+        self._read.add(name)
+        if self._origin is not None:
+            table, names = self._origin
+            table._cells(names[name])
+        return self._columns[name]
 
     def numbers(self, name: str, *, empty_allowed: bool = False) -> NDArray[np.float64]:
         """Return a column as float64, shape (N,).
@@ -117,7 +133,7 @@ class Table:
             At the first cell that is no number or not finite, or is empty unless that is allowed;
             an allowed empty cell is NaN.
         """
-        column = self._columns[name]
+        column = self._cells(name)
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected numbers')
         if isinstance(column, list):
@@ -151,7 +167,7 @@ class Table:
 
     def words(self, name: str, allowed: Sequence[str]) -> list[str]:
         """Return a column of words out of a few."""
-        column = self._columns[name]
+        column = self._cells(name)
         values = [cell or "" for cell in column] if isinstance(column, list) else ["a number"]
         for index, value in enumerate(values):
             if value not in allowed:
@@ -162,7 +178,7 @@ class Table:
 
     def labels(self, name: str) -> list[str]:
         """Return a column of names, which may be numbers; none is empty."""
-        column = self._columns[name]
+        column = self._cells(name)
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected names or numbers')
         if isinstance(column, tuple):

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""Columns of a table that nothing was read from: told, or refused where they seem to be meant."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from symkin.data.columns import has_observed_columns, is_present
+from symkin.errors import QuantityError
+from symkin.model.poses import POSE_SPACES
+from symkin.model.settings import MeasurementColumns
+from symkin.storage.quantities import unit_factor
+from symkin.storage.tables import Table
+
+__all__ = ["refuse_what_is_missed", "unread_columns"]
+
+_Gap = tuple[str, str, str]  # what no column holds, its SI unit, and what the table calls it
+
+
+def unread_columns(table: Table, ignored: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns that nothing was read from, less those that are meant to be left out.
+
+    Raises
+    ------
+    MeasurementError
+        For a name to ignore that is no column, or one that was read.
+    """
+    for name in ignored:
+        table.require(name, "to ignore")
+        if name not in table.unread:
+            raise table.error(
+                f'column "{name}" is to be ignored, and was read; take it out of one of the two'
+            )
+    return tuple(name for name in table.unread if name not in ignored)
+
+
+def refuse_what_is_missed(
+    table: Table,
+    columns: MeasurementColumns,
+    unread: Sequence[str],
+    pose_space: str,
+    reading_unit: str,
+) -> None:
+    """Refuse a table that lacks a reading or a coordinate while a column without use may hold it.
+
+    Such a column has its name but for case and signs between letters, or a unit of its kind. The
+    columns are those of symkin's own names: who maps columns has said which he means.
+
+    Raises
+    ------
+    MeasurementError
+        Naming the column and what it may hold.
+    """
+    gaps = list(_gaps(table, columns, pose_space, reading_unit))
+    for name in unread:
+        for stem, unit, what in gaps:
+            if _plain(name) == _plain(stem) or _measures(name, unit):
+                raise table.error(
+                    f'column "{name}" is not read, and no column holds the {what}; name it '
+                    f'"{stem}" with its unit, such as "{stem}_{unit}", if that is what it holds, '
+                    f'or say that it is left out (--ignore {name}, in Python ignore=["{name}"])'
+                )
+
+
+def _gaps(
+    table: Table, columns: MeasurementColumns, pose_space: str, reading_unit: str
+) -> Iterator[_Gap]:
+    for leg, name in enumerate(columns.readings, 1):
+        if not is_present(table, name, columns.reading_unit):
+            yield name, reading_unit, f"reading of leg {leg}"
+    if has_observed_columns(table, pose_space):
+        return  # whose tables have no poses on purpose
+    space = POSE_SPACES[pose_space]
+    for axis, name in zip(space.position, columns.position, strict=True):
+        if not name:
+            yield axis, "m", f"coordinate {axis}"
+    turned = columns.angle is not None or columns.quaternion or columns.rotation_vector
+    if not turned:
+        for name in space.rotation:
+            yield name, "rad", f"angle {name}" if len(space.rotation) == 1 else "orientation"
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _measures(name: str, unit: str) -> bool:
+    """Whether a column's name ends in a unit of this kind."""
+    stem, _, own = name.rpartition("_")
+    try:
+        return bool(stem) and unit_factor(own, unit) > 0
+    except QuantityError:
+        return False
