@@ -136,7 +136,7 @@ class Robot(Mechanism):
         sensor: Sensor | None = None,
         gauge: Gauge | None = None,
         loss_per: LossPer | None = None,
-    ) -> Identification | JointIdentification:
+    ) -> Identification[Self] | JointIdentification[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(
             self,

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Generic, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypeVar
 
 from symkin import _core
 from symkin.analysis.checks import undefined_angles
@@ -38,6 +39,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+# What is identified: a mechanism, or what is derived from one, and the estimate has it again.
+M = TypeVar("M", bound=Mechanism, default=Mechanism, covariant=True)
 Estimator = Literal["paper", "inverse", "implicit", "joint"]
 Loss = Literal["none", "huber", "cauchy", "tukey"]
 PoseUse = Literal["all", "own"]
@@ -156,7 +159,7 @@ class GoodnessOfFit(Value):
 
 
 @record
-class Fit(Value):
+class Fit(Value, Generic[M]):
     """An estimate of the parameters.
 
     Attributes
@@ -183,14 +186,14 @@ class Fit(Value):
         How.
     """
 
-    mechanism: Mechanism
+    mechanism: M
     covariance: Array
     legs: tuple[LegFit, ...]
     goodness: tuple[GoodnessOfFit, ...]
     converged: bool
     residual_rms: float
     residual_max: float
-    nominal: Mechanism
+    nominal: M
     measurements: Measurements
     options: FitOptions
 
@@ -226,14 +229,14 @@ class Fit(Value):
             for fit in result.goodness
         )
         return cls(
-            mechanism=calibrated,
+            mechanism=cast("M", calibrated),  # of the class of the nominal one
             covariance=covariance,
             legs=tuple(_leg_fit(number, leg, goodness) for number, leg in enumerate(result.legs)),
             goodness=goodness,
             converged=result.converged,
             residual_rms=result.residual_rms,
             residual_max=result.residual_max,
-            nominal=mechanism,
+            nominal=cast("M", mechanism),
             measurements=measurements,
             options=options,
         )

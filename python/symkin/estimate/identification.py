@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from symkin.estimate.cross_validation import (
     validation_of,
 )
 from symkin.estimate.diagnosis import Diagnosis, diagnose
-from symkin.estimate.fit import Estimator, Fit, FitOptions, Loss, PoseUse, changed_settings
+from symkin.estimate.fit import Estimator, Fit, FitOptions, Loss, M, PoseUse, changed_settings
 from symkin.estimate.joint import JointIdentification, evaluated
 from symkin.estimate.problem import JointOptions
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor, with_file_settings
@@ -39,10 +39,11 @@ from symkin.values import plain, record
 __all__ = ["Identification", "cross_validate", "identify", "identify_legs"]
 
 Array = NDArray[np.float64]
+Nominal = TypeVar("Nominal", bound=Mechanism)
 
 
 @record
-class Identification(Fit, FolderResult):
+class Identification(Fit[M], FolderResult):
     """What the measurements say of the parameters, and how far that can be trusted.
 
     Attributes
@@ -107,7 +108,7 @@ measurements, options
 
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
-    ) -> Identification:
+    ) -> Self:
         """Return the same with its cross-validation, see `cross_validate`."""
         seed = self.nominal.protocol.seed if seed is None else seed
         options = vars(self.options)
@@ -201,7 +202,7 @@ measurements, options
 
 
 def identify(
-    mechanism: Mechanism,
+    mechanism: Nominal,
     measurements: Measurements,
     estimator: Estimator | None = None,
     *,
@@ -218,7 +219,7 @@ def identify(
     sensor: Sensor | None = None,
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
-) -> Identification | JointIdentification:
+) -> Identification[Nominal] | JointIdentification[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
 
     By default that is every parameter of every leg, leg by leg from full poses. As soon as anything
@@ -328,19 +329,22 @@ def identify(
         max_iterations=max_iterations,
         **wanted,
     )
-    return JointIdentification.of(mechanism, measurements, joint)
+    # What is made of a mechanism is of its class.
+    return cast(
+        "JointIdentification[Nominal]", JointIdentification.of(mechanism, measurements, joint)
+    )
 
 
 def identify_legs(
-    mechanism: Mechanism, measurements: Measurements, estimator: Estimator, **options: Any
-) -> Identification:
+    mechanism: Nominal, measurements: Measurements, estimator: Estimator, **options: Any
+) -> Identification[Nominal]:
     """Identify every parameter of every leg from full poses in the robot's own frame.
 
     Whatever the mechanism says of frames and unknowns, which simulated protocols do not have.
     """
     how = FitOptions(estimator, **options)
     with explained(mechanism, measurements, how):
-        return Identification.of(mechanism, measurements, how)
+        return cast("Identification[Nominal]", Identification.of(mechanism, measurements, how))
 
 
 def _wanted(

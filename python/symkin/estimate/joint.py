@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar, Generic, Self, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.corrections import Hypothesis, explained, hypotheses_of
 from symkin.estimate.cross_validation import CrossValidation, joint_cross_validation
 from symkin.estimate.doubts import contradiction_of, doubts_of, notes_of, symptoms_of
-from symkin.estimate.fit import FALSE_ALARMS, changed_settings
+from symkin.estimate.fit import FALSE_ALARMS, M, changed_settings
 from symkin.estimate.precision import (
     Correlation,
     Direction,
@@ -59,7 +59,7 @@ _SHOWN = 0.5
 
 
 @record
-class JointIdentification(FolderResult):
+class JointIdentification(FolderResult, Generic[M]):
     """What observations of any kind say of the unknowns, and how far that can be trusted.
 
     Attributes
@@ -115,7 +115,7 @@ class JointIdentification(FolderResult):
         If it was asked for, see `cross_validated`.
     """
 
-    mechanism: Mechanism = field(private=True)
+    mechanism: M = field(private=True)
     unknowns: tuple[Unknown, ...]
     names: tuple[str, ...]
     covariance: Array
@@ -138,7 +138,7 @@ class JointIdentification(FolderResult):
     failure: str
     iterations: int
     noise: NoiseSettings
-    nominal: Mechanism = field(private=True)
+    nominal: M = field(private=True)
     measurements: Measurements = field(private=True)
     options: JointOptions = field(private=True)
     cross_validation: CrossValidation | None = field(private=True, default=None)
@@ -167,7 +167,7 @@ class JointIdentification(FolderResult):
         problem, fit = solution.problem, solution.fit
         unseen = np.asarray(fit.unseen)
         found = cls(
-            mechanism=solution.mechanism,
+            mechanism=cast("M", solution.mechanism),  # of the class of the nominal one
             unknowns=_unknowns(mechanism, problem, fit, solution.values, solution.deviations),
             names=problem.layout.names,
             covariance=fit.covariance,
@@ -190,7 +190,7 @@ class JointIdentification(FolderResult):
             failure=fit.failure or ("" if fit.converged else "the solver made no more progress"),
             iterations=fit.iterations,
             noise=problem.noise,
-            nominal=mechanism,
+            nominal=cast("M", mechanism),
             measurements=measurements,
             options=options,
         )
@@ -342,7 +342,7 @@ class JointIdentification(FolderResult):
 
     def cross_validated(
         self, folds: int = 5, seed: int | None = None, *, blocks: bool = False
-    ) -> JointIdentification:
+    ) -> Self:
         """Return the same with its cross-validation, see `cross_validate`."""
         seed = self.nominal.protocol.seed if seed is None else seed
         found = joint_cross_validation(
