@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/numpy.h>
 
+#include <cmath>
+#include <variant>
+
 #include "bindings.hpp"
 #include "symkin/estimation/accuracy.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
@@ -142,7 +145,6 @@ void bind_identification(py::module_& module) {
   using symkin::IdentificationOptions;
   using symkin::LegIdentification;
   using symkin::PoseUse;
-  using symkin::RobustLoss;
 
   py::native_enum<Estimator>(module, "Estimator", "enum.Enum")
       .value("paper", Estimator::paper)
@@ -154,12 +156,15 @@ void bind_identification(py::module_& module) {
       .value("all", PoseUse::all)
       .value("own", PoseUse::own)
       .finalize();
-  py::native_enum<RobustLoss::Kind>(module, "LossKind", "enum.Enum")
-      .value("none", RobustLoss::Kind::none)
-      .value("huber", RobustLoss::Kind::huber)
-      .value("cauchy", RobustLoss::Kind::cauchy)
-      .value("tukey", RobustLoss::Kind::tukey)
-      .finalize();
+  module.def("loss_names", &symkin::loss_names);
+  module.def(
+      "loss_bend",
+      [](const std::string& name, symkin::Index conditions) {
+        const symkin::RobustLoss loss = symkin::loss_named(name);
+        return loss.any() ? symkin::bend_of(*loss.family, conditions) : 0.0;
+      },
+      py::arg("name"), py::arg("conditions"));
+  module.def("student_limit", &symkin::student_limit, py::arg("probability"), py::arg("degrees"));
 
   py::class_<LegIdentification>(module, "LegIdentification")
       .def_readonly("rows", &LegIdentification::rows)
@@ -169,11 +174,21 @@ void bind_identification(py::module_& module) {
       .def_readonly("converged", &LegIdentification::converged)
       .def_readonly("failure", &LegIdentification::failure)
       .def_readonly("iterations", &LegIdentification::iterations)
-      .def_readonly("condition", &LegIdentification::condition);
+      .def_readonly("condition", &LegIdentification::condition)
+      .def_readonly("student_degrees", &LegIdentification::student_degrees)
+      .def_readonly("unguarded", &LegIdentification::unguarded);
   py::class_<GoodnessOfFit>(module, "GoodnessOfFit")
       .def_readonly("legs", &GoodnessOfFit::legs)
       .def_readonly("chi_square", &GoodnessOfFit::chi_square)
-      .def_readonly("degrees_of_freedom", &GoodnessOfFit::degrees_of_freedom)
+      .def_property_readonly("degrees_of_freedom",
+                             [](const GoodnessOfFit& fit) -> std::variant<symkin::Index, double> {
+                               // Closures less parameters are a whole number; what a loss makes of
+                               // them is not.
+                               if (fit.degrees_of_freedom == std::floor(fit.degrees_of_freedom)) {
+                                 return static_cast<symkin::Index>(fit.degrees_of_freedom);
+                               }
+                               return fit.degrees_of_freedom;
+                             })
       .def_readonly("limit", &GoodnessOfFit::limit)
       .def_readonly("least", &GoodnessOfFit::least);
   py::class_<Identification>(module, "Identification")
@@ -188,9 +203,9 @@ void bind_identification(py::module_& module) {
       "identify",
       [](const symkin::Mechanism& mechanism, const symkin::MeasurementSet& measurements,
          Estimator estimator, PoseUse use, const symkin::MeasurementNoise& noise,
-         RobustLoss::Kind loss, double loss_scale, int max_iterations) {
-        const IdentificationOptions options{
-            estimator, use, noise, {loss, loss_scale}, max_iterations};
+         const std::string& loss, double loss_scale, int max_iterations) {
+        const IdentificationOptions options{estimator, use, noise,
+                                            symkin::loss_named(loss, loss_scale), max_iterations};
         return symkin::identify(mechanism, measurements, options);
       },
       py::arg("mechanism"), py::arg("measurements"), py::arg("estimator"), py::arg("use"),
@@ -206,7 +221,6 @@ void bind_joint(py::module_& module) {
   using symkin::Layout;
   using symkin::Observations;
   using symkin::Observed;
-  using symkin::RobustLoss;
   using symkin::RowFit;
   using symkin::Setup;
 
@@ -308,16 +322,19 @@ void bind_joint(py::module_& module) {
       .def_readonly("gauge_directions", &JointFit::gauge_directions)
       .def_readonly("converged", &JointFit::converged)
       .def_readonly("failure", &JointFit::failure)
-      .def_readonly("iterations", &JointFit::iterations);
+      .def_readonly("iterations", &JointFit::iterations)
+      .def_readonly("student_degrees", &JointFit::student_degrees)
+      .def_readonly("unguarded", &JointFit::unguarded);
   module.def(
       "fit_jointly",
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
-         std::vector<symkin::Index> column, symkin::Vector prior, RobustLoss::Kind loss,
+         std::vector<symkin::Index> column, symkin::Vector prior, const std::string& loss,
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
          symkin::Vector tolerances, symkin::RowMatrix start, bool rows) {
         const Layout layout{std::move(column), std::move(prior)};
-        const JointOptions options{{loss, loss_scale},
-                                   loss_spread,
+        symkin::RobustLoss robust = symkin::loss_named(loss, loss_scale);
+        robust.spread = loss_spread;
+        const JointOptions options{robust,
                                    max_iterations,
                                    nearest ? Gauge::nominal : Gauge::refuse,
                                    std::move(tolerances),
@@ -375,15 +392,16 @@ void bind_fleet(py::module_& module) {
       .def_readonly("least", &Fleet::least)
       .def_readonly("residual_rms", &Fleet::residual_rms)
       .def_readonly("rejected", &Fleet::rejected)
+      .def_readonly("student_degrees", &Fleet::student_degrees)
       .def_readonly("failures", &Fleet::failures);
   module.def(
       "identify_many",
       [](const symkin::Mechanism& mechanism, const std::vector<Rows>& poses,
          const std::vector<Rows>& readings, const std::vector<Sets>& leg_sets,
          symkin::Estimator estimator, symkin::PoseUse use, const symkin::MeasurementNoise& noise,
-         symkin::RobustLoss::Kind loss, double loss_scale, int max_iterations, int threads) {
+         const std::string& loss, double loss_scale, int max_iterations, int threads) {
         const symkin::IdentificationOptions options{
-            estimator, use, noise, {loss, loss_scale}, max_iterations};
+            estimator, use, noise, symkin::loss_named(loss, loss_scale), max_iterations};
         const auto robots = measured_robots(mechanism, poses, readings, leg_sets);
         const py::gil_scoped_release released;
         return symkin::identify_many(mechanism, robots, options, threads);

@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'LossKind', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'left_unexplained', 'leg_carriers', 'linearise', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -197,6 +197,9 @@ class Fleet:
     @property
     def residual_rms(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
+    @property
+    def student_degrees(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
 class ForwardKinematicsResult:
     @property
     def converged(self) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
@@ -218,7 +221,7 @@ class GoodnessOfFit:
     def chi_square(self) -> float:
         ...
     @property
-    def degrees_of_freedom(self) -> int:
+    def degrees_of_freedom(self) -> int | float:
         ...
     @property
     def least(self) -> float:
@@ -312,6 +315,12 @@ class JointFit:
     def setup(self) -> Setup:
         ...
     @property
+    def student_degrees(self) -> float:
+        ...
+    @property
+    def unguarded(self) -> list[int]:
+        ...
+    @property
     def unseen(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
 class LegDeviation:
@@ -358,6 +367,12 @@ class LegIdentification:
     @property
     def standardised(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
+    @property
+    def student_degrees(self) -> float:
+        ...
+    @property
+    def unguarded(self) -> list[int]:
+        ...
 class LegRows:
     def __init__(self, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], kind: RowKind, noise: MeasurementNoise, group: SymmetryGroup, elements: collections.abc.Sequence[SymmetryElement]) -> None:
         ...
@@ -370,11 +385,6 @@ class LegRows:
     @property
     def size(self) -> int:
         ...
-class LossKind(enum.Enum):
-    cauchy = 2
-    huber = 1
-    none = 0
-    tukey = 3
 class MeasurementNoise:
     def __init__(self, position: typing.SupportsFloat | typing.SupportsIndex, orientation: typing.SupportsFloat | typing.SupportsIndex, reading: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
@@ -934,7 +944,7 @@ def expected_accuracy(weights: AccuracyWeights, covariance: typing.Annotated[num
     ...
 def f_tail(value: typing.SupportsFloat | typing.SupportsIndex, numerator: typing.SupportsInt | typing.SupportsIndex, denominator: typing.SupportsInt | typing.SupportsIndex) -> float:
     ...
-def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], rows: bool = True) -> JointFit:
+def fit_jointly(mechanism: Mechanism, setup: Setup, observations: Observations, column: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], prior: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], loss: str, loss_scale: typing.SupportsFloat | typing.SupportsIndex, loss_spread: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, nearest: bool, tolerances: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], rows: bool = True) -> JointFit:
     ...
 def forward_kinematics(mechanism: Mechanism, readings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], start: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], max_iterations: typing.SupportsInt | typing.SupportsIndex = 50) -> ForwardKinematicsResult:
     ...
@@ -942,9 +952,9 @@ def generate_legs(group: SymmetryGroup, chain: str, platform: str, parameters: t
     ...
 def generating_elements(group: SymmetryGroup, count: typing.SupportsInt | typing.SupportsIndex) -> list[SymmetryElement]:
     ...
-def identify(mechanism: Mechanism, measurements: MeasurementSet, estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex) -> Identification:
+def identify(mechanism: Mechanism, measurements: MeasurementSet, estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: str, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex) -> Identification:
     ...
-def identify_many(mechanism: Mechanism, poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64]], readings: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64]], leg_sets: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.int64]], estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: LossKind, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> Fleet:
+def identify_many(mechanism: Mechanism, poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64]], readings: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64]], leg_sets: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.int64]], estimator: Estimator, use: PoseUse, noise: MeasurementNoise, loss: str, loss_scale: typing.SupportsFloat | typing.SupportsIndex, max_iterations: typing.SupportsInt | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex) -> Fleet:
     ...
 def image_of_legs(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement, tolerance: SymmetryTolerance = ...) -> ElementImage:
     ...
@@ -957,6 +967,10 @@ def left_unexplained(mechanism: Mechanism, setup: Setup, observations: Observati
 def leg_carriers(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> list[Carrier]:
     ...
 def linearise(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], readings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> ClosureRows:
+    ...
+def loss_bend(name: str, conditions: typing.SupportsInt | typing.SupportsIndex) -> float:
+    ...
+def loss_names() -> list[str]:
     ...
 def measurement_errors(model: Mechanism, measured: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], readings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> PoseErrors:
     ...
@@ -991,6 +1005,8 @@ def simulate(actual: Mechanism, model: Mechanism, sets: collections.abc.Sequence
 def singularity_measures(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], characteristic_length: typing.SupportsFloat | typing.SupportsIndex) -> SingularityMeasures:
     ...
 def starting_poses(mechanism: Mechanism, setup: Setup, observations: Observations, home: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    ...
+def student_limit(probability: typing.SupportsFloat | typing.SupportsIndex, degrees: typing.SupportsFloat | typing.SupportsIndex) -> float:
     ...
 def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...

@@ -41,14 +41,16 @@ void set_row(Fleet& fleet, Index robot, const Identification& found, const Vecto
     const GoodnessOfFit& fit = found.goodness[k];
     const auto column = static_cast<Index>(k);
     fleet.chi_square(robot, column) = fit.chi_square;
-    fleet.degrees_of_freedom(robot, column) = static_cast<double>(fit.degrees_of_freedom);
+    fleet.degrees_of_freedom(robot, column) = fit.degrees_of_freedom;
     fleet.limit(robot, column) = fit.limit;
     fleet.least(robot, column) = fit.least;
   }
   fleet.residual_rms[robot] = found.residual_rms;
   fleet.rejected[robot] = 0;
-  for (const LegIdentification& leg : found.legs) {
+  for (std::size_t k = 0; k < found.legs.size(); ++k) {
+    const LegIdentification& leg = found.legs[k];
     fleet.rejected[robot] += static_cast<double>(leg.rejected.size());
+    fleet.student_degrees(robot, static_cast<Index>(k)) = leg.student_degrees;
   }
   fleet.failures[static_cast<std::size_t>(robot)] = failure_of(found);
 }
@@ -90,12 +92,13 @@ Fleet identify_many(const Mechanism& mechanism, const std::vector<MeasuredRobot>
   fleet.parameters = fleet.deviations = RowMatrix::Constant(robots, size, kNan);
   fleet.chi_square = fleet.degrees_of_freedom = fleet.limit = fleet.least =
       RowMatrix::Constant(robots, fits, kNan);
+  fleet.student_degrees = RowMatrix::Constant(robots, legs, kNan);
   fleet.residual_rms = fleet.rejected = Vector::Constant(robots, kNan);
   fleet.failures.resize(static_cast<std::size_t>(robots));
   IdentificationOptions lean = options;
   lean.conditions = false;
   parallel_for((robots + kRobots - 1) / kRobots, threads, [&](Index task) {
-    Identifier identifier(mechanism, lean);
+    Identifier identifier(mechanism, lean, LegSolver::steps);
     MeasurementSet own;
     for (Index i = task * kRobots; i < std::min(robots, (task + 1) * kRobots); ++i) {
       const auto robot = static_cast<std::size_t>(i);

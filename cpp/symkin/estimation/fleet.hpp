@@ -15,6 +15,7 @@ struct Fleet {
   RowMatrix deviations;  // robots x (legs p), standard deviations
   // Robots x fits: one a leg, or of `joint` one of all legs. See GoodnessOfFit.
   RowMatrix chi_square, degrees_of_freedom, limit, least;
+  RowMatrix student_degrees;          // robots x legs, see LegIdentification
   Vector residual_rms;                // closures of all legs, metres
   Vector rejected;                    // readings whose robust weight fell below one half
   std::vector<std::string> failures;  // empty for robots whose every leg converged

@@ -7,13 +7,11 @@
 #include <utility>
 
 #include "symkin/estimation/detail/information.hpp"
-#include "symkin/estimation/detail/projection.hpp"
 #include "symkin/estimation/detail/statistics.hpp"
-#include "symkin/estimation/robust_loss.hpp"
 
 namespace symkin {
 
-GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_of_freedom,
+GoodnessOfFit judged(std::vector<Index> legs, double chi_square, double degrees_of_freedom,
                      Index problems) {
   constexpr double kFalseAlarms = 1e-3;
   GoodnessOfFit fit;
@@ -31,23 +29,14 @@ GoodnessOfFit judged(std::vector<Index> legs, double chi_square, Index degrees_o
 }
 
 double GoodnessOfFit::spread() const {
-  return unexplained() ? std::sqrt(chi_square / static_cast<double>(degrees_of_freedom)) : 1;
-}
-
-GoodnessOfFit goodness_of_fit(const WhitenedClosures& system, const Vector& weights,
-                              Index problems) {
-  std::vector<bool> rejected;
-  for (Index k = 0; k < weights.size(); ++k) {
-    rejected.push_back(weights[k] < kRejectedWeight);
-  }
-  const Projection projection(system, rejected);
-  return judged(system.legs, projection.chi_square(), projection.degrees_of_freedom(), problems);
+  return unexplained() ? std::sqrt(chi_square / degrees_of_freedom) : 1;
 }
 
 GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
                               Index closures, Index problems) {
   const double unexplained = standardised.squaredNorm() - information.explained(standardised);
-  return judged({leg}, std::max(unexplained, 0.0), closures - information.rank(), problems);
+  return judged({leg}, std::max(unexplained, 0.0),
+                static_cast<double>(closures - information.rank()), problems);
 }
 
 }  // namespace symkin

@@ -112,6 +112,8 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
   leg.converged = estimate.outcome.converged;
   leg.failure = estimate.outcome.failure;
   leg.iterations = estimate.outcome.iterations;
+  leg.student_degrees = estimate.robust.student_degrees;
+  leg.unguarded = estimate.unguarded;
   leg.condition = condition || !information.clear() ? information.sight().condition
                                                     : std::numeric_limits<double>::quiet_NaN();
   if (leg.converged && !(leg.standardised.allFinite() && !std::isinf(leg.condition))) {
@@ -120,20 +122,23 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
   }
 }
 
-// Of the poses that the loss keeps.
 GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
-                          const Information& information, Index number, Index legs) {
-  const Index count = leg.standardised.size();
-  const Index closures = count / std::max<Index>(static_cast<Index>(leg.rows.size()), 1);
-  const Index rejected = static_cast<Index>(leg.rejected.size()) * closures;
-  if (rejected == 0) {
-    return goodness_of_fit(number, leg.standardised, information, count, legs);
+                          const Information& information, const RobustLoss& loss, Index number,
+                          Index legs) {
+  return loss.any() ? judged({number}, estimate.robust.chi_square,
+                             estimate.robust.degrees_of_freedom, legs)
+                    : goodness_of_fit(number, leg.standardised, information,
+                                      leg.standardised.size(), legs);
+}
+
+// What robust_statistics() makes of the covariance, written as an influence: in place of the
+// weights their roots, so that errors of the declared variances give W^-1 (of `implicit`), times
+// its factor.
+void follow_weights(const LegEstimate& estimate, LegInfluence& leg) {
+  for (Index k = 0; k < leg.influence.cols(); ++k) {
+    const double weight = estimate.loss_weights[k];
+    leg.influence.col(k) *= weight > 0 ? std::sqrt(estimate.robust.variance / weight) : 0;
   }
-  const Vector kept = (estimate.loss_weights.array() >= kRejectedWeight).cast<double>();
-  return goodness_of_fit(number, kept.cwiseProduct(leg.standardised),
-                         Information(estimate.whitened.rows.by_parameters,
-                                     kept.cwiseProduct(estimate.whitened.factors)),
-                         count - rejected, legs);
 }
 
 // How the leg's estimate answers to errors of its closures, at the estimate.
@@ -224,6 +229,8 @@ void describe_joint(const JointFit& joint, const std::vector<LegData>& data,
     leg.converged = joint.converged;
     leg.failure = joint.failure;
     leg.iterations += joint.iterations;
+    leg.student_degrees = joint.student_degrees;
+    leg.unguarded = joint.unguarded;
     leg.rejected.clear();
     for (const Index row : leg.rows) {
       if (joint.loss_weights[row] < kRejectedWeight) {
@@ -252,7 +259,7 @@ void summarise(Identification& result) {
 void IdentificationOptions::check() const {
   noise.check();
   loss.check();
-  if (estimator == Estimator::paper && loss.kind != RobustLoss::Kind::none) {
+  if (estimator == Estimator::paper && loss.any()) {
     throw InvalidInput("the estimator \"paper\" has no robust loss; use \"inverse\"");
   }
   if (estimator == Estimator::joint && use == PoseUse::own) {
@@ -264,8 +271,9 @@ void IdentificationOptions::check() const {
   }
 }
 
-Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& options)
-    : mechanism_(mechanism), options_(options) {
+Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& options,
+                       LegSolver solver)
+    : mechanism_(mechanism), options_(options), solver_(solver) {
   const auto legs = static_cast<std::size_t>(mechanism.leg_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     data_.push_back({mechanism.model(leg),
@@ -288,16 +296,21 @@ void Identifier::estimate(std::size_t leg, const MeasurementSet& measurements) {
   const Vector& start = mechanism_.leg(number).parameters;
   whiten(data, start, options_.noise, estimate.whitened);
   require_variances(data, estimate.whitened, options_.noise);
-  if (options_.estimator == Estimator::paper || options_.estimator == Estimator::inverse) {
+  if (options_.estimator == Estimator::paper) {
     require_identifiable(data, estimate.whitened, number);
-    estimate = options_.estimator == Estimator::paper
-                   ? estimate_paper(data, start, options_)
-                   : estimate_inverse(data, start, options_, room_);
+    estimate = estimate_paper(data, start, options_);
     return;
   }
-  estimate = estimate_implicit(data, start, std::move(estimate.whitened), options_, room_);
-  // The solver has seen what the start shows, but for weights of the loss.
-  if (!Information::is_clear(room_.solver.start_pivot)) {
+  const bool by_steps = solver_ == LegSolver::steps || options_.estimator == Estimator::joint;
+  // The library's own steps see what the start shows, but for weights of the loss.
+  const bool seen_by_steps =
+      by_steps && options_.estimator != Estimator::inverse && !options_.loss.any();
+  if (!seen_by_steps) {
+    require_identifiable(data, estimate.whitened, number);
+  }
+  estimate = estimate_leg(data, number, start, std::move(estimate.whitened), options_,
+                          by_steps ? LegSolver::steps : LegSolver::ceres, room_);
+  if (seen_by_steps && !Information::is_clear(room_.solver.start_pivot)) {
     WhitenedLeg whitened;
     whiten(data, start, options_.noise, whitened);
     require_identifiable(data, whitened, number);
@@ -308,7 +321,7 @@ void Identifier::describe(std::size_t leg) {
   const LegEstimate& estimate = estimates_[leg];
   const WhitenedLeg& whitened = estimate.whitened;
   const bool solved = options_.estimator == Estimator::implicit && estimate.outcome.converged &&
-                      options_.loss.kind == RobustLoss::Kind::none;
+                      !options_.loss.any() && solver_ == LegSolver::steps;
   if (solved) {
     seen_[leg].reset(whitened.rows.by_parameters, whitened.factors, room_.solver.now.information,
                      room_.solver.steps.cholesky());
@@ -319,8 +332,8 @@ void Identifier::describe(std::size_t leg) {
   describe_leg(data_[leg], estimate, result_.parameters.row(number).transpose(), seen_[leg],
                options_.conditions, result_.legs[leg]);
   if (options_.estimator != Estimator::joint) {
-    result_.goodness.push_back(
-        goodness_of(result_.legs[leg], estimate, seen_[leg], number, mechanism_.leg_count()));
+    result_.goodness.push_back(goodness_of(result_.legs[leg], estimate, seen_[leg], options_.loss,
+                                           number, mechanism_.leg_count()));
   }
 }
 
@@ -362,10 +375,7 @@ bool Identifier::explained() const {
 
 // Whether each leg's information is the inverse of its covariance.
 bool Identifier::by_declared_noise() const {
-  return explained() && options_.estimator == Estimator::implicit &&
-         std::all_of(estimates_.begin(), estimates_.end(), [](const LegEstimate& estimate) {
-           return (estimate.loss_weights.array() == 1).all();
-         });
+  return explained() && options_.estimator == Estimator::implicit && !options_.loss.any();
 }
 
 RowMatrix Identifier::covariance_by_influence() const {
@@ -373,8 +383,14 @@ RowMatrix Identifier::covariance_by_influence() const {
   for (std::size_t i = 0; i < data_.size(); ++i) {
     influences.push_back(influence_of(data_[i], estimates_[i], options_.estimator));
   }
-  return explained() ? declared_covariance(influences, mechanism_.pose_space(), options_.noise)
-                     : residual_covariance(influences);
+  if (options_.loss.any()) {
+    for (std::size_t i = 0; i < data_.size(); ++i) {
+      follow_weights(estimates_[i], influences[i]);
+    }
+  }
+  return explained() || options_.loss.any()
+             ? declared_covariance(influences, mechanism_.pose_space(), options_.noise)
+             : residual_covariance(influences);
 }
 
 RowMatrix Identifier::covariance() const {
@@ -416,7 +432,7 @@ Vector Identifier::variances() const {
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options) {
   options.check();
-  Identifier identifier(mechanism, options);
+  Identifier identifier(mechanism, options, LegSolver::ceres);
   Identification& found = identifier.identify(measurements);
   found.covariance = identifier.covariance();
   return std::move(found);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,10 @@ struct LegIdentification {
   std::string failure;   // why not
   int iterations = 0;    // accepted steps of the solver
   double condition = 0;  // of the Jacobian with columns of length one; NaN if not asked for
+  // Of Student's t, which errors over their deviations follow; infinite without a loss, where the
+  // deviations are those of the declared noise.
+  double student_degrees = std::numeric_limits<double>::infinity();
+  std::vector<Index> unguarded;  // rows at which the loss would not see a gross error
 };
 
 struct Identification {
@@ -49,7 +54,8 @@ struct Identification {
   // Of all parameters, leg by leg, (legs p) x (legs p); legs are correlated where they share poses.
   // Where a fit is larger than the declared noise explains (GoodnessOfFit::unexplained), that of
   // `joint` is scaled up by chi-square per degree of freedom, and that of the other estimators is
-  // taken from the residuals of all legs.
+  // taken from the residuals of all legs. With a loss it follows its weights and the residuals that
+  // they keep.
   RowMatrix covariance;
   std::vector<LegIdentification> legs;
   std::vector<GoodnessOfFit> goodness;  // one a leg; of `joint`, one of all legs
@@ -59,9 +65,9 @@ struct Identification {
 };
 
 // Identifies every leg from the measurements, starting from the mechanism's parameters. Throws
-// InvalidInput for fewer poses than parameters, NaN poses, or readings that fit no leg, and
-// NotIdentifiable, with the leg's combinations of parameters, if its poses and readings leave some
-// without effect on any closure.
+// InvalidInput for fewer poses than parameters, NaN poses, readings that fit no leg, or a loss that
+// a gross error at some pose would escape, and NotIdentifiable, with the leg's combinations of
+// parameters, if its poses and readings leave some without effect on any closure.
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options = {});
 

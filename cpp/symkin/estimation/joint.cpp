@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <utility>
 
 #include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/robust_fit.hpp"
 #include "symkin/estimation/detail/set_aside.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -142,17 +144,6 @@ void check_options(const Mechanism& mechanism, const Observations& observations,
                         named_directions(unseen, scale));
 }
 
-// How much larger than standard normal the conditions are.
-double spread_of(const RobustLoss& loss, const LatentProblem& problem) {
-  std::vector<double> all;
-  for (const LinearPose& pose : linear_poses(problem)) {
-    all.insert(all.end(), pose.conditions.data(), pose.conditions.data() + pose.count());
-  }
-  return all.empty()
-             ? 1
-             : loss.spread(Eigen::Map<const Vector>(all.data(), static_cast<Index>(all.size())));
-}
-
 // Statistics of the rows of one pose.
 void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
@@ -178,23 +169,28 @@ void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
   }
 }
 
-GoodnessOfFit goodness_of(const JointFit& fit, Index rank, Index priors) {
+// Chi-square of a fit of this rank, and what its errors follow. Returns the factor of the inverse
+// of the (weighted) information of the data.
+double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
   std::vector<Index> legs(static_cast<std::size_t>(fit.setup.parameters.rows()));
   std::iota(legs.begin(), legs.end(), Index{0});
-  double chi_square = fit.chi_square_prior;
-  Index degrees_of_freedom = priors - rank;
-  for (std::size_t k = 0; k < fit.conditions.size(); ++k) {
-    if (fit.loss_weights[static_cast<Index>(k)] >= kRejectedWeight) {
-      chi_square += fit.chi_squares[static_cast<Index>(k)];
-      degrees_of_freedom += fit.conditions[k];
-    }
+  if (losses.any()) {
+    const RobustStatistics robust = robust_statistics(fit.chi_squares, fit.conditions, rank, losses,
+                                                      {}, priors, fit.chi_square_prior);
+    fit.goodness = judged(std::move(legs), robust.chi_square, robust.degrees_of_freedom);
+    fit.student_degrees = robust.student_degrees;
+    return robust.variance;
   }
-  return judged(std::move(legs), chi_square, degrees_of_freedom);
+  const Index conditions = std::accumulate(fit.conditions.begin(), fit.conditions.end(), Index{0});
+  fit.goodness = judged(std::move(legs), fit.chi_square_data + fit.chi_square_prior,
+                        static_cast<double>(conditions + priors - rank));
+  return fit.goodness.spread() * fit.goodness.spread();
 }
 
 // What is said of ranks and covariances at the problem's present state.
 void determine(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
-               const Vector& tolerances, const Vector& scale, JointFit& fit, RowMatrix& unscaled) {
+               const Vector& tolerances, const Vector& scale, BlockLosses& losses, JointFit& fit,
+               RowMatrix& unscaled) {
   const Index columns = layout.columns();
   const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
   Index priors = 0;
@@ -209,13 +205,12 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
     if (priors == 0 || well_determined(data, cholesky)) {
       fit.rank = fit.data_rank = columns;
       fit.unseen.resize(columns, 0);
-      fit.goodness = goodness_of(fit, fit.rank, priors);
-      const double spread = fit.goodness.spread();
-      if (spread == 1) {
+      const double factor = judge(fit.rank, priors, losses, fit);
+      if (factor == 1) {
         fit.covariance = unscaled;
         return;
       }
-      data /= spread * spread;
+      data /= factor;
       data.diagonal() += precisions;
       if (well_determined(data, cholesky)) {
         fit.covariance = cholesky.inverse();
@@ -233,7 +228,7 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
                    ? named_directions(data_sight.unseen, Vector::Ones(columns))
                    : data_sight.unseen;
   fit.gauge_directions = all_sight.unseen.cols();
-  fit.goodness = goodness_of(fit, fit.rank, priors);
+  const double factor = judge(fit.rank, priors, losses, fit);
 
   // What no row shows is held by rows of its own, and taken out again.
   const RowMatrix held = nearest_to_start(all_sight.unseen, tolerances, scale);
@@ -249,16 +244,16 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
     return covariance;
   };
   fit.covariance = unscaled = projected(inverse_of(full, scale));
-  const double spread = fit.goodness.spread();
-  if (spread > 1) {
-    full.topRows(of_data) /= spread;
+  if (factor != 1) {
+    full.topRows(of_data) /= std::sqrt(factor);
     fit.covariance = projected(inverse_of(full, scale));
   }
 }
 
 // Everything that is said of the fit at the problem's present state.
 void describe(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
-              const Vector& tolerances, const Vector& scale, bool rows, JointFit& fit) {
+              const Vector& tolerances, const Vector& scale, BlockLosses& losses, bool rows,
+              JointFit& fit) {
   fit.setup = problem.setup();
   fit.change = problem.change();
   fit.poses = problem.poses();
@@ -275,11 +270,171 @@ void describe(const LatentProblem& problem, const RowMatrix& information, const 
   fit.chi_square_data = fit.chi_squares.sum();
   fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
   RowMatrix unscaled;
-  determine(problem, information, layout, tolerances, scale, fit, unscaled);
+  determine(problem, information, layout, tolerances, scale, losses, fit, unscaled);
   if (rows) {
     problem.each_rows(
         unscaled, [&](Index pose, const PoseRows& of_pose) { add_rows(pose, of_pose, fit.rows); });
   }
+}
+
+// The problem as fit_robustly() takes it: each fit comes to rest in passes, which hold what nothing
+// shows and take in the poses that were set aside.
+class JointSolver {
+ public:
+  JointSolver(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
+              const JointOptions& options, Vector scale, LatentProblem problem)
+      : mechanism_(&mechanism),
+        observations_(&observations),
+        layout_(&layout),
+        options_(&options),
+        scale_(std::move(scale)),
+        problem_(std::make_unique<LatentProblem>(std::move(problem))) {}
+  JointSolver(const JointSolver& other)
+      : mechanism_(other.mechanism_),
+        observations_(other.observations_),
+        layout_(other.layout_),
+        options_(other.options_),
+        scale_(other.scale_),
+        problem_(std::make_unique<LatentProblem>(*other.problem_)),
+        held_(other.held_),
+        open_(other.open_),
+        outcome_(other.outcome_),
+        cost_(other.cost_) {}
+  JointSolver(JointSolver&&) noexcept = default;
+  JointSolver& operator=(JointSolver&&) noexcept = default;
+  JointSolver& operator=(const JointSolver&) = delete;
+  ~JointSolver() = default;
+
+  void solve(const BlockLosses& losses);
+
+  const LatentProblem& problem() const { return *problem_; }
+  const SolverOutcome& outcome() const { return outcome_; }
+  bool converged() const { return outcome_.converged; }
+  double cost() const { return cost_; }
+  void move(const Vector& change) { problem_->step(change); }
+  ConditionBlocks blocks() const;
+  std::vector<Index> guard(const ConditionBlocks& blocks) const;
+
+ private:
+  // Whether there are directions that nothing shows; holds them.
+  bool hold_unseen();
+
+  const Mechanism* mechanism_;
+  const Observations* observations_;
+  const Layout* layout_;
+  const JointOptions* options_;
+  Vector scale_;
+  std::unique_ptr<LatentProblem> problem_;
+  RowMatrix held_;
+  bool open_ = false;  // whether `held_` holds anything
+  SolverOutcome outcome_;
+  double cost_ = 0;
+};
+
+bool JointSolver::hold_unseen() {
+  ScaledCholesky cholesky;
+  if (well_determined(problem_->information(), cholesky)) {
+    return false;
+  }
+  const Sight sight =
+      sight_of(stacked_rows(linear_poses(*problem_), problem_->weights(), layout_->prior), scale_);
+  const bool open = sight.unseen.cols() > 0;
+  if (open && options_->gauge == Gauge::refuse) {
+    refuse(sight.unseen, scale_);
+  }
+  held_ = nearest_to_start(sight.unseen, tolerances_of(*layout_, *options_), scale_);
+  problem_->constrain(held_);
+  return open;
+}
+
+void JointSolver::solve(const BlockLosses& losses) {
+  constexpr int kMaxPasses = 20;
+  constexpr double kStill = 1e-9;  // of the columns, in their typical sizes
+  constexpr int kRobustSteps = 5;  // times those without a loss, whose weights settle afterwards
+  problem_->set_losses(losses);
+  SolverRoom room;
+  // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
+  // shows would go far.
+  if (options_->gauge != Gauge::refuse && problem_->information().size() == 0) {
+    NormalEquations at_start;
+    open_ = problem_->linearise(at_start) && hold_unseen();
+  }
+  Vector before = problem_->change();
+  for (int pass = 0;; ++pass) {
+    SolverOptions solver{(losses.any() ? kRobustSteps : 1) * options_->max_iterations};
+    if (problem_->starts_near()) {
+      solver.damping = 0;  // two steps less
+    }
+    const int iterations = outcome_.iterations;
+    outcome_ = minimise(*problem_, solver, room);
+    outcome_.iterations += iterations;
+    cost_ = room.now.cost;
+    if (problem_->information().size() == 0) {
+      throw InvalidInput(
+          "the observations cannot be explained at the start: a residual is not finite");
+    }
+    const bool held = open_;  // while it was fitted
+    open_ = hold_unseen();
+    if (!outcome_.converged) {
+      return;
+    }
+    const double change =
+        (problem_->change() - before).cwiseQuotient(scale_).lpNorm<Eigen::Infinity>();
+    before = problem_->change();
+    if (open_ && ((pass == 0 && !held) || change > kStill)) {
+      if (pass == kMaxPasses) {
+        outcome_.converged = false;
+        outcome_.failure = "what nothing shows still moves the estimate";
+        return;
+      }
+      continue;
+    }
+    if (take_in(*mechanism_, *observations_, *problem_) == 0) {
+      return;
+    }
+  }
+}
+
+ConditionBlocks JointSolver::blocks() const {
+  ConditionBlocks blocks;
+  std::vector<LinearPose> poses;
+  for (const LinearPose& pose : linear_poses(*problem_)) {
+    if (pose.count() > 0) {
+      poses.push_back(pose);
+      blocks.first.push_back(blocks.rows() + pose.count());
+    }
+  }
+  std::vector<Index> with_prior;
+  for (Index i = 0; i < layout_->columns(); ++i) {
+    if (std::isfinite(layout_->prior[i])) {
+      with_prior.push_back(i);
+    }
+  }
+  const auto priors = static_cast<Index>(with_prior.size());
+  blocks.jacobian.setZero(blocks.rows() + priors + held_.rows(), layout_->columns());
+  blocks.residual.setZero(blocks.jacobian.rows());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    blocks.jacobian.middleRows(blocks.first[k], poses[k].count()) = poses[k].jacobian;
+    blocks.residual.segment(blocks.first[k], poses[k].count()) = poses[k].conditions;
+  }
+  for (Index i = 0; i < priors; ++i) {
+    const Index column = with_prior[static_cast<std::size_t>(i)];
+    blocks.jacobian(blocks.rows() + i, column) = 1 / layout_->prior[column];
+    blocks.residual[blocks.rows() + i] = problem_->change()[column] / layout_->prior[column];
+  }
+  blocks.jacobian.bottomRows(held_.rows()) = held_;
+  blocks.residual.tail(held_.rows()) = held_ * problem_->change();
+  return blocks;
+}
+
+std::vector<Index> JointSolver::guard(const ConditionBlocks& blocks) const {
+  std::vector<Index> poses;
+  for (std::size_t k = 0; k < problem_->counts().size(); ++k) {
+    if (problem_->counts()[k] > 0) {
+      poses.push_back(static_cast<Index>(k));
+    }
+  }
+  return unguarded(blocks, options_->loss, "the fit", poses);
 }
 
 }  // namespace
@@ -287,13 +442,9 @@ void describe(const LatentProblem& problem, const RowMatrix& information, const 
 JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
                      const Observations& observations, const Layout& layout,
                      const JointOptions& options) {
-  constexpr int kMaxPasses = 20;
-  constexpr double kStill = 1e-9;  // of the columns, in their typical sizes
   observations.check(mechanism, start);
   layout.check(mechanism, start);
   check_options(mechanism, observations, layout, options);
-  const Vector scale = typical_sizes(mechanism, start, layout, options);
-  const Vector tolerances = tolerances_of(layout, options);
 
   std::vector<bool> aside;
   RowMatrix poses = options.start;
@@ -303,74 +454,18 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
       poses.row(i) = identity_pose(mechanism.pose_space());
     }
   }
-  const bool adapts = options.loss.kind != RobustLoss::Kind::none && options.loss_spread == 0;
-  LatentProblem problem(mechanism, observations, layout, start, std::move(poses), std::move(aside),
-                        options.loss, options.loss_spread > 0 ? options.loss_spread : 1);
-
-  // Directions that nothing shows, as rows that hold them; said where there are any.
-  ScaledCholesky cholesky;
-  const auto holds = [&] {
-    if (well_determined(problem.information(), cholesky)) {
-      return false;
-    }
-    const Sight sight =
-        sight_of(stacked_rows(linear_poses(problem), problem.weights(), layout.prior), scale);
-    const bool open = sight.unseen.cols() > 0;
-    if (open && options.gauge == Gauge::refuse) {
-      refuse(sight.unseen, scale);
-    }
-    problem.constrain(nearest_to_start(sight.unseen, tolerances, scale));
-    return open;
-  };
-  // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
-  // shows would go far.
-  bool open = false;
-  if (options.gauge != Gauge::refuse) {
-    NormalEquations at_start;
-    open = problem.linearise(at_start) && holds();
-  }
-
+  const Vector scale = typical_sizes(mechanism, start, layout, options);
+  JointSolver solver(mechanism, observations, layout, options, scale,
+                     {mechanism, observations, layout, start, std::move(poses), std::move(aside)});
+  auto [losses, unguarded] = fit_robustly(solver, options.loss);
   JointFit fit;
-  SolverOutcome outcome;
-  Vector before = problem.change();
-  for (int pass = 0;; ++pass) {
-    SolverOptions solver{options.max_iterations};
-    if (problem.starts_near()) {
-      solver.damping = 0;  // two steps less
-    }
-    outcome = minimise(problem, solver);
-    fit.iterations += outcome.iterations;
-    if (problem.information().size() == 0) {
-      throw InvalidInput(
-          "the observations cannot be explained at the start: a residual is not finite");
-    }
-    const bool held = open;  // while it was fitted
-    open = holds();
-    if (!outcome.converged) {
-      break;
-    }
-    if (adapts) {
-      problem.set_spread(spread_of(options.loss, problem));
-    }
-    const double change =
-        (problem.change() - before).cwiseQuotient(scale).lpNorm<Eigen::Infinity>();
-    before = problem.change();
-    const bool again = adapts || (open && !held);
-    if ((open || adapts) && ((pass == 0 && again) || change > kStill)) {
-      if (pass == kMaxPasses) {
-        outcome.converged = false;
-        outcome.failure = "the weights still move the estimate";
-        break;
-      }
-      continue;
-    }
-    if (take_in(mechanism, observations, problem) == 0) {
-      break;
-    }
-  }
-  fit.converged = outcome.converged;
-  fit.failure = outcome.failure;
-  describe(problem, problem.information(), layout, tolerances, scale, options.rows, fit);
+  fit.converged = solver.outcome().converged;
+  fit.failure = solver.outcome().failure;
+  fit.iterations = solver.outcome().iterations;
+  fit.unguarded = std::move(unguarded);
+  const LatentProblem& problem = solver.problem();
+  describe(problem, problem.information(), layout, tolerances_of(layout, options), scale, losses,
+           options.rows, fit);
   return fit;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,7 @@ enum class Gauge {
 };
 
 struct JointOptions {
-  RobustLoss loss;
-  double loss_spread = 0;  // see RobustLoss::spread; 0: from the residuals
+  RobustLoss loss;  // of whole poses
   int max_iterations = 100;
   Gauge gauge = Gauge::refuse;
   // A typical size of each column's change, its tolerance: what directions are compared in. Zero
@@ -43,11 +43,16 @@ struct RowFit {
 };
 
 struct JointFit {
-  Setup setup;           // the estimate
-  Vector change;         // of the columns since the start
-  RowMatrix covariance;  // of the columns; scaled by goodness.spread() but for the priors' share
-  RowMatrix poses;       // N x coordinates, the latent ones; NaN where set aside
-  RowMatrix reading_errors;  // N x legs, psi_true - psi_read
+  Setup setup;    // the estimate
+  Vector change;  // of the columns since the start
+  // Of the columns; scaled by goodness.spread() but for the priors' share, or with a loss by what
+  // its weights and residuals ask for.
+  RowMatrix covariance;
+  // Of Student's t, which errors over their deviations follow; infinite without a loss.
+  double student_degrees = std::numeric_limits<double>::infinity();
+  std::vector<Index> unguarded;  // poses at which the loss would not see a gross error
+  RowMatrix poses;               // N x coordinates, the latent ones; NaN where set aside
+  RowMatrix reading_errors;      // N x legs, psi_true - psi_read
   std::vector<RowFit> rows;
   std::vector<Index> conditions;  // of each pose, r_j
   Vector chi_squares;             // of each pose

@@ -61,7 +61,7 @@ class Linearised {
     for (Index i = 0; i < count; ++i) {
       aside.push_back(!poses.row(i).allFinite());
     }
-    LatentProblem problem(mechanism_, observed, layout_, setup_, poses, aside, RobustLoss{}, 1);
+    LatentProblem problem(mechanism_, observed, layout_, setup_, poses, aside);
     NormalEquations equations;
     if (!problem.linearise(equations)) {  // some pose cannot be linearised: find it
       if (count > 1) {

@@ -1,62 +1,180 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/robust_loss.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <string>
-#include <vector>
+#include <ceres/loss_function.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "symkin/estimation/detail/chi.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
+namespace {
+
+template <typename Loss>
+std::unique_ptr<ceres::LossFunction> make(double bend) {
+  return std::make_unique<Loss>(bend);
+}
+
+// One line a loss.
+const std::array<LossFamily, 3>& families() {
+  using Start = LossFamily::Start;
+  static const std::array<LossFamily, 3> all{{
+      {"huber", Start::least_squares, make<ceres::HuberLoss>},
+      {"cauchy", Start::two, make<ceres::CauchyLoss>},
+      {"tukey", Start::cauchy, make<ceres::TukeyLoss>},
+  }};
+  return all;
+}
+
+BlockLoss::Value value_of(const ceres::LossFunction& function, double square) {
+  std::array<double, 3> rho{};
+  function.Evaluate(square, rho.data());
+  return {rho[0], rho[1], rho[2]};
+}
+
+double efficiency(const ceres::LossFunction& function, double bend, Index conditions) {
+  const auto k = static_cast<double>(conditions);
+  const double a = chi_expectation(conditions, bend, [&](double d) {
+    const double psi = value_of(function, d * d).weight * d;
+    return psi * psi / k;
+  });
+  const double b = chi_expectation(conditions, bend, [&](double d) {
+    const BlockLoss::Value value = value_of(function, d * d);
+    return value.weight + 2 * d * d * value.by_square / k;
+  });
+  return b * b / a;
+}
+
+// Where a falling function crosses zero between two places.
+template <typename Function>
+double crossing(double low, double high, const Function& function) {
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = (low + high) / 2;
+    (function(middle) > 0 ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+BlockLoss::Kept kept_of(const ceres::LossFunction* function, double bend, Index conditions) {
+  constexpr double kFar = 1e6;  // of the bend
+  const auto k = static_cast<double>(conditions);
+  const auto excess = [&](double d) { return value_of(*function, d * d).weight - kRejectedWeight; };
+  if (function == nullptr || excess(kFar * bend) >= 0) {
+    return {std::numeric_limits<double>::infinity(), 1, k, 2 * k};
+  }
+  return chi_below(conditions, crossing(0, kFar * bend, excess));
+}
+
+}  // namespace
 
 void RobustLoss::check() const {
-  if (!(scale >= 0)) {
-    throw InvalidInput(
-        "loss scale = " + std::to_string(scale) +
-        "; expected a positive number of standard deviations, or 0 for the usual one");
-  }
-}
-
-double RobustLoss::width(double spread) const {
-  const double usual = kind == Kind::huber ? 1.345 : kind == Kind::cauchy ? 2.385 : 4.685;
-  return (scale > 0 ? scale : usual) * spread;
-}
-
-RobustLoss::Value RobustLoss::evaluate(double square, double spread) const {
-  const double bend = width(spread) * width(spread);
-  const double u = square / bend;
-  switch (kind) {
-    case Kind::none:
-      break;
-    case Kind::huber:
-      if (u > 1) {
-        const double root = std::sqrt(u);
-        return {bend * (2 * root - 1), 1 / root};
-      }
-      break;
-    case Kind::cauchy:
-      return {bend * std::log1p(u), 1 / (1 + u)};
-    case Kind::tukey: {
-      const double inside = std::max(1 - u, 0.0);
-      return {bend / 3 * (1 - inside * inside * inside), inside * inside};
+  for (const auto& [name, value] : {std::pair{"scale", scale}, std::pair{"spread", spread}}) {
+    if (!(value >= 0) || !std::isfinite(value)) {
+      throw InvalidInput("loss " + std::string(name) + " = " + std::to_string(value) +
+                         "; expected a positive number of standard deviations, or 0 for the " +
+                         (name == std::string("scale") ? "usual one" : "residuals' own"));
     }
   }
-  return {square, 1};
 }
 
-double RobustLoss::spread(const Vector& standardised) const {
-  constexpr double kNormalMedian = 0.6744897501960817;  // of |standard normal|
-  if (kind == Kind::none) {
-    return 1;
+std::vector<std::string> loss_names() {
+  std::vector<std::string> names{"none"};
+  for (const LossFamily& family : families()) {
+    names.push_back(family.name);
   }
-  std::vector<double> magnitudes(standardised.data(), standardised.data() + standardised.size());
-  for (double& value : magnitudes) {
-    value = std::abs(value);
+  return names;
+}
+
+RobustLoss loss_named(std::string_view name, double scale) {
+  if (name == "none") {
+    return {nullptr, scale};
   }
-  const auto middle = magnitudes.begin() + standardised.size() / 2;
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return std::max(1.0, *middle / kNormalMedian);
+  for (const LossFamily& family : families()) {
+    if (family.name == name) {
+      return {&family, scale};
+    }
+  }
+  std::string known;
+  for (const std::string& each : loss_names()) {
+    known += (known.empty() ? "\"" : ", \"") + each + "\"";
+  }
+  throw InvalidInput("loss is \"" + std::string(name) + "\"; expected one of " + known);
+}
+
+double bend_of(const LossFamily& family, Index conditions) {
+  constexpr double kEfficiency = 0.95;
+  constexpr double kLeast = 0.05;  // of the norm of a normal block
+  constexpr double kMost = 30;
+  static std::mutex mutex;
+  static std::map<std::pair<decltype(family.make), Index>, double> known;
+  const std::lock_guard lock(mutex);
+  const auto [bend, is_new] = known.try_emplace({family.make, conditions}, 0);
+  if (is_new) {
+    const double size = std::sqrt(static_cast<double>(conditions));
+    bend->second = crossing(kLeast * size, kMost * size, [&](double tried) {
+      return kEfficiency - efficiency(*family.make(tried), tried, conditions);
+    });
+  }
+  return bend->second;
+}
+
+BlockLoss::BlockLoss(const RobustLoss& loss, Index conditions, double spread)
+    : conditions_(conditions), spread_(spread), family_(loss.family) {
+  if (family_ == nullptr) {
+    kept_ = kept_of(nullptr, 0, conditions);
+    return;
+  }
+  const double bend = loss.scale > 0 ? loss.scale * std::sqrt(static_cast<double>(conditions))
+                                     : bend_of(*family_, conditions);
+  kept_ = kept_of(family_->make(bend).get(), bend, conditions);
+  bend_ = bend * spread_;
+  function_ = family_->make(bend_);
+}
+
+BlockLoss::BlockLoss(const BlockLoss& other)
+    : conditions_(other.conditions_),
+      bend_(other.bend_),
+      spread_(other.spread_),
+      family_(other.family_),
+      function_(other.function()),
+      kept_(other.kept_) {}
+BlockLoss::BlockLoss(BlockLoss&& other) noexcept = default;
+BlockLoss& BlockLoss::operator=(BlockLoss other) noexcept {
+  std::swap(conditions_, other.conditions_);
+  std::swap(bend_, other.bend_);
+  std::swap(spread_, other.spread_);
+  std::swap(family_, other.family_);
+  std::swap(function_, other.function_);
+  std::swap(kept_, other.kept_);
+  return *this;
+}
+BlockLoss::~BlockLoss() = default;
+
+BlockLoss::Value BlockLoss::at(double square, double relative) const {
+  if (function_ == nullptr) {
+    return {square, 1, 0};
+  }
+  const double unit = relative * relative;
+  const Value value = value_of(*function_, square / unit);
+  return {value.cost * unit, value.weight, value.by_square / unit};
+}
+
+std::unique_ptr<ceres::LossFunction> BlockLoss::function(double relative) const {
+  return family_ == nullptr ? nullptr : family_->make(bend_ * relative);
+}
+
+const BlockLoss& BlockLosses::of(Index conditions) {
+  const auto found = std::find_if(made_.begin(), made_.end(), [&](const BlockLoss& loss) {
+    return loss.conditions() == conditions;
+  });
+  return found != made_.end() ? *found : made_.emplace_back(loss_, conditions, spread_);
 }
 
 }  // namespace symkin

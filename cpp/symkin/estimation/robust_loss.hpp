@@ -1,35 +1,119 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "symkin/support/types.hpp"
+
+namespace ceres {
+class LossFunction;
+}
 
 namespace symkin {
 
 // A pose whose weight falls below this is called rejected.
 inline constexpr double kRejectedWeight = 0.5;
 
-// Loss on the standardised residual, linear or flat beyond `scale` standard deviations.
-struct RobustLoss {
-  enum class Kind { none, huber, cauchy, tukey };
-  Kind kind = Kind::none;
-  // Zero stands for the scale at which the loss keeps 95% efficiency on normal residuals: 1.345
-  // (huber), 2.385 (cauchy), 4.685 (tukey).
-  double scale = 0;
-
-  void check() const;  // throws InvalidInput
-  // Of a squared residual: what it adds to the cost, and the derivative of that, its weight.
-  struct Value {
-    double cost, weight;
+// A kind of loss: ceres::LossFunctions that differ in where they bend. It acts on d^2, d the norm
+// of the whitened conditions of one block: a leg's closures at a pose, or all that a pose says.
+// Where it bends by default follows from the function itself, so whoever adds a loss writes its
+// function and this, and those that have a name are one line in robust_loss.cpp.
+struct LossFamily {
+  // Where its fit starts, because a loss that forgets what is far off has several minima.
+  enum class Start {
+    least_squares,  // convex
+    two,            // from Huber's fit and from subsets of the poses, whichever ends lower
+    cauchy,         // from Cauchy's fit
   };
-  Value evaluate(double square, double spread = 1) const;
-  // How much larger than standard normal the bulk of the residuals is, at least 1 (and 1 without a
-  // loss): the median absolute value over that of a standard normal. Keeps the loss from rejecting
-  // everything where the declared noise is too small.
-  double spread(const Vector& standardised) const;
+
+  std::string name;
+  Start start;
+  // rho(s) of s = d^2 with rho'(0) = 1 that bends at d = bend: rho(s) = bend^2 rho_1(s / bend^2).
+  std::unique_ptr<ceres::LossFunction> (*make)(double bend);
+};
+
+// What a fit does with residuals that are no noise.
+struct RobustLoss {
+  const LossFamily* family = nullptr;  // null: least squares
+  // The d at which the loss bends, over the root of the number of conditions in a block; 0: where
+  // it keeps 95% efficiency on normal residuals, which grows less than that root.
+  double scale = 0;
+  // Standard deviation of the whitened residuals that are noise: 1 where the declared noise holds;
+  // 0: the S scale of the residuals, taken once.
+  double spread = 1;
+
+  bool any() const { return family != nullptr; }
+  void check() const;  // throws InvalidInput
+};
+
+// "none" and those that have a name: "huber", "cauchy", "tukey".
+std::vector<std::string> loss_names();
+// Throws InvalidInput for a name that there is none of, saying those there are.
+RobustLoss loss_named(std::string_view name, double scale = 0);
+
+// Where the loss keeps 95% efficiency on normal blocks of so many conditions:
+//   efficiency = b^2 / a,  a = E[(w d)^2] / k,  b = E[psi'(d) / k + (1 - 1/k) w],  d ~ chi_k.
+double bend_of(const LossFamily& family, Index conditions);
+
+// A loss on blocks of one number of conditions, with all that its statistics need.
+class BlockLoss {
+ public:
+  // Without a family that of least squares. `spread` takes the place of the loss's own.
+  BlockLoss(const RobustLoss& loss, Index conditions, double spread);
+  BlockLoss(const BlockLoss& other);
+  BlockLoss(BlockLoss&& other) noexcept;
+  BlockLoss& operator=(BlockLoss other) noexcept;
+  ~BlockLoss();
+
+  bool any() const { return family_ != nullptr; }
+  Index conditions() const { return conditions_; }
+  // Where it bends, in whitened residuals.
+  double bend() const { return bend_; }
+  // Of a squared norm: what it adds to the cost, its weight and the derivative of that, where the
+  // residual's own noise is `relative` times that of the whitened.
+  struct Value {
+    double cost, weight, by_square;
+  };
+  Value at(double square, double relative = 1) const;
+  // The same as Ceres takes it; null for least squares.
+  std::unique_ptr<ceres::LossFunction> function(double relative = 1) const;
+
+  // Mean and variance of d^2 / spread^2 of sound blocks that keep a weight of one half at least.
+  struct Kept {
+    double limit;  // of d / spread
+    double share, mean, variance;
+  };
+  const Kept& kept() const { return kept_; }
 
  private:
-  // Where it bends, for residuals that are `spread` times larger than standard normal ones.
-  double width(double spread) const;
+  Index conditions_;
+  double bend_ = 0;
+  double spread_;
+  const LossFamily* family_;
+  std::unique_ptr<ceres::LossFunction> function_;
+  Kept kept_;
+};
+
+// Of blocks with different numbers of conditions.
+class BlockLosses {
+ public:
+  explicit BlockLosses(const RobustLoss& loss) : BlockLosses(loss, loss.spread) {}
+  BlockLosses(const RobustLoss& loss, double spread) : loss_(loss), spread_(spread) {}
+
+  const RobustLoss& loss() const { return loss_; }
+  double spread() const { return spread_; }
+  bool any() const { return loss_.any(); }
+  // Made when it is asked for first, so not for several threads.
+  const BlockLoss& of(Index conditions);
+
+ private:
+  RobustLoss loss_;
+  double spread_;
+  std::deque<BlockLoss> made_;  // references to them last
 };
 
 }  // namespace symkin

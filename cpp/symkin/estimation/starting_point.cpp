@@ -301,7 +301,7 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     trial.base = start.base;
     trial.target = start.target;
     LatentProblem problem(mechanism, alone, layout, trial, alone.reported.values,
-                          std::vector<bool>(rows.size(), false), RobustLoss(), 1);
+                          std::vector<bool>(rows.size(), false));
     minimise(problem, kBriefly);
     NormalEquations end;
     if (problem.linearise(end) && end.cost < least) {

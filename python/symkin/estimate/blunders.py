@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.data.measured_rows import DEVIATIONS
 from symkin.data.measurements import Measurements
-from symkin.errors import SymkinError
-from symkin.estimate.fit import FALSE_ALARMS
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.estimate.fit import FALSE_ALARMS, Loss
 from symkin.estimate.problem import KINDS, OBSERVED, Problem, Rows, without_pose
 
 __all__ = ["estimated_noise", "without_blunders"]
@@ -36,7 +36,7 @@ def without_blunders(
     rejected: list[tuple[int, str]] = []
     space, loss = problem.mechanism.pose_space, problem.options.loss
     nearest = problem.options.gauge == "nominal"
-    fit = problem.fit(nearest=nearest, loss="cauchy" if loss == "none" else loss)
+    fit = _robust(problem, nearest=nearest, loss="cauchy" if loss == "none" else loss)
     for _ in range(len(problem.measurements.poses)):
         rows = Rows.of(fit)
         changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all
@@ -58,6 +58,16 @@ def without_blunders(
         problem = dataclasses.replace(problem, measurements=measurements)
         fit = problem.fit(nearest=nearest, loss="none")
     return problem, fit if rejected else problem.fit(nearest=nearest, loss="none"), tuple(rejected)
+
+
+def _robust(problem: Problem, *, nearest: bool, loss: Loss) -> _core.JointFit:
+    """Fit with a loss, or without where single poses decide too much for one."""
+    try:
+        return problem.fit(nearest=nearest, loss=loss)
+    except NotIdentifiableError:
+        raise
+    except SymkinError:
+        return problem.fit(nearest=nearest, loss="none")
 
 
 def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:

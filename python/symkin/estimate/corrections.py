@@ -90,7 +90,7 @@ class Hypothesis(Value):
     chi_square : float
         Of observations and tolerances together; infinite where no estimate was found. Of what is
         stated, the least that its solver reached from any start, converged or not.
-    degrees_of_freedom : int
+    degrees_of_freedom : int or float
         Its degrees of freedom; 0 where no estimate was found.
     limit : float
         What chi-square exceeds in one of 1000 sound robots; 0 where no estimate was found.
@@ -101,7 +101,7 @@ class Hypothesis(Value):
 
     what: str
     chi_square: float
-    degrees_of_freedom: int
+    degrees_of_freedom: float
     limit: float
     proposed: bool
 

@@ -30,6 +30,7 @@ from symkin.estimate.fit import (
     FitOptions,
     GoodnessOfFit,
     core_measurements,
+    unguarded_note,
 )
 from symkin.estimate.problem import JointOptions
 from symkin.estimate.reading_checks import coarse_readings, signs_of_mistakes
@@ -198,7 +199,9 @@ def diagnose(found: Fit) -> Diagnosis:
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [cause, *doubts] if cause else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
-    return Diagnosis(tuple(doubts), tuple(weak_parameters(found)), tests, outliers, result.student)
+    unguarded = sorted({row for leg in found.legs for row in leg.unguarded})
+    notes = (*weak_parameters(found), *unguarded_note(found.measurements, unguarded))
+    return Diagnosis(tuple(doubts), notes, tests, outliers, result.student)
 
 
 def _diagnosed(found: Fit) -> _core.Diagnosis:
@@ -338,7 +341,9 @@ def _doubts_of_size(found: Fit) -> Iterator[str]:
 def _doubts_of_noise(found: Fit) -> Iterator[str]:
     """Residuals larger or smaller than the declared noise."""
     remedy = (
-        "the standard deviations are scaled up by that factor"
+        "the standard deviations are those of the residuals that the loss keeps"
+        if found.options.loss != "none"
+        else "the standard deviations are scaled up by that factor"
         if found.estimator == "joint"
         else "the standard deviations are taken from the residuals instead"
     )
@@ -374,7 +379,7 @@ def _chi_squares(found: Fit, fits: Sequence[GoodnessOfFit]) -> str:
     legs = [leg for fit in fits for leg in fit.legs]
     who = "all legs" if len(legs) == len(found.legs) else named_legs(legs)
     values = ", ".join(f"{fit.per_degree:.3g}" for fit in fits)
-    freedom = ", ".join(dict.fromkeys(str(fit.degrees_of_freedom) for fit in fits))
+    freedom = ", ".join(dict.fromkeys(f"{fit.degrees_of_freedom:.4g}" for fit in fits))
     return f"{who}: chi-square is {values} per degree of freedom ({freedom} of them)"
 
 

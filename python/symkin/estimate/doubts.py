@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.corrections import Hypothesis, cause_in_words, frame_in_words, with_readings
-from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN
+from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN, unguarded_note
 from symkin.estimate.precision import Heights
 from symkin.estimate.problem import Problem, Rows
 from symkin.estimate.unknowns import Unknown
@@ -64,6 +64,8 @@ class Judged(Widened, Protocol):
     @property
     def unexplained_rows(self) -> tuple[int, ...]: ...
     @property
+    def unguarded(self) -> tuple[int, ...]: ...
+    @property
     def unknowns(self) -> tuple[Unknown, ...]: ...
 
 
@@ -105,14 +107,14 @@ def symptoms_of(found: Judged) -> Iterator[str]:
     elif found.unexplained:
         yield (
             f"the residuals are {found.spread:.3g} times larger than the declared noise explains "
-            f"(chi-square {found.chi_square:.4g} for {found.degrees_of_freedom} degrees of "
+            f"(chi-square {found.chi_square:.4g} for {found.degrees_of_freedom:.4g} degrees of "
             f"freedom; expected at most {found.limit:.4g})"
         )
     elif found.chi_square < found.least:
         share = math.sqrt(found.chi_square / found.degrees_of_freedom)
         yield (
             f"the residuals are {share:.3g} times as large as the declared noise and the priors "
-            f"lead to expect (chi-square {found.chi_square:.4g} for {found.degrees_of_freedom} "
+            f"lead to expect (chi-square {found.chi_square:.4g} for {found.degrees_of_freedom:.4g} "
             f"degrees of freedom; expected at least {found.least:.4g})"
         )
     yield from _far_from_the_drawing(found)
@@ -139,6 +141,7 @@ def notes_of(found: Judged) -> Iterator[str]:
         yield (
             f"The data say next to nothing of {_listed(silent)}: what stands there is the prior."
         )
+    yield from unguarded_note(found.measurements, found.unguarded)
     if found.options.noise == "estimate":
         yield (
             "The noise was estimated from the same observations, so that chi-square says nothing "

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from typing import Generic, Literal, Self, cast
 
 import numpy as np
@@ -36,6 +38,7 @@ __all__ = [
     "calibrated_mechanism",
     "changed_settings",
     "core_measurements",
+    "unguarded_note",
 ]
 
 Array = NDArray[np.float64]
@@ -100,6 +103,11 @@ class LegFit(Value):
         is what the declared noise explains; NaN without a degree of freedom.
     condition : float
         Of the scaled Jacobian.
+    student_degrees : float
+        Of Student's t, which errors over their standard deviations follow; infinite without a loss,
+        where the standard deviations are those of the declared noise.
+    unguarded : tuple of int
+        Rows at which the robust loss would not see a gross error.
     """
 
     converged: bool
@@ -111,6 +119,13 @@ class LegFit(Value):
     standardised: Array = field(private=True)
     chi_square: float = field(unit="per_degree_of_freedom")
     condition: float
+    student_degrees: float = field(private=True, default=math.inf)
+    unguarded: tuple[int, ...] = field(private=True, default=())
+
+    @property
+    def interval(self) -> float:
+        """Standard deviations to either side that hold 95% of the errors."""
+        return _core.student_limit(0.05, self.student_degrees)
 
     @property
     def closure_rows(self) -> NDArray[np.intp]:
@@ -132,9 +147,10 @@ class GoodnessOfFit(Value):
     legs : tuple of int
         The legs (from 0) that were fitted together: one, or all with the estimator `joint`.
     chi_square : float
-        Of the whitened closures at the estimate, without poses that the loss rejects.
-    degrees_of_freedom : int
-        Closures less parameters.
+        Of the whitened closures at the estimate; with a loss, of the poses that it keeps, brought
+        to the scale of closures that nothing truncates.
+    degrees_of_freedom : int or float
+        Closures less parameters; with a loss, of that scale, rarely a whole number.
     limit, least : float
         What it exceeds, and falls short of, in one of 1000 sound robots (all problems of a robot
         together); NaN without a degree of freedom.
@@ -142,7 +158,7 @@ class GoodnessOfFit(Value):
 
     legs: tuple[int, ...] = field(number=True)
     chi_square: float
-    degrees_of_freedom: int
+    degrees_of_freedom: float
     limit: float
     least: float
 
@@ -211,7 +227,7 @@ class Fit(Value, Generic[M]):
                 _core.Estimator.__members__[options.estimator],
                 _core.PoseUse.__members__[options.poses],
                 noise_of(options.noise or mechanism.noise),
-                _core.LossKind.__members__[options.loss],
+                options.loss,
                 options.loss_scale or 0.0,
                 options.max_iterations,
             )
@@ -351,7 +367,20 @@ def _leg_fit(
         standardised=leg.standardised,
         chi_square=next(fit.per_degree for fit in goodness if number in fit.legs),
         condition=leg.condition,
+        student_degrees=leg.student_degrees,
+        unguarded=tuple(leg.unguarded),
     )
+
+
+def unguarded_note(measurements: Measurements, rows: Sequence[int]) -> Iterator[str]:
+    """Say where the loss would not see a gross error."""
+    if rows:
+        numbers = ", ".join(map(str, measurements.row_numbers[list(rows)]))
+        which = f"row {numbers}" if len(rows) == 1 else f"any of the rows {numbers}"
+        yield (
+            f"a gross error in {which} would not be seen, since the estimate follows it: measure "
+            "more poses near it"
+        )
 
 
 def calibrated_mechanism(

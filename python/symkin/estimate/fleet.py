@@ -314,7 +314,7 @@ class _Job:
             _core.Estimator.__members__[options.estimator],
             _core.PoseUse.__members__[options.poses],
             noise_of(options.noise or self.nominal.noise),
-            _core.LossKind.__members__[options.loss],
+            options.loss,
             options.loss_scale or 0.0,
             options.max_iterations,
             self.threads,

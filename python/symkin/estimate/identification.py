@@ -242,10 +242,11 @@ def identify(
     poses : {"all", "own"}
         Which poses a leg uses: all at which it was read, or those of its own set (the paper).
     loss : {"none", "huber", "cauchy", "tukey"}
-        Robust loss.
+        Robust loss; refused where a single pose decides too much for one.
     loss_scale : float, optional
-        Where the loss bends, in standard deviations; by default where it keeps 95% efficiency on
-        normal residuals (1.345, 2.385 and 4.685).
+        Where the loss bends, in standard deviations and times the root of the number of conditions
+        of a pose; by default where it keeps 95% efficiency on normal residuals (1.345, 2.385 and
+        4.685 for one condition).
     noise : NoiseSettings or "estimate", optional
         Of the measurements, by default the mechanism's; or estimated with the unknowns.
     max_iterations : int

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Mapping
 from functools import cached_property
@@ -72,7 +73,7 @@ class JointIdentification(FolderResult, Generic[M]):
         Of the columns that were estimated.
     covariance : ndarray, shape (columns, columns)
         Of these; scaled up, but for the priors' share, where the residuals are larger than the
-        declared noise explains.
+        declared noise explains. With a loss it follows the residuals that the loss keeps.
     chi_square, degrees_of_freedom : float, int
         Of all observations and priors.
     limit, least : float
@@ -113,6 +114,10 @@ class JointIdentification(FolderResult, Generic[M]):
         How.
     cross_validation : CrossValidation or None
         If it was asked for, see `cross_validated`.
+    student_degrees : float
+        Of Student's t, which errors over their standard deviations follow; infinite without a loss.
+    unguarded : tuple of int
+        Rows, from 0, at which the robust loss would not see a gross error.
     """
 
     mechanism: M = field(private=True)
@@ -120,7 +125,7 @@ class JointIdentification(FolderResult, Generic[M]):
     names: tuple[str, ...]
     covariance: Array
     chi_square: float
-    degrees_of_freedom: int
+    degrees_of_freedom: float
     limit: float
     least: float
     conditions: NDArray[np.intp] = field(private=True)
@@ -142,6 +147,8 @@ class JointIdentification(FolderResult, Generic[M]):
     measurements: Measurements = field(private=True)
     options: JointOptions = field(private=True)
     cross_validation: CrossValidation | None = field(private=True, default=None)
+    student_degrees: float = field(private=True, default=math.inf)
+    unguarded: tuple[int, ...] = field(private=True, default=())
 
     FILES: ClassVar[tuple[str, ...]] = (
         "calibrated.toml",
@@ -193,6 +200,8 @@ class JointIdentification(FolderResult, Generic[M]):
             nominal=cast("M", mechanism),
             measurements=measurements,
             options=options,
+            student_degrees=fit.student_degrees,
+            unguarded=tuple(fit.unguarded),
         )
         why = "" if found.converged else contradiction_of(found)
         return dataclasses.replace(found, failure=f"{found.failure}; {why}") if why else found

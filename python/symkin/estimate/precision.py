@@ -300,7 +300,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
         problem.measurements.subset(np.array([pose])).observations(problem.noise),
         layout.column.tolist(),
         held,
-        _core.LossKind.none,
+        "none",
         0.0,
         0.0,
         _STEPS,

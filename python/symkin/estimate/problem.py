@@ -275,9 +275,9 @@ class Problem:
                 self.observations,
                 layout.column.tolist(),
                 layout.prior,
-                _core.LossKind.__members__[loss],
-                self.options.loss_scale or 0.0,
-                0.0,
+                loss,
+                self._bend(loss),
+                0.0 if self.options.noise == "estimate" else 1.0,  # of the residuals, or declared
                 self.options.max_iterations,
                 nearest,
                 tolerances,
@@ -286,6 +286,11 @@ class Problem:
         except NotIdentifiableError as error:
             scale = np.where(tolerances > 0, tolerances, 1e-3)
             raise with_combinations(error, layout.names, scale) from None
+
+    def _bend(self, loss: Loss) -> float:
+        """Where the loss bends; of single observations as for one condition."""
+        usual = _core.loss_bend(loss, 1) if self.options.loss_per == "reading" else 0.0
+        return self.options.loss_scale or usual
 
     def with_layout(self, layout: Layout) -> Problem:
         """Return it with other unknowns."""

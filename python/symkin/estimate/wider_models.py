@@ -116,10 +116,10 @@ def _compared(
     if not all(fit.converged for fit in fits) or fits[0].aside != fits[1].aside:
         return None
     less, more = (fit.goodness for fit in fits)
-    terms = less.degrees_of_freedom - more.degrees_of_freedom
+    terms = round(less.degrees_of_freedom - more.degrees_of_freedom)
     if terms <= 0:  # priors came with them; held exactly, they gain no more than without priors
         terms = len(solved[1][0].layout.names) - len(solved[0][0].layout.names)
-    spare = more.degrees_of_freedom
+    spare = round(more.degrees_of_freedom)
     if terms <= 0 or spare <= 0 or more.chi_square <= 0:
         return None
     gain = max(less.chi_square - more.chi_square, 0.0)
@@ -155,7 +155,7 @@ class Model(Value):
         How many are estimated.
     chi_square : float
         Of observations and priors, by the declared noise but for "noise".
-    degrees_of_freedom : int
+    degrees_of_freedom : int or float
         Its degrees of freedom.
     unseen_rms : float
         Closures of the legs at full poses that the fit did not see, in 5 parts, root mean square,
@@ -165,7 +165,7 @@ class Model(Value):
     what: str
     unknowns: int
     chi_square: float
-    degrees_of_freedom: int
+    degrees_of_freedom: float
     unseen_rms: float = field(unit="m")
 
 

@@ -285,6 +285,8 @@ def _closure_table(found: Identification) -> Table:
 
 
 def _origin_of_deviations(found: Identification) -> str:
+    if found.options.loss != "none":
+        return "from the residuals that the loss keeps; their errors follow Student's t"
     if not any(fit.unexplained for fit in found.goodness):
         return EXPLAINED
     if found.estimator == "joint":
@@ -296,7 +298,10 @@ def _in_deviations(found: Identification, actual: Mechanism) -> NDArray[np.float
     """Error of each parameter over its standard deviation, shape (legs, p); NaN without one."""
     errors, deviations = found.mechanism.parameters - actual.parameters, found.deviations
     scaled: NDArray[np.float64] = np.full_like(errors, np.nan)
-    return np.divide(errors, deviations, out=scaled, where=deviations > 0)
+    np.divide(errors, deviations, out=scaled, where=deviations > 0)
+    # Of normal errors, so that the same interval holds 95% of all.
+    scaled *= np.array([[_INTERVAL / leg.interval] for leg in found.legs])
+    return scaled
 
 
 def _coverage(errors: NDArray[np.float64]) -> str:

@@ -135,8 +135,8 @@ def _degrees(found: JointIdentification) -> str:
         told += f", priors add {priors}"
     return (
         f"{told}; {found.rank} independent combinations of the unknowns are estimated from them, "
-        f"which leaves {plural(found.degrees_of_freedom, 'degree')} of freedom. The observations "
-        f"alone show {found.data_rank} of {len(found.names)} combinations."
+        f"which leaves {plural(round(found.degrees_of_freedom), 'degree')} of freedom. The "
+        f"observations alone show {found.data_rank} of {len(found.names)} combinations."
     )
 
 

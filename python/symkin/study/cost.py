@@ -183,7 +183,7 @@ def _times(mechanism: Mechanism, definition: StudyDefinition, cell: Cell) -> dic
             _core.Estimator.__members__[estimator],
             _core.PoseUse.__members__[use],
             noise_of(mechanism.noise),
-            _core.LossKind.none,
+            "none",
             0.0,
             100,
         )

@@ -140,7 +140,7 @@ TEST(Diagnosis, ARejectedPoseIsJudgedByWhatTheOthersPredict) {
   made.measured.readings(9, 1) += 0.01;
   const Mechanism nominal = testing::paper_3rrr();
   IdentificationOptions options;
-  options.loss.kind = RobustLoss::Kind::cauchy;
+  options.loss = loss_named("cauchy");
   const Identification found = identify(nominal, made.measured, options);
   const Mechanism estimate = nominal.with_parameters(found.parameters);
   const Diagnosis with = diagnose(estimate, made.measured, options.noise, {}, true, kAlarm);

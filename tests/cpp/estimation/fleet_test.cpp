@@ -42,10 +42,34 @@ Made robots(const Mechanism& nominal) {
   return made;
 }
 
+void expect_as_alone(const Fleet& fleet, Index robot, const Identification& alone) {
+  constexpr double kNear = 1e-6;  // of a deviation, and relative
+  const auto at = static_cast<std::size_t>(robot);
+  ASSERT_EQ(fleet.failures[at], "");
+  const Vector deviations = alone.covariance.diagonal().cwiseSqrt();
+  const RowMatrix& parameters = alone.parameters;
+  EXPECT_LT((fleet.parameters.row(robot).transpose() -
+             Eigen::Map<const Vector>(parameters.data(), parameters.size()))
+                .cwiseQuotient(deviations)
+                .lpNorm<Eigen::Infinity>(),
+            kNear);
+  EXPECT_LT((fleet.deviations.row(robot).transpose().cwiseQuotient(deviations).array() - 1)
+                .abs()
+                .maxCoeff(),
+            kNear);
+  for (std::size_t leg = 0; leg < alone.goodness.size(); ++leg) {
+    const GoodnessOfFit& fit = alone.goodness[leg];
+    const auto column = static_cast<Index>(leg);
+    EXPECT_NEAR(fleet.chi_square(robot, column) / fit.chi_square, 1, kNear);
+    EXPECT_EQ(fleet.degrees_of_freedom(robot, column), fit.degrees_of_freedom);
+  }
+}
+
+// A fleet is fitted by the library's own steps, a robot alone by Ceres.
 TEST(Fleet, HasARowForEachRobotAsItIsIdentifiedAlone) {
   const Mechanism nominal = testing::paper_3rrr();
   const Made made = robots(nominal);
-  for (const Estimator estimator : {Estimator::implicit, Estimator::paper}) {
+  for (const Estimator estimator : {Estimator::implicit, Estimator::inverse, Estimator::paper}) {
     for (const PoseUse use : {PoseUse::own, PoseUse::all}) {
       IdentificationOptions options;
       options.estimator = estimator;
@@ -54,20 +78,36 @@ TEST(Fleet, HasARowForEachRobotAsItIsIdentifiedAlone) {
       const Fleet again = identify_many(nominal, made.all, made.first, options, 1);
       EXPECT_EQ(fleet.parameters, again.parameters);
       for (const Index robot : {Index{0}, Index{33}, kRobots - 1}) {
-        const auto i = static_cast<std::size_t>(robot);
-        const Identification alone = identify(nominal, made.robots[i], options);
-        EXPECT_EQ(fleet.failures[i], "");
-        const Eigen::Map<const RowMatrix> parameters(fleet.parameters.row(robot).data(), 3, 8);
-        EXPECT_EQ(parameters, alone.parameters);
-        EXPECT_EQ(fleet.deviations.row(robot).transpose(),
-                  Vector(alone.covariance.diagonal().cwiseSqrt()));
-        for (Index leg = 0; leg < 3; ++leg) {
-          const GoodnessOfFit& fit = alone.goodness[static_cast<std::size_t>(leg)];
-          EXPECT_EQ(fleet.chi_square(robot, leg), fit.chi_square);
-          EXPECT_EQ(fleet.degrees_of_freedom(robot, leg),
-                    static_cast<double>(fit.degrees_of_freedom));
-        }
+        expect_as_alone(fleet, robot,
+                        identify(nominal, made.robots[static_cast<std::size_t>(robot)], options));
       }
+    }
+  }
+}
+
+TEST(Fleet, WithALossHasARowForEachRobotAsItIsIdentifiedAlone) {
+  const Mechanism nominal = testing::paper_3rrr();
+  Made made = robots(nominal);
+  for (const Index robot : {Index{3}, Index{33}}) {
+    made.all.poses(36 * robot + 7, 0) += 0.003;
+    made.robots[static_cast<std::size_t>(robot)].poses(7, 0) += 0.003;
+  }
+  for (const Estimator estimator : {Estimator::implicit, Estimator::inverse}) {
+    IdentificationOptions options;
+    options.estimator = estimator;
+    options.loss = loss_named("cauchy");
+    const Fleet fleet = identify_many(nominal, made.all, made.first, options, 2);
+    for (const Index robot : {Index{0}, Index{3}, Index{33}}) {
+      const auto i = static_cast<std::size_t>(robot);
+      const Identification alone = identify(nominal, made.robots[i], options);
+      expect_as_alone(fleet, robot, alone);
+      Index rejected = 0;
+      for (const LegIdentification& leg : alone.legs) {
+        rejected += static_cast<Index>(leg.rejected.size());
+      }
+      EXPECT_EQ(fleet.rejected[robot], static_cast<double>(rejected));
+      EXPECT_TRUE(robot == 0 || rejected > 0);
+      EXPECT_EQ(fleet.student_degrees(robot, 1), 36 - 8);
     }
   }
 }

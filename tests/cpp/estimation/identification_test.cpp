@@ -166,7 +166,7 @@ TEST(Identification, AnEstimateWithALossStaysWhereItIsWhenItIsStartedThere) {
   for (const Estimator estimator : {Estimator::inverse, Estimator::implicit, Estimator::joint}) {
     IdentificationOptions options;
     options.estimator = estimator;
-    options.loss.kind = RobustLoss::Kind::cauchy;
+    options.loss = loss_named("cauchy");
     const Identification first = identify(nominal, made.measured, options);
     ASSERT_TRUE(first.converged) << static_cast<int>(estimator);
     const Identification again =
@@ -188,7 +188,7 @@ TEST(Identification, JointRejectsPosesByItsOwnResiduals) {
   made.measured.readings(17, 1) += 0.005;  // of leg 2 alone
   IdentificationOptions options;
   options.estimator = Estimator::joint;
-  options.loss.kind = RobustLoss::Kind::cauchy;
+  options.loss = loss_named("cauchy");
   const Identification result = identify(nominal, made.measured, options);
   for (const LegIdentification& leg : result.legs) {
     EXPECT_EQ(std::count(leg.rejected.begin(), leg.rejected.end(), 17), 1);
@@ -237,7 +237,7 @@ TEST(Identification, ARobustLossRejectsGrossErrors) {
   IdentificationOptions options;
   const double plain =
       (identify(nominal, made.measured, options).parameters - made.actual.parameters()).norm();
-  options.loss.kind = RobustLoss::Kind::tukey;
+  options.loss = loss_named("tukey");
   const Identification robust = identify(nominal, made.measured, options);
   EXPECT_LT((robust.parameters - made.actual.parameters()).norm(), 0.2 * plain);
   for (const LegIdentification& leg : robust.legs) {
@@ -273,7 +273,7 @@ TEST(Identification, RefusesTooFewPosesAndOptionsThatContradictEachOther) {
   EXPECT_THROW(identify(nominal, made.measured), InvalidInput);
   IdentificationOptions options;
   options.estimator = Estimator::paper;
-  options.loss.kind = RobustLoss::Kind::huber;
+  options.loss = loss_named("huber");
   EXPECT_THROW(identify(nominal, made.measured, options), InvalidInput);
 }
 

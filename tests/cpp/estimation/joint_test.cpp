@@ -40,7 +40,7 @@ TEST(LatentPoses, MeasuredInFullBringTheConditionsOfTheGeneralElimination) {
   const symkin::Setup setup = symkin::Setup::of(nominal);
   const Layout layout = Layout::of_all_parameters(nominal, setup);
   LatentProblem problem(nominal, observations, layout, setup, observations.poses.values,
-                        std::vector<bool>(20, false), RobustLoss(), 1);
+                        std::vector<bool>(20, false));
   NormalEquations equations;
   for (int step = 0; step < 2; ++step) {  // at the measured poses, and away from them
     ASSERT_TRUE(problem.linearise(equations));

@@ -311,11 +311,11 @@ def test_the_results_file_of_identify_is_what_json_prints_and_what_save_writes(
     symkin: Callable, protocol: Path, tmp_path: Path
 ) -> None:
     measured = protocol / "measurements.csv"
-    command = ("identify", "3RRR", measured, "--cross-validate", 3, "--loss", "huber")
+    command = ("identify", "3RRR", measured, "--cross-validate", 8, "--loss", "cauchy")
     printed = symkin(*command, "--out", tmp_path, "--json").out
     robot = library.load_mechanism("3RRR")
-    found = library.identify(robot, library.read_measurements(measured, robot), loss="huber")
-    found.cross_validated(3).save(tmp_path / "saved.json")
+    found = library.identify(robot, library.read_measurements(measured, robot), loss="cauchy")
+    found.cross_validated(8).save(tmp_path / "saved.json")
     for name in ("results.json", "saved.json"):
         assert (tmp_path / name).read_text(encoding="utf-8") == printed
 
@@ -335,11 +335,11 @@ def test_identify_prints_residuals_parameters_and_cross_validation(
     symkin: Callable, protocol: Path
 ) -> None:
     measured = protocol / "measurements.csv"
-    shown = symkin("identify", "3RRR", measured, "--cross-validate", 3, "--loss", "huber")
+    shown = symkin("identify", "3RRR", measured, "--cross-validate", 8, "--loss", "cauchy")
     assert shown.code == 0
     for words in (
         "Closure residual of all legs",
-        "3-fold cross-validation (poses that the fit did not see)",
+        "8-fold cross-validation (poses that the fit did not see)",
         "Standard deviation",
         "chi-square",
     ):

@@ -40,10 +40,12 @@ def test_a_robot_of_a_fleet_is_identified_as_it_is_alone(mechanism, robots):
         fleet = symkin.identify_many(mechanism, robots, estimator, poses=poses)
         for row, measured in ((0, robots["robot 1"]), (5, robots["robot 6"])):
             alone = symkin.identify(mechanism, measured, estimator, poses=poses)
-            np.testing.assert_array_equal(fleet.parameters[row], alone.mechanism.parameters)
-            np.testing.assert_allclose(fleet.deviations[row], alone.deviations, rtol=1e-12)
-            np.testing.assert_array_equal(
-                fleet.chi_square[row], [fit.chi_square for fit in alone.goodness]
+            # A fleet has its own solver, a robot alone that of Ceres.
+            errors = fleet.parameters[row] - alone.mechanism.parameters
+            np.testing.assert_array_less(np.abs(errors), 1e-6 * alone.deviations)
+            np.testing.assert_allclose(fleet.deviations[row], alone.deviations, rtol=1e-6)
+            np.testing.assert_allclose(
+                fleet.chi_square[row], [fit.chi_square for fit in alone.goodness], rtol=1e-6
             )
         assert fleet.robots == tuple(robots)
         assert set(fleet.verdicts) == {"fits"}

@@ -14,7 +14,7 @@ namespace symkin {
 class Identifier {
  public:
   // Both outlive it.
-  Identifier(const Mechanism& mechanism, const IdentificationOptions& options);
+  Identifier(const Mechanism& mechanism, const IdentificationOptions& options, LegSolver solver);
 
   // What the measurements say of all legs, but for the covariance; until the next robot.
   Identification& identify(const MeasurementSet& measurements);
@@ -32,6 +32,7 @@ class Identifier {
 
   const Mechanism& mechanism_;
   const IdentificationOptions& options_;
+  LegSolver solver_;
   std::vector<LegData> data_;
   std::vector<LegEstimate> estimates_;
   std::vector<Information> seen_;

@@ -106,14 +106,12 @@ std::vector<double> deviations_where_measured(const double* values, const double
 
 LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& observations,
                              const Layout& layout, Setup setup, RowMatrix poses,
-                             std::vector<bool> aside, const RobustLoss& loss, double spread)
+                             std::vector<bool> aside)
     : mechanism_(mechanism),
       observations_(observations),
       layout_(layout),
       list_(setup),
       width_(mechanism.parameter_count()),
-      loss_(loss),
-      spread_(spread),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
       now_{{}, FullPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, {}},
@@ -151,7 +149,7 @@ bool LatentProblem::starts_near() const {
       return false;
     }
   }
-  return loss_.kind == RobustLoss::Kind::none;
+  return !losses_.any();
 }
 
 void LatentProblem::linearise_leg(Index leg, ClosureRows& rows) const {
@@ -374,9 +372,8 @@ bool LatentProblem::linearise(NormalEquations& equations) {
       return false;
     }
     double cost = square;
-    if (loss_.kind != RobustLoss::Kind::none && now_.counts[at] > 0) {
-      const RobustLoss::Value value =
-          loss_.evaluate(square, spread_ * std::sqrt(static_cast<double>(now_.counts[at])));
+    if (losses_.any() && now_.counts[at] > 0) {
+      const BlockLoss::Value value = losses_.of(now_.counts[at]).at(square);
       cost = value.cost;
       now_.weights[i] = value.weight;
     }

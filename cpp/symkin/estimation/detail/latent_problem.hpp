@@ -30,15 +30,14 @@ struct LinearPose {
 // move together: poses converged for fixed parameters need not exist.
 class LatentProblem {
  public:
-  // `poses` are where the latent poses start; those in `aside` stay out. A loss is one of the pose
-  // and bends at its scale times `spread` times the root of the number of conditions.
+  // `poses` are where the latent poses start; those in `aside` stay out.
   LatentProblem(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
-                Setup setup, RowMatrix poses, std::vector<bool> aside, const RobustLoss& loss,
-                double spread);
+                Setup setup, RowMatrix poses, std::vector<bool> aside);
 
   // Rows of the problem beside the poses and the priors: A z = 0, z the change since the start.
   void constrain(const RowMatrix& rows) { constraints_ = rows; }
-  void set_spread(double spread) { spread_ = spread; }
+  // Of the pose: none at first.
+  void set_losses(const BlockLosses& losses) { losses_ = losses; }
   void take_in(Index pose, const double* start);
 
   Index size() const { return layout_.columns(); }
@@ -120,8 +119,7 @@ class LatentProblem {
   const Layout& layout_;
   UnknownList list_;
   Index width_;  // scalars of a leg that may be free: without its sensor's curvature if held
-  RobustLoss loss_;
-  double spread_;
+  BlockLosses losses_{RobustLoss{}};
   std::vector<bool> aside_;
   RowMatrix constraints_;
   State state_, saved_;

@@ -15,78 +15,27 @@ constexpr double kFirstDamping = 0;
 // Of a standard deviation: the joint fit goes much further from where the legs' own begin it. With
 // a loss it may end elsewhere.
 constexpr double kJointStart = 1e-2;
-// With a loss the weights and the spread settle one after the other.
-constexpr int kRobustSteps = 5;  // times those without
-
-void keep_estimated(const LegData& data, ClosureRows& rows) {
-  if (static_cast<Index>(data.estimated.size()) < rows.by_parameters.cols()) {
-    rows.by_parameters = RowMatrix(rows.by_parameters(kAll, data.estimated));
-  }
-}
-
-// g - psi on the sensor's turn in `rows.closure`, NaN where the leg does not reach, and dg/dparam
-// (Eqs. 8, 15) in `rows.by_parameters`.
-void linearise_readings(const LegData& data, const Vector& parameters, ClosureRows& rows) {
-  Vector roots(data.readings.size());
-  data.model.inverse_kinematics(parameters, data.working_mode, data.poses, roots);
-  Vector errors(roots.size());
-  data.model.reading_differences(parameters, roots, data.readings, errors);
-  data.model.linearise(parameters, data.poses, data.readings + errors, rows);
-  keep_estimated(data, rows);
-  rows.by_parameters.array().colwise() /= -rows.by_reading.array();
-  rows.closure = errors;
-}
-
-// Typical standard deviation of g - psi.
-double reading_deviation(const LegData& data, const Vector& parameters,
-                         const MeasurementNoise& noise) {
-  ClosureRows rows;
-  data.model.linearise_pose(parameters, data.poses, data.readings, rows);
-  const Vector variances = closure_variances(rows, data.model.info().pose_space, noise);
-  return std::sqrt((variances.array() / rows.by_reading.array().square()).mean());
-}
-
-// The first pose without a reading.
-std::string unreached_pose(const Vector& errors) {
-  Index row = 0;
-  errors.array().isFinite().cast<int>().minCoeff(&row);
-  return "measured pose " + std::to_string(row + 1);
-}
-
-// The largest of a step of the estimated parameters, of those beyond 1 over their size.
-double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
-  double largest = 0;
-  for (Index i = 0; i < step.size(); ++i) {
-    const double size = std::abs(parameters[data.estimated[static_cast<std::size_t>(i)]]);
-    largest = std::max(largest, std::abs(step[i]) / std::max(size, 1.0));
-  }
-  return largest;
-}
-
-// x of least |A x - b|, by QR with columns of length one.
-Vector least_squares(const RowMatrix& a, const Vector& b) {
-  const Vector scale = inverse_column_lengths(a);
-  const ColumnSpace space = column_space(a * scale.asDiagonal());
-  return scale.asDiagonal() * (space.coordinates * (space.basis.transpose() * b));
-}
+// Of a standard deviation, and the most that a step of weights may still go where Newton's take
+// over.
+constexpr double kSettles = 1e-3;
 
 // The residuals of a leg over their standard deviations, which are taken anew with the robust
 // weights wherever the solver goes.
 class LegProblem {
  public:
-  // Closures, whitened at the start.
-  LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened,
+  // Closures whitened at the start, or g - psi.
+  LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened, const BlockLoss& loss,
              const IdentificationOptions& options, LegRoom& room)
-      : data_(data), options_(options), in_readings_(false), room_(room) {
+      : data_(data),
+        options_(options),
+        loss_(loss),
+        in_readings_(options.estimator == Estimator::inverse),
+        room_(room) {
     now_.parameters = start;
     now_.leg = std::move(whitened);
-  }
-  // g - psi
-  LegProblem(const LegData& data, const Vector& start, const IdentificationOptions& options,
-             LegRoom& room)
-      : data_(data), options_(options), in_readings_(true), room_(room) {
-    now_.parameters = start;
-    linearise_in_readings();
+    if (in_readings_) {
+      linearise_in_readings();
+    }
   }
 
   Index size() const { return static_cast<Index>(data_.estimated.size()); }
@@ -98,15 +47,14 @@ class LegProblem {
     }
     const Vector& raw = errors();
     residuals_ = raw.cwiseProduct(now_.leg.factors);
-    now_.spread = options_.loss.spread(residuals_);
-    equations.cost = weigh(now_.spread, now_.weights);
+    equations.cost = weigh(now_, now_.weights);
     squares_ = now_.weights.cwiseProduct(now_.leg.factors.cwiseAbs2());
     const RowMatrix& by_parameters = now_.leg.rows.by_parameters;
     weighted_square(by_parameters, squares_, raw, equations.information, equations.gradient);
     equations.by_new_weights = 0;
     if (moved_) {
       residuals_ = raw.cwiseProduct(former_.leg.factors);
-      equations.by_new_weights = equations.cost - weigh(former_.spread, unused_);
+      equations.by_new_weights = equations.cost - weigh(former_, unused_);
     }
     return std::isfinite(equations.cost) && equations.gradient.allFinite();
   }
@@ -122,42 +70,47 @@ class LegProblem {
   double extent(const Vector& d) const { return relative_step(data_, now_.parameters, d); }
   bool orthogonal_step(Vector& d) const {
     const Vector roots = squares_.cwiseSqrt();
-    d = -least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
-                       roots.cwiseProduct(errors()));
+    d = -scaled_least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
+                              roots.cwiseProduct(errors()));
     return true;
   }
 
   // Where the solver ended.
   const Vector& errors() const { return now_.leg.rows.closure; }
   LegEstimate take(SolverOutcome outcome) {
-    return {std::move(now_.parameters), std::move(outcome), std::move(now_.weights),
-            std::move(now_.leg)};
+    LegEstimate estimate;
+    estimate.parameters = std::move(now_.parameters);
+    estimate.outcome = std::move(outcome);
+    estimate.cost = room_.solver.now.cost;
+    estimate.loss_weights = std::move(now_.weights);
+    estimate.whitened = std::move(now_.leg);
+    return estimate;
   }
 
  private:
   void linearise_in_readings() {
     linearise_readings(data_, now_.parameters, now_.leg.rows);
-    // One factor for all poses, so that the loss counts in standard deviations and the cost stays
-    // the paper's.
-    if (!moved_ || options_.loss.kind != RobustLoss::Kind::none) {
-      deviation_ = reading_deviation(data_, now_.parameters, options_.noise);
+    // One factor for all poses, so that the cost stays the paper's.
+    if (!moved_ || loss_.any()) {
+      now_.relative = reading_deviations(data_, now_.parameters, options_.noise);
+      deviation_ =
+          std::sqrt(now_.relative.squaredNorm() / static_cast<double>(now_.relative.size()));
+      now_.relative /= deviation_;
     }
     now_.leg.factors.setConstant(data_.readings.size(), 1 / deviation_);
   }
 
-  // The cost of the residuals and their weights.
-  double weigh(double spread, Vector& weights) const {
+  // The cost of the residuals and their weights, by the deviations of a state.
+  double weigh(const LegRoom::State& by, Vector& weights) const {
     weights.setOnes(residuals_.size());
-    if (options_.loss.kind == RobustLoss::Kind::none) {
+    if (!loss_.any()) {
       return residuals_.squaredNorm();
     }
-    // Of a pose, all of whose closures are spoiled with it.
-    const Index closures = in_readings_ ? 1 : data_.model.info().closures;
-    const double bend = spread * std::sqrt(static_cast<double>(closures));
+    const Index closures = loss_.conditions();
     double cost = 0;
     for (Index k = 0; k < residuals_.size(); k += closures) {
-      const RobustLoss::Value value =
-          options_.loss.evaluate(residuals_.segment(k, closures).squaredNorm(), bend);
+      const BlockLoss::Value value = loss_.at(residuals_.segment(k, closures).squaredNorm(),
+                                              in_readings_ ? by.relative[k] : 1);
       cost += value.cost;
       weights.segment(k, closures).setConstant(value.weight);
     }
@@ -166,6 +119,7 @@ class LegProblem {
 
   const LegData& data_;
   const IdentificationOptions& options_;
+  const BlockLoss& loss_;
   bool in_readings_;
   bool moved_ = false;
   double deviation_ = 1;
@@ -174,58 +128,7 @@ class LegProblem {
   Vector &residuals_ = room_.residuals, &squares_ = room_.squares, &unused_ = room_.unused;
 };
 
-SolverOutcome solve(LegProblem& problem, const IdentificationOptions& options, LegRoom& room) {
-  const int steps = options.loss.kind == RobustLoss::Kind::none
-                        ? options.max_iterations
-                        : kRobustSteps * options.max_iterations;
-  SolverOptions how{steps, kFirstDamping};
-  if (options.estimator == Estimator::joint && options.loss.kind == RobustLoss::Kind::none) {
-    how.enough = kJointStart;
-  }
-  return minimise(problem, how, room.solver);
-}
-
-// L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
-// D is returned.
-Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
-                   const MeasurementNoise& noise) {
-  const Vector sigma = noise.pose_variances(space);
-  const double reading = noise.reading * noise.reading;
-  Vector variances(rows.by_reading.size());
-  for (Index first = 0; first < variances.size(); first += closures) {
-    for (Index row = first; row < first + closures; ++row) {
-      // Those before it are independent already.
-      for (Index before = first; before < row; ++before) {
-        const double shared =
-            rows.by_pose.row(row).cwiseProduct(rows.by_pose.row(before)).dot(sigma.transpose()) +
-            reading * rows.by_reading[row] * rows.by_reading[before];
-        const double share = variances[before] > 0 ? shared / variances[before] : 0;
-        rows.closure[row] -= share * rows.closure[before];
-        rows.by_parameters.row(row) -= share * rows.by_parameters.row(before);
-        rows.by_pose.row(row) -= share * rows.by_pose.row(before);
-        rows.by_reading[row] -= share * rows.by_reading[before];
-      }
-      variances[row] = rows.by_pose.row(row).cwiseAbs2().dot(sigma.transpose()) +
-                       reading * rows.by_reading[row] * rows.by_reading[row];
-    }
-  }
-  return variances;
-}
-
 }  // namespace
-
-void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
-            WhitenedLeg& leg) {
-  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
-  keep_estimated(data, leg.rows);
-  const ChainInfo& chain = data.model.info();
-  if (chain.closures == 1) {
-    closure_variances(leg.rows, chain.pose_space, noise, leg.variances);
-  } else {
-    leg.variances = decorrelate(leg.rows, chain.closures, chain.pose_space, noise);
-  }
-  leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
-}
 
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options) {
@@ -243,7 +146,7 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
     }
     // Eq. 25, by QR rather than by the inverse of C'C. Its sign: with errors g - psi the update
     // of Eq. 26 must be subtracted.
-    const Vector step = least_squares(rows.by_parameters, rows.closure);
+    const Vector step = scaled_least_squares(rows.by_parameters, rows.closure);
     estimate.parameters(data.estimated) -= step;
     if (relative_step(data, estimate.parameters, step) < 1e-11) {
       outcome.converged = true;
@@ -257,22 +160,39 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
   return estimate;
 }
 
-LegEstimate estimate_inverse(const LegData& data, const Vector& start,
-                             const IdentificationOptions& options, LegRoom& room) {
-  LegProblem problem(data, start, options, room);
-  SolverOutcome outcome = solve(problem, options, room);
-  if (!problem.errors().allFinite()) {
-    outcome.failure = unreached_pose(problem.errors()) + " is out of the leg's reach at the start";
+LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg whitened,
+                         const BlockLoss& loss, const IdentificationOptions& options,
+                         LegRoom& room) {
+  LegProblem problem(data, start, std::move(whitened), loss, options, room);
+  SolverOptions how{loss.any() ? kRobustSteps * options.max_iterations : options.max_iterations,
+                    kFirstDamping};
+  if (loss.any()) {
+    how.enough = kSettles;
+  } else if (options.estimator == Estimator::joint) {
+    how.enough = kJointStart;
+  }
+  SolverOutcome outcome = minimise(problem, how, room.solver);
+  if (options.estimator == Estimator::inverse && !problem.errors().allFinite()) {
+    outcome.failure = out_of_reach_at_start(problem.errors());
   }
   LegEstimate estimate = problem.take(std::move(outcome));
-  whiten(data, estimate.parameters, options.noise, estimate.whitened);
+  if (loss.any()) {
+    // Weights may also go round without an end that Newton's steps find.
+    const bool ended =
+        std::exchange(estimate.outcome.converged, settle(data, loss, options, estimate));
+    if (estimate.outcome.converged) {
+      estimate.outcome.failure.clear();
+    } else if (ended) {
+      how.enough = SolverOptions().enough;
+      LegProblem rest(data, Vector(estimate.parameters), std::move(estimate.whitened), loss,
+                      options, room);
+      estimate = rest.take(minimise(rest, how, room.solver));
+    }
+  }
+  if (options.estimator == Estimator::inverse) {
+    whiten(data, estimate.parameters, options.noise, estimate.whitened);
+  }
   return estimate;
-}
-
-LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
-                              const IdentificationOptions& options, LegRoom& room) {
-  LegProblem problem(data, start, std::move(whitened), options, room);
-  return problem.take(solve(problem, options, room));
 }
 
 }  // namespace symkin

@@ -3,46 +3,34 @@
 
 #include <vector>
 
+#include "symkin/estimation/detail/leg_system.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
-#include "symkin/estimation/identification.hpp"
+#include "symkin/estimation/detail/robust_fit.hpp"
 
 namespace symkin {
-
-// The poses and readings that one leg uses.
-struct LegData {
-  const LegModel& model;
-  int working_mode;
-  std::vector<Index> rows;  // of the measurements
-  RowMatrix poses;
-  Vector readings;
-  std::vector<Index> estimated;  // which of the parameters; the others stay
-};
-
-// The leg's closures at some parameters, their derivatives by the estimated ones, and one over
-// their standard deviations by the declared noise. Of several closures at a pose each less what
-// those before it say of it, so that their errors are independent.
-struct WhitenedLeg {
-  ClosureRows rows;
-  Vector variances, factors;
-};
-void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
-            WhitenedLeg& leg);
 
 // Where an estimator ended, and how it weighed the poses.
 struct LegEstimate {
   Vector parameters;
   SolverOutcome outcome;
+  double cost = 0;       // what the solver lowered
   Vector loss_weights;   // of the robust loss, one a closure; 1 without one
   WhitenedLeg whitened;  // at the parameters
+  // With a loss.
+  RobustStatistics robust;
+  std::vector<Index> unguarded;  // rows of the measurements, see unguarded()
 };
+
+// With a loss the weights settle after the parameters.
+inline constexpr int kRobustSteps = 5;  // times those without
 
 // What a leg's fit needs beside its result. Leg after leg in the same room asks for no memory.
 struct LegRoom {
   struct State {
     Vector parameters;
-    WhitenedLeg leg;    // or g - psi in place of the closures
-    Vector weights;     // of the loss
-    double spread = 1;  // of the residuals
+    WhitenedLeg leg;  // or g - psi in place of the closures
+    Vector weights;   // of the loss
+    Vector relative;  // with a loss, deviations of g - psi in those of all
   };
   State now, former;  // `former` is where the last step began
   Vector residuals, squares, unused;
@@ -52,11 +40,27 @@ struct LegRoom {
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
-// The same cost by Levenberg-Marquardt, with a loss if asked for.
-LegEstimate estimate_inverse(const LegData& data, const Vector& start,
-                             const IdentificationOptions& options, LegRoom& room);
-// Whitened closures, their variances those at the estimate; `whitened` is the leg at the start.
-LegEstimate estimate_implicit(const LegData& data, const Vector& start, WhitenedLeg whitened,
-                              const IdentificationOptions& options, LegRoom& room);
+
+// One solve of `inverse` (the same cost) or `implicit` (whitened closures, their variances those at
+// the estimate) with a loss whose scale is held. Robots one by one are fitted by Ceres. A fleet has
+// the library's own steps, because to build, order and walk through a ceres::Problem of some 30
+// residuals takes two to seven times as long as its arithmetic; both end at the same estimate.
+// `whitened` is the leg at the start.
+LegEstimate fit_by_ceres(const LegData& data, const Vector& start, const BlockLoss& loss,
+                         const IdentificationOptions& options);
+LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg whitened,
+                         const BlockLoss& loss, const IdentificationOptions& options,
+                         LegRoom& room);
+
+// Newton's steps from where a solver ended, the noise taken anew at each, to the last digit of the
+// parameters: a cost no longer shows half of them, and weights settle slowly. Whether they lead to
+// rest; only short ones are taken.
+bool settle(const LegData& data, const BlockLoss& loss, const IdentificationOptions& options,
+            LegEstimate& estimate);
+
+// `inverse` or `implicit` with the loss of the options, see fit_robustly(). `leg` counts from 0.
+enum class LegSolver { ceres, steps };
+LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
+                         const IdentificationOptions& options, LegSolver solver, LegRoom& room);
 
 }  // namespace symkin

@@ -76,7 +76,7 @@ Relaxed relaxed(const Mechanism& mechanism, const Observations& observations, co
   constexpr double kStill = 1e-10;
   const Observations alone = observations.of({pose});
   const Layout held = nothing_free(setup);
-  LatentProblem problem(mechanism, alone, held, setup, start, {false}, RobustLoss(), 1);
+  LatentProblem problem(mechanism, alone, held, setup, start, {false});
   NormalEquations equations;
   for (int step = 0; step < kMaxSteps; ++step) {
     if (!problem.linearise(equations)) {
@@ -114,8 +114,7 @@ Relaxed damped(const Mechanism& mechanism, const Observations& observations, con
   NormalEquations equations;
   for (int step = 0; step < kMaxSteps; ++step) {
     here.reported.deviations = RowMatrix::Constant(1, mechanism.dof(), deviation);
-    LatentProblem problem(mechanism, here, held, setup, here.reported.values, {false}, RobustLoss(),
-                          1);
+    LatentProblem problem(mechanism, here, held, setup, here.reported.values, {false});
     if (!problem.linearise(equations)) {
       return {};
     }

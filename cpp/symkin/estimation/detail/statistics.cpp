@@ -4,21 +4,38 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
 namespace symkin {
 
-double chi_square_limit(Index degrees_of_freedom, double probability) {
+double chi_square_limit(double degrees_of_freedom, double probability) {
+  constexpr std::size_t kMost = 10000;
   // A fleet asks for the same few limits again and again.
-  thread_local std::map<std::pair<Index, double>, double> known;
+  thread_local std::map<std::pair<double, double>, double> known;
+  if (known.size() > kMost) {
+    known.clear();
+  }
   const auto [limit, is_new] = known.try_emplace({degrees_of_freedom, probability}, 0);
   if (is_new) {
-    const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+    const boost::math::chi_squared distribution(degrees_of_freedom);
     limit->second = boost::math::quantile(boost::math::complement(distribution, probability));
   }
   return limit->second;
+}
+
+double student_limit(double probability, double degrees_of_freedom) {
+  if (std::isinf(degrees_of_freedom)) {
+    return boost::math::quantile(
+        boost::math::complement(boost::math::normal_distribution<>(), probability / 2));
+  }
+  return degrees_of_freedom > 0 ? boost::math::quantile(boost::math::complement(
+                                      boost::math::students_t(degrees_of_freedom), probability / 2))
+                                : std::numeric_limits<double>::infinity();
 }
 
 double chi_square_tail(double value, Index degrees_of_freedom) {

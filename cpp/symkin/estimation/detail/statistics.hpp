@@ -5,8 +5,12 @@
 
 namespace symkin {
 
-// Value that chi-square with n >= 1 degrees of freedom exceeds with the given probability.
-double chi_square_limit(Index degrees_of_freedom, double probability);
+// Value that chi-square with n > 0 degrees of freedom exceeds with the given probability.
+double chi_square_limit(double degrees_of_freedom, double probability);
+
+// What Student's t leaves on both sides together with the given probability; of infinitely many
+// degrees the normal's.
+double student_limit(double probability, double degrees_of_freedom);
 
 // Probabilities that a variable is as far out as a value. One where a test has no degree of freedom
 // left, so that it never alarms.

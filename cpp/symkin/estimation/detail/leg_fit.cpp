@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include <string>
+#include <utility>
+
+#include "symkin/estimation/detail/information.hpp"
+#include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/support/dense.hpp"
+
+namespace symkin {
+namespace {
+
+// Whitened closures, a block a pose.
+ConditionBlocks blocks_of(const LegData& data, const WhitenedLeg& leg) {
+  ConditionBlocks blocks;
+  blocks.jacobian = leg.factors.asDiagonal() * leg.rows.by_parameters;
+  blocks.residual = leg.rows.closure.cwiseProduct(leg.factors);
+  const Index closures = data.model.info().closures;
+  for (Index pose = 1; pose <= data.readings.size(); ++pose) {
+    blocks.first.push_back(pose * closures);
+  }
+  return blocks;
+}
+
+// A leg as fit_robustly() takes it.
+class RobustLeg {
+ public:
+  RobustLeg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
+            const IdentificationOptions& options, LegSolver solver, LegRoom& room)
+      : data_(&data), leg_(leg), start_(&start), options_(&options), solver_(solver), room_(&room) {
+    now_.parameters = start;
+    now_.whitened = std::move(whitened);
+    now_.outcome.converged = true;
+  }
+
+  void solve(BlockLosses& losses) {
+    const BlockLoss& loss = losses.of(data_->model.info().closures);
+    const int before = now_.outcome.iterations;
+    // What a stage has spoilt is no start for the next.
+    if (!now_.outcome.converged) {
+      set(*start_);
+    }
+    now_ = solver_ == LegSolver::ceres
+               ? fit_by_ceres(*data_, now_.parameters, loss, *options_)
+               : fit_by_steps(*data_, Vector(now_.parameters), std::move(now_.whitened), loss,
+                              *options_, *room_);
+    now_.outcome.iterations += before;
+  }
+  bool converged() const { return now_.outcome.converged; }
+  double cost() const { return now_.cost; }
+  ConditionBlocks blocks() const { return blocks_of(*data_, now_.whitened); }
+  void move(const Vector& change) {
+    Vector moved = now_.parameters;
+    moved(data_->estimated) += change;
+    set(moved);
+  }
+  std::vector<Index> guard(const ConditionBlocks& blocks) const {
+    return unguarded(blocks, options_->loss, "leg " + std::to_string(leg_ + 1), data_->rows);
+  }
+  LegEstimate& estimate() { return now_; }
+
+ private:
+  void set(const Vector& parameters) {
+    now_.parameters = parameters;
+    whiten(*data_, now_.parameters, options_->noise, now_.whitened);
+  }
+
+  const LegData* data_;
+  Index leg_;
+  const Vector* start_;
+  const IdentificationOptions* options_;
+  LegSolver solver_;
+  LegRoom* room_;
+  LegEstimate now_;
+};
+
+// Squares of the whitened closures, pose by pose; of `inverse`, which does not weigh poses by their
+// noise, those that are left by a step to where the weighted closures are least.
+Vector squares_of(const ConditionBlocks& blocks, const LegEstimate& estimate, bool weighted) {
+  Vector change = Vector::Zero(blocks.jacobian.cols());
+  if (!weighted) {
+    const Vector roots = estimate.loss_weights.cwiseSqrt();
+    change = -scaled_least_squares(roots.asDiagonal() * blocks.jacobian,
+                                   roots.cwiseProduct(blocks.residual));
+  }
+  return blocks.squares(change);
+}
+
+}  // namespace
+
+LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
+                         const IdentificationOptions& options, LegSolver solver, LegRoom& room) {
+  RobustLeg problem(data, leg, start, std::move(whitened), options, solver, room);
+  const RobustLoss loss = options.estimator == Estimator::joint ? RobustLoss{} : options.loss;
+  auto [losses, open] = fit_robustly(problem, loss);
+  LegEstimate& estimate = problem.estimate();
+  if (loss.any()) {
+    const ConditionBlocks blocks = problem.blocks();
+    const std::vector<Index> conditions(static_cast<std::size_t>(blocks.count()),
+                                        data.model.info().closures);
+    estimate.unguarded = std::move(open);
+    estimate.robust =
+        robust_statistics(squares_of(blocks, estimate, options.estimator == Estimator::implicit),
+                          conditions, blocks.jacobian.cols(), losses);
+  }
+  return std::move(estimate);
+}
+
+}  // namespace symkin

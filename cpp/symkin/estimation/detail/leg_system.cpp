@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/leg_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "symkin/support/dense.hpp"
+
+namespace symkin {
+namespace {
+
+void keep_estimated(const LegData& data, ClosureRows& rows) {
+  if (static_cast<Index>(data.estimated.size()) < rows.by_parameters.cols()) {
+    rows.by_parameters = RowMatrix(rows.by_parameters(kAll, data.estimated));
+  }
+}
+
+// L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
+// D is returned.
+Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
+                   const MeasurementNoise& noise) {
+  const Vector sigma = noise.pose_variances(space);
+  const double reading = noise.reading * noise.reading;
+  Vector variances(rows.by_reading.size());
+  for (Index first = 0; first < variances.size(); first += closures) {
+    for (Index row = first; row < first + closures; ++row) {
+      // Those before it are independent already.
+      for (Index before = first; before < row; ++before) {
+        const double shared =
+            rows.by_pose.row(row).cwiseProduct(rows.by_pose.row(before)).dot(sigma.transpose()) +
+            reading * rows.by_reading[row] * rows.by_reading[before];
+        const double share = variances[before] > 0 ? shared / variances[before] : 0;
+        rows.closure[row] -= share * rows.closure[before];
+        rows.by_parameters.row(row) -= share * rows.by_parameters.row(before);
+        rows.by_pose.row(row) -= share * rows.by_pose.row(before);
+        rows.by_reading[row] -= share * rows.by_reading[before];
+      }
+      variances[row] = rows.by_pose.row(row).cwiseAbs2().dot(sigma.transpose()) +
+                       reading * rows.by_reading[row] * rows.by_reading[row];
+    }
+  }
+  return variances;
+}
+
+}  // namespace
+
+void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+            WhitenedLeg& leg) {
+  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
+  keep_estimated(data, leg.rows);
+  const ChainInfo& chain = data.model.info();
+  if (chain.closures == 1) {
+    closure_variances(leg.rows, chain.pose_space, noise, leg.variances);
+  } else {
+    leg.variances = decorrelate(leg.rows, chain.closures, chain.pose_space, noise);
+  }
+  leg.factors = leg.variances.cwiseSqrt().cwiseInverse();
+}
+
+void linearise_readings(const LegData& data, const Vector& parameters, ClosureRows& rows) {
+  Vector roots(data.readings.size());
+  data.model.inverse_kinematics(parameters, data.working_mode, data.poses, roots);
+  Vector errors(roots.size());
+  data.model.reading_differences(parameters, roots, data.readings, errors);
+  data.model.linearise(parameters, data.poses, data.readings + errors, rows);
+  keep_estimated(data, rows);
+  rows.by_parameters.array().colwise() /= -rows.by_reading.array();
+  rows.closure = errors;
+}
+
+Vector reading_deviations(const LegData& data, const Vector& parameters,
+                          const MeasurementNoise& noise) {
+  ClosureRows rows;
+  data.model.linearise_pose(parameters, data.poses, data.readings, rows);
+  const Vector variances = closure_variances(rows, data.model.info().pose_space, noise);
+  return (variances.array() / rows.by_reading.array().square()).sqrt();
+}
+
+HeldNoise hold_noise(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
+                     bool in_readings) {
+  const Index poses = data.readings.size();
+  const ChainInfo& chain = data.model.info();
+  if (in_readings) {
+    // One factor for all poses: the cost stays the paper's.
+    const Vector deviations = reading_deviations(data, parameters, noise);
+    const double typical = std::sqrt(deviations.squaredNorm() / static_cast<double>(poses));
+    return {RowMatrix::Constant(poses, 1, 1 / typical), deviations / typical};
+  }
+  // The transform is what decorrelation makes of the unit matrix.
+  ClosureRows rows;
+  data.model.linearise(parameters, data.poses, data.readings, rows);
+  rows.by_parameters = RowMatrix::Identity(chain.closures, chain.closures).replicate(poses, 1);
+  const Vector variances = decorrelate(rows, chain.closures, chain.pose_space, noise);
+  return {variances.cwiseSqrt().cwiseInverse().asDiagonal() * rows.by_parameters,
+          Vector::Ones(poses)};
+}
+
+std::string unreached_pose(const Vector& errors) {
+  Index row = 0;
+  errors.array().isFinite().cast<int>().minCoeff(&row);
+  return "measured pose " + std::to_string(row + 1);
+}
+
+std::string out_of_reach_at_start(const Vector& errors) {
+  return unreached_pose(errors) + " is out of the leg's reach at the start";
+}
+
+Vector scaled_least_squares(const RowMatrix& a, const Vector& b) {
+  const Vector scale = inverse_column_lengths(a);
+  const ColumnSpace space = column_space(a * scale.asDiagonal());
+  return scale.asDiagonal() * (space.coordinates * (space.basis.transpose() * b));
+}
+
+double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
+  double largest = 0;
+  for (Index i = 0; i < step.size(); ++i) {
+    const double size = std::abs(parameters[data.estimated[static_cast<std::size_t>(i)]]);
+    largest = std::max(largest, std::abs(step[i]) / std::max(size, 1.0));
+  }
+  return largest;
+}
+
+}  // namespace symkin

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""Robust losses from Python; what they compute is tested in C++."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin import _core
+from symkin.estimate.fit import Loss
+
+
+@pytest.fixture(scope="module")
+def simulated(paper):
+    candidates = symkin.sample_workspace(paper, 2000, seed=1)
+    return symkin.simulate(paper, symkin.make_plan(paper, candidates, 16), seed=1)
+
+
+def test_every_loss_of_the_core_has_its_name_here():
+    assert get_args(Loss) == tuple(_core.loss_names())
+
+
+def test_deviations_with_a_loss_follow_students_t(paper, simulated):
+    measured = simulated.measurements.for_all_legs()
+    found = symkin.identify(paper, measured, loss="cauchy")
+    plain = symkin.identify(paper, measured)
+    for leg in found.legs:
+        assert leg.student_degrees == len(measured.poses) - 8
+        assert leg.interval == pytest.approx(2.021, abs=1e-3)
+    assert plain.legs[0].interval == pytest.approx(1.95996, abs=1e-5)
+    assert found.trustworthy
+    np.testing.assert_allclose(found.deviations, plain.deviations, rtol=0.5)
+
+
+@pytest.mark.parametrize("estimator", ["implicit", "joint"])
+def test_a_loss_is_refused_where_a_pose_decides_too_much(paper, simulated, estimator):
+    few = simulated.measurements.for_all_legs().subset(np.arange(10))
+    with pytest.raises(symkin.SymkinError, match=r"gross error at pose \d+.*measure 14 poses more"):
+        symkin.identify(paper, few, estimator, loss="tukey")
+
+
+def test_a_note_names_the_pose_at_which_a_gross_error_would_not_be_seen(paper, simulated):
+    measured = simulated.measurements.for_all_legs()
+    for count in range(16, 30):
+        try:
+            found = symkin.identify(paper, measured.subset(np.arange(count)), loss="cauchy")
+        except symkin.SymkinError:
+            continue
+        unguarded = sorted({row for leg in found.legs for row in leg.unguarded})
+        note = "would not be seen, since the estimate follows it"
+        assert any(note in each for each in found.notes) == bool(unguarded)
+        if unguarded:
+            numbers = [str(measured.row_numbers[row]) for row in unguarded]
+            assert any(all(each in note for each in numbers) for note in found.notes)
+            return
+    pytest.fail("every fit was refused, or none left a pose to doubt")
