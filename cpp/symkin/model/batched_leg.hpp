@@ -133,8 +133,8 @@ class BatchedLeg {
         const D q(of_leg.sensor.active_joint(reading), kDof);
         for (const D& h : Sensed::template closures<T>(of_leg.geometry, pose, Sensed::joint(q))) {
           rows.write(h.a, closures + column, columns);
-          for (std::size_t i = 0; i < kDof; ++i) {
-            rows.write(h.v[i], by_pose + column * kDof + static_cast<Index>(i), columns * kDof);
+          for (Index i = 0; i < kDof; ++i) {
+            rows.write(h.v[i], by_pose + column * kDof + i, columns * kDof);
           }
           rows.write(of_leg.sensor.by_reading(reading) * h.v[kDof], by_reading + column, columns);
           ++column;
@@ -162,8 +162,7 @@ class BatchedLeg {
                      kClosures * kParameters);
         }
         for (Index i = 0; i < kDof; ++i) {
-          rows.write(h.v[static_cast<std::size_t>(Sensed::kGeometry + i)], by_pose + c * kDof + i,
-                     kClosures * kDof);
+          rows.write(h.v[Sensed::kGeometry + i], by_pose + c * kDof + i, kClosures * kDof);
         }
         rows.write(sensor.by_reading(reading) * h.v[Sensed::kDirections - 1], by_reading + c,
                    kClosures);

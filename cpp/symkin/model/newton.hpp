@@ -220,18 +220,20 @@ class Newton {
     for (std::size_t i = 0; i < legs_.size(); ++i) {
       for (const auto& h : legs_.closures(i, pose, at_start)) {
         system.cost = system.cost + h.a * h.a;
+        Tangent slope;
+        for (std::size_t k = 0; k < kDof; ++k) {
+          slope[k] = h.v[static_cast<Index>(k)];
+        }
         if (!squared) {
-          for (std::size_t k = 0; k < kDof; ++k) {
-            matrix[row][k] = h.v[k];
-          }
+          matrix[row] = slope;
           system.step[row++] = -h.a;
           continue;
         }
         for (std::size_t k = 0; k < kDof; ++k) {
           for (std::size_t j = 0; j < kDof; ++j) {
-            matrix[k][j] = matrix[k][j] + h.v[k] * h.v[j];
+            matrix[k][j] = matrix[k][j] + slope[k] * slope[j];
           }
-          system.step[k] = system.step[k] - h.v[k] * h.a;
+          system.step[k] = system.step[k] - slope[k] * h.a;
         }
       }
     }

@@ -99,7 +99,6 @@ Turn<T> turn_of(const T* quaternion) {
 template <typename T, typename S>
 Turn<T> variable_turn(const S* quaternion, int first) {
   const Turn<S> turn = turn_of(quaternion);
-  const auto axis = static_cast<std::size_t>(first);
   Turn<T> variable;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -107,8 +106,8 @@ Turn<T> variable_turn(const S* quaternion, int first) {
     for (std::size_t column = 0; column < 3; ++column) {
       T& element = variable[i][column];
       element = T(turn[i][column]);
-      element.v[axis + j] = turn[k][column];
-      element.v[axis + k] = -turn[j][column];
+      element.v[first + static_cast<Index>(j)] = turn[k][column];
+      element.v[first + static_cast<Index>(k)] = -turn[j][column];
     }
   }
   return variable;

@@ -112,8 +112,8 @@ struct SensedLeg {
   static std::array<T, kParameters> parameter_derivatives(const Full<T>& h, const Sensor& sensor,
                                                           const T& reading) {
     std::array<T, kParameters> derivatives;
-    for (std::size_t i = 0; i < kGeometry; ++i) {
-      derivatives[i] = h.v[i];
+    for (Index i = 0; i < kGeometry; ++i) {
+      derivatives[static_cast<std::size_t>(i)] = h.v[i];
     }
     const auto by_sensor = sensor.by_parameters(reading);
     for (std::size_t i = 0; i < by_sensor.size(); ++i) {

@@ -10,7 +10,7 @@ Vec3<Scalar> variable_position(const Eigen::Vector3d& position, int first) {
 }
 
 // exp([w]) R = R + [w] R to first order, at w = 0.
-Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, std::size_t first) {
+Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, Index first) {
   Mat3<Scalar> variable;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -20,8 +20,8 @@ Mat3<Scalar> variable_rotation(const Eigen::Matrix3d& rotation, std::size_t firs
         return rotation(static_cast<Index>(row), static_cast<Index>(column));
       };
       Scalar value(element(i));
-      value.v[first + j] = element(k);
-      value.v[first + k] = -element(j);
+      value.v[first + static_cast<Index>(j)] = element(k);
+      value.v[first + static_cast<Index>(k)] = -element(j);
       variable[i][column] = value;
     }
   }

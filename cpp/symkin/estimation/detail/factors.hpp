@@ -89,8 +89,7 @@ Vec3<T> rotation_vector(const Mat3<T>& r) {
   // angle / sin(angle) as a function of the square of the sine, on either side of a quarter turn.
   T factor = cosine;
   if (square.a < 1e-6 && cosine.a > 0) {
-    const T s2 = square;
-    factor = 1.0 + s2 * (1.0 / 6 + s2 * (3.0 / 40 + s2 * (15.0 / 336)));
+    factor = 1.0 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336)));
   } else {
     const double angle = std::atan2(sine, cosine.a);
     // d angle = cos d(sin) - sin d(cos)

@@ -79,14 +79,14 @@ void add_factor(const factors::Scene<factors::Scalar>& scene, const std::vector<
     const Index row =
         rows.add({kind, first_index + static_cast<Index>(k), 0}, y.a, deviation * deviation);
     for (std::size_t i = 0; i < slots.size(); ++i) {
-      rows.by_pose(row, static_cast<Index>(i)) = y.v[static_cast<std::size_t>(slots[i])];
+      rows.by_pose(row, static_cast<Index>(i)) = y.v[slots[i]];
     }
     for (Index i = 0; i < 6; ++i) {
-      rows.set(row, list.base() + i, y.v[static_cast<std::size_t>(6 + i)]);
-      rows.set(row, list.target() + i, y.v[static_cast<std::size_t>(12 + i)]);
+      rows.set(row, list.base() + i, y.v[6 + i]);
+      rows.set(row, list.target() + i, y.v[12 + i]);
     }
     for (Index i = 0; Factor::kOwn && i < 3; ++i) {
-      rows.set(row, own_scalar + i, y.v[static_cast<std::size_t>(18 + i)]);
+      rows.set(row, own_scalar + i, y.v[18 + i]);
     }
   }
 }

@@ -117,7 +117,7 @@ std::pair<BlockLosses, std::vector<Index>> fit_robustly(Problem& problem, const 
   BlockLosses none{RobustLoss{}};
   problem.solve(none);
   if (!loss.any()) {
-    return {std::move(none), {}};
+    return {none, {}};
   }
   const ConditionBlocks blocks = problem.blocks();
   std::vector<Index> unguarded = problem.guard(blocks);
