@@ -106,7 +106,7 @@ def main(count: int) -> None:
         _core.Estimator.implicit,
         _core.PoseUse.own,
         noise_of(mechanism.noise),
-        _core.LossKind.none,
+        "none",
         0.0,
         100,
     )

@@ -89,7 +89,7 @@ def fitted(name: str, data: symkin.Measurements, observed: dict[str, Any]) -> An
     column = [0 if each == "leg1.sensor_offset" else -1 for each in names]
     return _core.fit_jointly(
         made.core, setup, data.observations(NOISE), column, np.array([np.inf]),
-        _core.LossKind.none, 0.0, 1.0, 100, False, np.array([1e-3]), plan(name).poses,
+        "none", 0.0, 1.0, 100, False, np.array([1e-3]), plan(name).poses,
     )  # fmt: skip
 
 
