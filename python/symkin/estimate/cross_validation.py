@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -106,7 +107,7 @@ def joint_cross_validation(
     for fold in range(folds):
         seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
         part = measurements.subset(seen)
-        with explained(mechanism, part, options):
+        with without_part(fold, folds), explained(mechanism, part, options):
             found = solved(mechanism, part, options)
         converged &= found.fit.converged
         left = measurements.subset(unseen)
@@ -172,6 +173,17 @@ def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_
             there = np.isfinite(values.reshape(count, -1)).any(axis=1)
             rare |= there & (there.sum() < folds)
     return rare
+
+
+@contextlib.contextmanager
+def without_part(fold: int, folds: int) -> Iterator[None]:
+    """Say of an identification that is refused that it was one without a part of the poses."""
+    try:
+        yield
+    except SymkinError as error:
+        before = f"in cross-validation, without part {fold + 1} of {folds}: "
+        error.args = (f"{before}{error.args[0]}", *error.args[1:])
+        raise
 
 
 def folds_of(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:

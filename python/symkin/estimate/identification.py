@@ -24,6 +24,7 @@ from symkin.estimate.cross_validation import (
     folds_of,
     joint_cross_validation,
     validation_of,
+    without_part,
 )
 from symkin.estimate.diagnosis import Diagnosis, diagnose
 from symkin.estimate.fit import Estimator, Fit, FitOptions, Loss, M, PoseUse, changed_settings
@@ -432,7 +433,8 @@ def cross_validate(
     converged = True
     for fold in np.unique(fold_of):
         seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
-        with explained(mechanism, measurements.subset(seen), how):
+        refused = explained(mechanism, measurements.subset(seen), how)
+        with without_part(int(fold), folds), refused:
             found = Fit.of(mechanism, measurements.subset(seen), how)
         converged &= found.converged
         for leg in range(len(mechanism.legs)):

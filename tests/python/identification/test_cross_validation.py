@@ -104,3 +104,11 @@ def test_an_impossible_number_of_folds_is_refused(paper, measurements):
 def test_an_identification_that_did_not_converge_is_told(paper, measurements):
     assert symkin.cross_validate(paper, measurements, folds=2).converged
     assert not symkin.cross_validate(paper, measurements, folds=2, max_iterations=1).converged
+
+
+def test_a_refusal_without_a_part_of_the_poses_says_so() -> None:
+    robot = symkin.load_mechanism("3RRR")
+    data = robot.simulate(robot.plan(12), seed=1).measurements
+    fit = symkin.identify(robot, data, loss="cauchy")
+    with pytest.raises(symkin.SymkinError, match="in cross-validation, without part 1 of 2"):
+        fit.cross_validated(2)
