@@ -16,6 +16,7 @@ from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
+from symkin.data.reading import Measured
 from symkin.errors import MechanismError
 from symkin.estimate.fit import Estimator, Loss, PoseUse
 from symkin.estimate.identification import Identification, identify
@@ -120,7 +121,7 @@ class Robot(Mechanism):
 
     def identify(
         self,
-        measurements: Measurements,
+        measurements: Measured,
         estimator: Estimator | None = None,
         *,
         poses: PoseUse = "all",
@@ -162,7 +163,7 @@ class Robot(Mechanism):
         *,
         actual: Mechanism | None = None,
         poses: ArrayLike | WorkspaceSample | None = None,
-        measurements: Measurements | None = None,
+        measurements: Measured | None = None,
     ) -> Evaluation:
         """Return `symkin.evaluate` of it as the model of a controller."""
         return evaluate(self, actual=actual, poses=poses, measurements=measurements)

@@ -15,6 +15,7 @@ from symkin import _core
 from symkin.analysis.alignment import align
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import Measurements
+from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism, require_same_shape
@@ -261,7 +262,7 @@ def evaluate(
     *,
     actual: Mechanism | None = None,
     poses: ArrayLike | WorkspaceSample | None = None,
-    measurements: Measurements | None = None,
+    measurements: Measured | None = None,
 ) -> Evaluation:
     """Evaluate a model by its end-effector errors.
 
@@ -276,7 +277,7 @@ def evaluate(
         inverse kinematics commands `poses`.
     poses : array_like, shape (N, coordinates), or WorkspaceSample
         Commanded poses.
-    measurements : Measurements
+    measurements : Measurements, Simulation, or what `read_measurements` reads
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out. The poses are those of the target in the device's frame if the
         model has `frames`.
@@ -287,6 +288,8 @@ def evaluate(
         If no pose can be evaluated, or the robot is of another kind than the model.
     """
     numbers = None
+    if measurements is not None:
+        measurements = as_measurements(measurements, model)
     if measurements is not None and actual is None and poses is None:
         if model.frames is not None:
             own = unframed(model, measurements.poses)

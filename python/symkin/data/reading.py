@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.sensor_tables import read_straight_readings
 from symkin.data.unread import refuse_what_is_missed, unread_columns
 from symkin.data.writing import LOST_ORIENTATION, lost_row
+from symkin.errors import MeasurementError
 from symkin.model.file_frames import from_drawing
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
@@ -36,6 +38,18 @@ from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table, TableSource, read_table
 
 ROBOT = "robot"  # the column of a table of many robots
+
+
+class HoldsMeasurements(Protocol):
+    """What measurements came with, as a simulation."""
+
+    @property
+    def measurements(self) -> Measurements:
+        """They."""
+
+
+# What people have of measurements.
+Measured = Measurements | HoldsMeasurements | TableSource
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
 _POOR_FIT = 0.05
@@ -89,6 +103,36 @@ def read_measurements(
         mechanism without redundant legs.
     """
     return _measurements_of(read_table(source, mechanism.step), mechanism, columns, ignore)
+
+
+def as_measurements(measured: Measured, mechanism: Mechanism) -> Measurements:
+    """Return measurements of a mechanism from whatever holds them.
+
+    Parameters
+    ----------
+    measured : Measurements, Simulation, or what `read_measurements` reads
+        A path, a stream, a DataFrame or a dict of columns.
+    mechanism : Mechanism
+        See `read_measurements`.
+
+    Raises
+    ------
+    MeasurementError
+        Where it is none of these, or cannot be read.
+    """
+    if isinstance(measured, Measurements):
+        return measured
+    held = getattr(measured, "measurements", None)
+    if isinstance(held, Measurements):
+        return held
+    is_table = isinstance(measured, str | os.PathLike | Mapping) or hasattr(measured, "read")
+    if isinstance(measured, Mechanism) or not (is_table or hasattr(measured, "columns")):
+        kind = type(measured).__name__
+        raise MeasurementError(
+            f"{kind} is given as measurements; expected Measurements, a simulation, a path, a "
+            "stream or a table of columns"
+        )
+    return read_measurements(cast(TableSource, measured), mechanism)
 
 
 def read_fleet(

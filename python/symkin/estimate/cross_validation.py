@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,8 +188,11 @@ def without_part(fold: int, folds: int) -> Iterator[None]:
 
 def folds_of(sets: NDArray[np.intp], folds: int, seed: int | None) -> NDArray[np.intp]:
     """The part that each row belongs to, dealt set by set; in blocks without a seed."""
-    if not 2 <= folds <= len(sets):
-        raise SymkinError(f"cross-validation in {folds} folds; expected from 2 to {len(sets)}")
+    whole = isinstance(folds, SupportsIndex)
+    if not whole or not 2 <= folds <= len(sets):
+        raise SymkinError(
+            f"cross-validation in {folds!r} folds; expected a whole number from 2 to {len(sets)}"
+        )
     fold_of = np.empty(len(sets), dtype=np.intp)
     random = np.random.default_rng(seed)
     for number in np.unique(sets):

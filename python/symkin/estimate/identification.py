@@ -17,6 +17,7 @@ from symkin.analysis.evaluation import Evaluation, closures_of, pose_differences
 from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
 from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.data.measurements import Measurements
+from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.corrections import explained
 from symkin.estimate.cross_validation import (
@@ -204,7 +205,7 @@ measurements, options
 
 def identify(
     mechanism: Nominal,
-    measurements: Measurements,
+    measurements: Measured,
     estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
@@ -234,8 +235,9 @@ def identify(
     mechanism : Mechanism
         The nominal one, from which the estimators start. Its `identification` has the defaults of
         `free` to `loss_per`.
-    measurements : Measurements
-        Leg by leg, at least as many poses for a leg as it has parameters.
+    measurements : Measurements, Simulation, or what `read_measurements` reads
+        Leg by leg, at least as many poses for a leg as it has parameters. A path, a DataFrame or a
+        dict of columns is read first.
     estimator : {"implicit", "paper", "inverse", "joint"}, optional
         Whitened closures per leg; the paper's Gauss-Newton on g - psi per leg (Eqs. 15, 24-26); the
         same cost by Levenberg-Marquardt; all legs together, maximum likelihood. By default
@@ -294,6 +296,8 @@ def identify(
     """
     if estimator is not None:
         one_of("estimator", estimator, Estimator)
+    _refuse_what_is_no_option(mechanism, noise, free)
+    measurements = as_measurements(measurements, mechanism)
     measurements.require_table(mechanism.sensor_table)
     given = {
         "free": free,
@@ -335,6 +339,22 @@ def identify(
     return cast(
         "JointIdentification[Nominal]", JointIdentification.of(mechanism, measurements, joint)
     )
+
+
+def _refuse_what_is_no_option(mechanism: object, noise: object, free: object) -> None:
+    """Of what would be passed over, or end far from here in another error."""
+    if not isinstance(mechanism, Mechanism):
+        raise SymkinError(
+            f"{type(mechanism).__name__} is given as the mechanism; expected a Mechanism, such as "
+            "load_mechanism returns, and the measurements behind it"
+        )
+    if noise is not None and noise != "estimate" and not isinstance(noise, NoiseSettings):
+        raise SymkinError(
+            f"noise is {noise!r}; expected NoiseSettings, as replace(mechanism.noise, "
+            'reading=1e-5), or "estimate"'
+        )
+    if isinstance(free, Sequence) and not free:
+        raise SymkinError("free is empty, so that nothing is unknown; expected patterns")
 
 
 def identify_legs(

@@ -2,6 +2,7 @@
 """Identification on simulated robots and on a real hexapod."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import symkin
@@ -120,3 +121,34 @@ def test_a_joint_at_the_origin_is_refused_as_an_angle_that_is_none(paper, planne
     moved = paper.replace(symmetry=None).with_parameters(parameters)
     with pytest.raises(NotIdentifiableError, match=r"base_angle is undefined; shift"):
         symkin.identify(moved, measurements)
+
+
+def test_measurements_are_taken_as_people_have_them(paper, tmp_path) -> None:
+    made = paper.simulate(paper.plan(12), seed=1)
+    made.measurements.save(tmp_path / "measured.csv")
+    expected = paper.identify(made.measurements).changes
+    table = pd.read_csv(tmp_path / "measured.csv")
+    for given in (made, tmp_path / "measured.csv", str(tmp_path / "measured.csv"), table):
+        assert np.allclose(paper.identify(given).changes, expected, rtol=0, atol=1e-9)
+        assert paper.evaluate(measurements=given).position_rms > 0
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda robot, data: symkin.identify(data, robot),
+            "Measurements is given as the mech",
+        ),
+        (lambda robot, _: robot.identify(robot), "Robot is given as measurements"),
+        (lambda robot, _: robot.identify(3), "int is given as measurements"),
+        (lambda robot, data: robot.identify(data, noise=1.0), "noise is 1.0; expected NoiseSett"),
+        (lambda robot, data: robot.identify(data, noise={"reading": 1}, prior="tolerances"), "noi"),
+        (lambda robot, data: robot.identify(data, free=[]), "free is empty"),
+        (lambda robot, data: robot.identify(data).cross_validated(2.5), "2.5 folds; expected a wh"),
+    ],
+)
+def test_what_is_no_option_is_refused_in_one_sentence(paper, call, sentence) -> None:
+    data = paper.simulate(paper.plan(12), seed=1).measurements
+    with pytest.raises(symkin.SymkinError, match=sentence):
+        call(paper, data)
