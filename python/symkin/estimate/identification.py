@@ -296,7 +296,9 @@ def identify(
     """
     if estimator is not None:
         one_of("estimator", estimator, Estimator)
-    _refuse_what_is_no_option(mechanism, noise, free)
+    _refuse_what_is_no_option(mechanism, noise)
+    if free is not None and not len(free) and not (shared or frames or sensor):
+        raise SymkinError("free is empty, so that nothing is unknown; expected patterns")
     measurements = as_measurements(measurements, mechanism)
     measurements.require_table(mechanism.sensor_table)
     given = {
@@ -341,20 +343,18 @@ def identify(
     )
 
 
-def _refuse_what_is_no_option(mechanism: object, noise: object, free: object) -> None:
+def _refuse_what_is_no_option(mechanism: object, noise: object) -> None:
     """Of what would be passed over, or end far from here in another error."""
     if not isinstance(mechanism, Mechanism):
         raise SymkinError(
             f"{type(mechanism).__name__} is given as the mechanism; expected a Mechanism, such as "
             "load_mechanism returns, and the measurements behind it"
         )
-    if noise is not None and noise != "estimate" and not isinstance(noise, NoiseSettings):
+    if noise is not None and not isinstance(noise, str | NoiseSettings):
         raise SymkinError(
             f"noise is {noise!r}; expected NoiseSettings, as replace(mechanism.noise, "
             'reading=1e-5), or "estimate"'
         )
-    if isinstance(free, Sequence) and not free:
-        raise SymkinError("free is empty, so that nothing is unknown; expected patterns")
 
 
 def identify_legs(
