@@ -6,6 +6,7 @@
 
 #include <Eigen/QR>
 
+#include "estimation/welsch_loss.hpp"
 #include "robust_numbers.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/support/dense.hpp"
@@ -106,26 +107,8 @@ TEST(RobustLoss, WithoutOneBlocksKeepTheirWeightAndAllOfTheirSquares) {
   EXPECT_EQ(none.kept().variance, 6);
 }
 
-// Welsch's, which nobody registered.
-class WelschLoss final : public ceres::LossFunction {
- public:
-  explicit WelschLoss(double bend) : square_(bend * bend) {}
-  void Evaluate(double s, double* rho) const override {
-    const double left = std::exp(-s / square_);
-    rho[0] = square_ * (1 - left);
-    rho[1] = left;
-    rho[2] = -left / square_;
-  }
-
- private:
-  double square_;
-};
-
 TEST(RobustLoss, OfAUsersOwnBendsByTheSameRule) {
-  const LossFamily welsch{"welsch", LossFamily::Start::cauchy,
-                          [](double bend) -> std::unique_ptr<ceres::LossFunction> {
-                            return std::make_unique<WelschLoss>(bend);
-                          }};
+  const LossFamily welsch = testing::welsch();
   // Published: 2.9846 for exp(-(d / c)^2 / 2), whose width is a root of two times ours.
   EXPECT_NEAR(bend_of(welsch, 1), 2.9846, 1e-3);
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <boost/math/distributions/students_t.hpp>
 
+#include "estimation/welsch_loss.hpp"
 #include "support/mechanisms.hpp"
 #include "symkin/estimation/fleet.hpp"
 #include "symkin/estimation/joint.hpp"
@@ -160,32 +161,14 @@ TEST(RobustIdentification, CovarianceOfAllLegsIsPositiveDefinite) {
   }
 }
 
-// A user's own: what is 30 deviations off counts for nothing.
-class Cut final : public ceres::LossFunction {
- public:
-  explicit Cut(double bend) : square_(bend * bend) {}
-  void Evaluate(double s, double* rho) const override {
-    const double left = std::exp(-s / square_);
-    rho[0] = square_ * (1 - left);
-    rho[1] = left;
-    rho[2] = -left / square_;
-  }
-
- private:
-  double square_;
-};
-
 TEST(RobustIdentification, TakesALossOfTheUsersOwn) {
-  const LossFamily cut{"cut", LossFamily::Start::cauchy,
-                       [](double bend) -> std::unique_ptr<ceres::LossFunction> {
-                         return std::make_unique<Cut>(bend);
-                       }};
+  const LossFamily welsch = testing::welsch();
   const Mechanism nominal = testing::paper_3rrr();
   const Robot made = robots(1, 60, 3, 3e-3)[0];
   for (const Estimator estimator : {Estimator::implicit, Estimator::inverse, Estimator::joint}) {
     IdentificationOptions options = with(estimator, "tukey");
     const Identification tukey = identify(nominal, made.measured, options);
-    options.loss = {&cut};
+    options.loss = {&welsch};
     const Identification own = identify(nominal, made.measured, options);
     ASSERT_TRUE(own.converged);
     const RowMatrix apart = own.parameters - tukey.parameters;

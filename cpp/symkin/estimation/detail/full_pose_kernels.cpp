@@ -11,6 +11,7 @@
 
 #include "symkin/chains/detail/kernels.hpp"
 #include "symkin/model/batched_leg.hpp"
+#include "symkin/support/processor.hpp"
 
 namespace symkin {
 namespace detail {
@@ -309,7 +310,7 @@ const FullPoseKernels* full_pose_kernels_avx2();
 
 const FullPoseKernels& full_pose_kernels() {
 #ifdef SYMKIN_HAS_AVX2
-  if (__builtin_cpu_supports("avx2")) {
+  if (processor() >= Processor::avx2) {
     return *full_pose_kernels_avx2();
   }
 #endif
