@@ -288,7 +288,8 @@ class JointSolver {
         layout_(&layout),
         options_(&options),
         scale_(std::move(scale)),
-        problem_(std::make_unique<LatentProblem>(std::move(problem))) {}
+        problem_(std::make_unique<LatentProblem>(std::move(problem))),
+        held_(0, layout.columns()) {}
   JointSolver(const JointSolver& other)
       : mechanism_(other.mechanism_),
         observations_(other.observations_),
