@@ -93,7 +93,8 @@ void certify_criterion(const Problem& problem, Selection& choice) {
   Certificate& certificate = choice.certificate;
   if (problem.options.criterion == Criterion::O1) {
     const auto p = static_cast<double>(problem.parameters());
-    certificate.criterion_bound = std::exp(certificate.log_det_bound_distinct / (2 * p)) / p;
+    certificate.criterion_bound =
+        value * std::exp((certificate.log_det_bound_distinct - choice.log_det) / (2 * p));
     certificate.criterion_efficiency = certificate.efficiency_distinct;
     return;
   }

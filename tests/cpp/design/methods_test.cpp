@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "design/small_problems.hpp"
@@ -166,6 +167,31 @@ TEST(Methods, RequiringEveryPoseLeavesNothingToChoose) {
   const Selection found = select_poses(CandidateRows{rows}, options);
   EXPECT_EQ(found.indices, (std::vector<Index>{1, 2, 4, 9}));
   EXPECT_NEAR(found.log_det, log_det(information(rows, 1, found.indices)), 1e-10);
+}
+
+TEST(Methods, TheIndexIsThatOfColumnsInTheirScaleAndSoIsItsBound) {
+  const RowMatrix rows = random_rows(40, 4, 9);
+  SelectionOptions options = options_for(8, SelectionMethod::exchange);
+  options.column_scale = Eigen::Vector4d(0.5, 2, 3, 7);
+  const Selection scaled = select_poses(CandidateRows{rows}, options);
+  // Eq. 13 of the rows with every column times its scale.
+  const RowMatrix own = rows * options.column_scale.asDiagonal();
+  const double det = std::exp(log_det(information(own, 1, scaled.indices)) / (2 * 4)) / 4;
+  EXPECT_NEAR(scaled.criterion_value / det, 1, 1e-12);
+  EXPECT_GE(scaled.certificate.criterion_bound, scaled.criterion_value);
+  EXPECT_LE(scaled.certificate.criterion_bound, 1.5 * scaled.criterion_value);
+}
+
+TEST(Methods, TheEfficiencyOfAnErrorIsTheBoundOverTheError) {
+  const RowMatrix rows = random_rows(30, 4, 10);
+  SelectionOptions options = options_for(5, SelectionMethod::exchange);
+  options.criterion = Criterion::expected_error;
+  options.error_weight = RowMatrix::Identity(4, 4);
+  const Selection found = select_poses(CandidateRows{rows}, options);
+  const Certificate& certificate = found.certificate;
+  EXPECT_LT(certificate.criterion_bound, found.criterion_value);  // the least error is not reached
+  EXPECT_NEAR(certificate.criterion_efficiency, certificate.criterion_bound / found.criterion_value,
+              1e-12);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include "design/small_problems.hpp"
+#include "symkin/design/detail/candidates.hpp"
 #include "symkin/design/detail/information.hpp"
 #include "symkin/support/dense.hpp"
 
@@ -49,6 +50,22 @@ TEST(Updates, ALowerRootOfASingularMatrixMultipliesBack) {
   const RowMatrix root = lower_root(matrix);
   EXPECT_LT((root.transpose() * root - matrix).norm(), 1e-12 * matrix.norm());
   EXPECT_EQ(RowMatrix(root.triangularView<Eigen::StrictlyUpper>()).norm(), 0);
+}
+
+TEST(Screen, OfEqualCandidatesKeepsThoseOfLowerIndex) {
+  const RowMatrix one = random_rows(50, 3, 6);
+  RowMatrix rows(400, 3);
+  rows << one, one, one, one, one, one, one, one;
+  const design::CandidateRows all{rows};
+  const design::RowsInMemory source{all};
+  const design::detail::Candidates candidates(source, {}, 1, Index{1} << 20);
+  const auto best =
+      design::detail::screen_candidates(candidates, {{RowMatrix::Identity(3, 3), 4}}).front();
+  ASSERT_EQ(best.size(), 4U);
+  for (const design::detail::RankedCandidate& each : best) {  // the first half of eight twins
+    EXPECT_EQ(each.index % 50, best.front().index % 50);
+    EXPECT_LT(each.index, 200);
+  }
 }
 
 struct Known {

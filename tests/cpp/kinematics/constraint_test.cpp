@@ -80,6 +80,18 @@ TEST_P(Bound, PosesOnTheConstraintCloseAndKeepHeightAndTilts) {
   EXPECT_LT((on_constraint(mechanism, poses) - poses).lpNorm<Eigen::Infinity>(), 1e-12);
 }
 
+TEST_P(Bound, PosesFarTiltedKeepTheirTiltsToo) {
+  Vector step(6);
+  step << 0, 0, GetParam() ? 0.7 : 1.6, 1.1, -0.8, 0;
+  const Vector origin = identity_pose(PoseSpace::spatial);
+  RowMatrix asked = origin.transpose();
+  move_pose(PoseSpace::spatial, step.data(), asked.row(0).data());
+  const RowMatrix pose = on_constraint(mechanism(), asked);
+  ASSERT_TRUE(pose.allFinite());
+  const RowMatrix moved = coordinates(pose) - coordinates(asked);
+  EXPECT_LT(moved.middleCols(2, 3).lpNorm<Eigen::Infinity>(), 1e-12);
+}
+
 TEST_P(Bound, PosesWithoutOneAreNotNumbers) {
   RowMatrix poses = drawn(2);
   poses(1, 2) = std::nan("");

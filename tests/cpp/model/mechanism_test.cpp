@@ -32,6 +32,8 @@ bool names(const std::string& message, const std::string& words) {
 TEST(Mechanism, NamesLegAndParameterOfAnImpossibleValue) {
   const std::string negative = refusal([](auto& legs) { legs[1].parameters[1] = -0.5; });
   EXPECT_TRUE(names(negative, "leg 2") && names(negative, "distal_length")) << negative;
+  const std::string none = refusal([](auto& legs) { legs[1].parameters[1] = 0; });
+  EXPECT_TRUE(names(none, "leg 2") && names(none, "distal_length")) << none;
   const std::string gain = refusal([](auto& legs) { legs[2].parameters[6] = 0; });
   EXPECT_TRUE(names(gain, "leg 3") && names(gain, "sensor_gain")) << gain;
   const std::string nan = refusal([](auto& legs) { legs[0].parameters[3] = std::nan(""); });

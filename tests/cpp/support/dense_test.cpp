@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "symkin/support/null_directions.hpp"
+
 namespace symkin {
 namespace {
 
@@ -93,6 +95,39 @@ TEST(Dense, CholeskyFactorIsEmptyWhereThereIsNone) {
   EXPECT_LT((unit - RowMatrix::Identity(4, 4)).norm(), 1e-9);
   EXPECT_LT((lower_solution(factor, factor.col(1)) - Vector::Unit(4, 1)).norm(), 1e-9);
   EXPECT_EQ(cholesky_factor(-square).size(), 0);
+}
+
+TEST(Dense, ThePseudoInverseOfASymmetricMatrixTakesRoundingForZero) {
+  const RowMatrix some = rows(5).topRows(3);
+  const RowMatrix square = some.transpose() * some;  // of rank 3, its other eigenvalues +-rounding
+  const SymmetricInverse found = symmetric_inverse(square);
+  EXPECT_EQ(found.rank, 3);
+  const RowMatrix projector = found.matrix * square;
+  EXPECT_NEAR(projector.trace(), 3, 1e-6);
+  EXPECT_LT((square * projector - square).norm(), 1e-6 * square.norm());
+}
+
+TEST(Dense, TheCoordinatesOfAColumnSpaceLeadToItsBasis) {
+  RowMatrix matrix = rows(6);
+  matrix.col(4) = matrix.col(0) + 2 * matrix.col(1);
+  const ColumnSpace space = column_space(matrix, 1e-9);
+  EXPECT_EQ(space.rank(), 5);
+  EXPECT_LT((matrix * space.coordinates - space.basis).norm(), 1e-9);
+  EXPECT_LT((space.basis.transpose() * space.basis - RowMatrix::Identity(5, 5)).norm(), 1e-12);
+}
+
+TEST(NamedDirections, AreInTheUnitsOfTheScaleAndFewParametersLong) {
+  // In scaled units parameters 0 and 1 go together, and 2 by itself; given as a mixture of both.
+  RowMatrix directions(3, 2);
+  directions << 1, 1, 1, 1, 1, -1;
+  const RowMatrix named = named_directions(directions, Eigen::Vector3d(3, 4, 7));
+  RowMatrix sorted = named.cwiseAbs();
+  if (sorted(2, 0) > 0.5) {
+    sorted.col(0).swap(sorted.col(1));
+  }
+  RowMatrix expected(3, 2);
+  expected << 0.6, 0, 0.8, 0, 0, 1;
+  EXPECT_LT((sorted - expected).norm(), 1e-14) << named;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <stdexcept>
 #include <thread>
@@ -63,6 +64,27 @@ TEST(ParallelFor, PassesOnTheFirstFailureAndBeginsNoFurtherTask) {
       EXPECT_STREQ(error.what(), "0");
     }
     EXPECT_LT(begun, 1000) << threads;
+  }
+}
+
+TEST(ParallelFor, PassesOnTheFailureOfTheFirstTaskEvenIfALaterOneFailsBefore) {
+  std::atomic<bool> later{false};
+  try {
+    parallel_for(2, 2, [&](Index i) {
+      if (i == 1) {
+        later = true;
+        throw std::out_of_range("1");
+      }
+      const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+      while (!later && std::chrono::steady_clock::now() < end) {
+        std::this_thread::yield();
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until that one is caught
+      throw std::out_of_range("0");
+    });
+    FAIL();
+  } catch (const std::out_of_range& error) {
+    EXPECT_STREQ(error.what(), "0");
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "support/mechanisms.hpp"
 #include "symkin/support/error.hpp"
+#include "symkin/symmetry/action.hpp"
 
 namespace symkin {
 namespace {
@@ -44,6 +45,20 @@ TEST(SymmetryVerification, NamesLegParameterAndDeviationOfWhatBreaksIt) {
     EXPECT_NE(message.find("0.002"), std::string::npos) << message;
   }
   EXPECT_NO_THROW(verify_symmetry(broken, SymmetryGroup::named("C3"), {0.01, 0.01, 0.01}));
+}
+
+TEST(SymmetryVerification, TwoLegsThatAreCarriedOntoOneAreNoSymmetry) {
+  // Half a turn carries both twins onto the leg opposite, which has one image.
+  const Mechanism mechanism = testing::paper_3rrr();
+  const SymmetryGroup group = SymmetryGroup::named("C2");
+  const Leg& twin = mechanism.leg(0);
+  const SymmetryElement half = group.elements()[1];
+  const Leg opposite = transform_leg(group, half, mechanism.chain()->info(), twin);
+  const Mechanism twins("twins", *mechanism.chain(), {twin, twin, opposite});
+  const ElementImage image = image_of_legs(twins, group, half);
+  EXPECT_EQ(image.permutation, (std::vector<Index>{2, 2, 0}));
+  EXPECT_FALSE(image.keeps_structure);
+  EXPECT_THROW(verify_symmetry(twins, group), SymmetryMismatch);
 }
 
 TEST(SymmetryVerification, RefusesAWrongNumberOfLegs) {
