@@ -299,11 +299,13 @@ class _Demands:
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
         check_regions(self.mechanism, self.avoid)
-        beyond = np.argwhere(np.isnan(self.mechanism.inverse_kinematics(self.required)))
+        readings = self.mechanism.inverse_kinematics(self.required)
+        beyond = np.argwhere(~self.mechanism.within_limits(readings))
         if len(beyond):
             pose, leg = beyond[0].tolist()
+            what = "joint limits" if np.isfinite(readings[pose, leg]) else "reach"
             raise SymkinError(
-                f"required pose {pose + 1} is beyond the reach of {named_legs([leg])}"
+                f"required pose {pose + 1} is beyond the {what} of {named_legs([leg])}"
             )
 
     @property
@@ -341,9 +343,10 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         raise SymkinError(
             f"{demands.count} poses are wanted, but only {len(allowed) - excluded} of "
             f"{len(allowed)} candidates may be measured: the others, or their images under the "
-            "symmetry, lie outside the workspace's box, in a region to avoid, within "
-            f"{kept.reach_margin:.3g} {kept.closure_unit} of the end of a leg's reach, or are "
-            f"conditioned worse than {kept.conditioning_limit:.3g}{_without_images(demands, kept)}"
+            "symmetry, lie outside the workspace's box, beyond joint limits, in a region to avoid, "
+            f"within {kept.reach_margin:.3g} {kept.closure_unit} of the end of a leg's reach, or "
+            f"are conditioned worse than {kept.conditioning_limit:.3g}"
+            f"{_without_images(demands, kept)}"
         )
     poses = demands.candidates
     if len(required):  # behind the candidates: nobody else may choose them

@@ -520,9 +520,9 @@ def allowed_candidates(
 ) -> NDArray[np.bool_]:
     """Whether each candidate may be measured, at all its images, shape (n,).
 
-    Every image must lie in the workspace's box and in no region to avoid; where the clearance is
-    wider than the workspace's own, the candidate must keep it. `conditions` are the candidates'
-    condition numbers, if they are known.
+    Every image must lie in the workspace's box, within the joint limits of all legs and in no
+    region to avoid; where the clearance is wider than the workspace's own, the candidate must keep
+    it. `conditions` are the candidates' condition numbers, if they are known.
     """
     if len(poses) > _BLOCK:  # images of all candidates at once would take more memory than they do
         blocks = [slice(first, first + _BLOCK) for first in range(0, len(poses), _BLOCK)]
@@ -549,9 +549,14 @@ def allowed_candidates(
             conditions = mechanism.singularity_measures(poses)[2]
         allowed &= conditions <= kept.conditioning_limit
     identity = _identity(mechanism)
+    # An element carries a leg's readings to another leg, whose limits may be others.
+    limited = bool(np.isfinite(mechanism.reading_limits).any())
     for element in task.elements:
         images = poses if element == identity else map_poses(mechanism, element, poses)
         allowed &= inside_box(mechanism, images)
+        if limited:
+            readings = mechanism.inverse_kinematics(images)
+            allowed &= mechanism.within_limits(readings).all(axis=1)
         for region in regions:
             allowed &= ~_contains(mechanism, region, images)
     return allowed

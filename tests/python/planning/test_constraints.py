@@ -13,7 +13,7 @@ import symkin
 from symkin import _core
 from symkin.analysis.observability import error_weight, observability_rows
 from symkin.analysis.workspace import inside_box, workspace_coordinates
-from symkin.model.settings import Tolerances
+from symkin.model.settings import JointLimits, Tolerances
 from symkin.model.symmetry import map_poses
 from symkin.planning import Clearance
 
@@ -44,6 +44,26 @@ def test_images_stay_in_a_box_that_lacks_the_symmetry(hexapod):
     images = map_poses(hexapod, "r1", poses)
     assert not inside_box(hexapod, images).all()
     assert plan.basis.excluded > 0
+
+
+@pytest.mark.parametrize("design", ["legs", "orbits"])
+def test_carried_poses_stay_within_the_joint_limits_of_the_legs_they_are_carried_to(
+    paper, candidates, design
+):
+    limited = paper.replace(joint_limits=JointLimits(lower=(-1.0, 0.3, -1.0)))
+    inside = limited.within_limits(limited.inverse_kinematics(candidates)).all(axis=1)
+    plan = symkin.make_plan(limited, candidates[inside], design=design)
+    assert limited.within_limits(plan.readings).all()
+    elsewhere = symkin.make_plan(paper, candidates[inside], design=design).readings
+    assert not limited.within_limits(elsewhere).all()  # or this could not fail
+
+
+def test_a_required_pose_beyond_a_joint_limit_is_refused(paper, candidates):
+    limited = paper.replace(joint_limits=JointLimits(lower=(-1.0, 0.3, -1.0)))
+    inside = limited.within_limits(limited.inverse_kinematics(candidates)).all(axis=1)
+    required = np.array([candidates[inside][0], candidates[~inside][0]])
+    with pytest.raises(symkin.SymkinError, match="pose 2 is beyond the joint limits of leg 2"):
+        symkin.make_plan(limited, candidates, 12, required=required)
 
 
 @pytest.mark.parametrize("design", ["legs", "mechanism"])
