@@ -16,8 +16,10 @@ void bind_kinematics_of_poses(py::module_& module) {
   using symkin::ForwardStatus;
   using symkin::SingularityMeasures;
 
-  module.def("inverse_kinematics", &symkin::inverse_kinematics, py::arg("mechanism"),
-             py::arg("poses"), ReleaseGil());
+  module.def(
+      "inverse_kinematics",
+      py::overload_cast<const symkin::Mechanism&, symkin::ConstRows>(&symkin::inverse_kinematics),
+      py::arg("mechanism"), py::arg("poses"), ReleaseGil());
   module.def("on_constraint", &symkin::on_constraint, py::arg("mechanism"), py::arg("poses"),
              ReleaseGil());
   module.def("reach_margin", &symkin::reach_margin, py::arg("mechanism"), py::arg("poses"),

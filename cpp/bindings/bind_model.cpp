@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
+#include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/model/mechanism.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
@@ -133,6 +134,7 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("estimated_parameters",
                              [](const Mechanism& self) { return self.estimated_parameters(); })
       .def("with_parameters", &Mechanism::with_parameters, py::arg("parameters"))
+      .def("counted_from", &symkin::counted_from, py::arg("home"))
       .def(
           "joint_centres",
           [](const Mechanism& self, symkin::Index leg, symkin::ConstVector pose, double reading) {

@@ -37,10 +37,7 @@ RowMatrix estimated(const Mechanism& mechanism, Index leg, RowMatrix by_paramete
 }
 
 ClosureRows linearise_nominal(const Mechanism& mechanism, Index leg, ConstRows poses) {
-  const Leg& which = mechanism.leg(leg);
-  Vector readings(poses.rows());
-  mechanism.model(leg).inverse_kinematics(which.parameters, which.working_mode, poses, readings);
-  ClosureRows rows = linearise(mechanism, leg, poses, readings);
+  ClosureRows rows = linearise(mechanism, leg, poses, inverse_kinematics(mechanism, leg, poses));
   rows.by_parameters = estimated(mechanism, leg, std::move(rows.by_parameters));
   return rows;
 }

@@ -19,15 +19,25 @@
 namespace symkin {
 namespace {
 
-Vector leg_readings(const Mechanism& mechanism, Index leg, ConstRows poses) {
-  Vector readings(poses.rows());
-  const Leg& which = mechanism.leg(leg);
-  mechanism.model(leg).inverse_kinematics(which.parameters, which.working_mode, poses, readings);
-  return readings;
-}
+// Home readings are above this share of a turn: robots whose sensors show half a turn at home stay
+// on one side of the cut whatever their errors are.
+constexpr double kLeastHome = -160.0 / 360;
 
 double sensor_gain(const Mechanism& mechanism, Index leg) {
   return mechanism.model(leg).sensor_gain(mechanism.leg(leg).parameters, 0);
+}
+
+// Kernels count from a sensor's zero, so that half a turn from home is at most a turn away.
+void count_from_home(const Mechanism& mechanism, Index leg,
+                     Eigen::Ref<Vector, 0, Eigen::InnerStride<>> readings) {
+  const double home = mechanism.leg(leg).home_reading;
+  if (home == 0) {
+    return;
+  }
+  const double turn = 2 * kPi / std::abs(sensor_gain(mechanism, leg));
+  const auto from_home = readings.array() - home;
+  readings.array() +=
+      turn * ((from_home < -turn / 2).cast<double>() - (from_home > turn / 2).cast<double>());
 }
 
 template <typename T, std::size_t N>
@@ -152,14 +162,45 @@ RowMatrix by_readings(PoseDerivatives all, Index closures) {
 
 RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
-  if (const ChainModel* const chain = mechanism.chain()) {
-    return chain->inverse_kinematics(mechanism.leg_values(), poses);
-  }
   RowMatrix readings(poses.rows(), mechanism.leg_count());
+  if (const ChainModel* const chain = mechanism.chain()) {
+    readings = chain->inverse_kinematics(mechanism.leg_values(), poses);
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      count_from_home(mechanism, leg, readings.col(leg));
+    }
+    return readings;
+  }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    readings.col(leg) = leg_readings(mechanism, leg, poses);
+    readings.col(leg) = inverse_kinematics(mechanism, leg, poses);
   }
   return readings;
+}
+
+Vector inverse_kinematics(const Mechanism& mechanism, Index leg, ConstRows poses) {
+  Vector readings(poses.rows());
+  const Leg& which = mechanism.leg(leg);
+  mechanism.model(leg).inverse_kinematics(which.parameters, which.working_mode, poses, readings);
+  count_from_home(mechanism, leg, readings);
+  return readings;
+}
+
+Mechanism counted_from(const Mechanism& mechanism, ConstVector home) {
+  std::vector<Leg> legs = mechanism.legs();
+  for (Leg& leg : legs) {
+    leg.home_reading = 0;
+  }
+  const Mechanism plain = mechanism.with_legs(legs);
+  const RowMatrix pose = home.transpose();
+  const RowMatrix readings = inverse_kinematics(plain, pose);
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const auto leg = static_cast<Index>(i);
+    const double reading = readings(0, leg);
+    if (is_angle(plain.model(leg).info().active_joint) && std::isfinite(reading)) {
+      const double turn = 2 * kPi / std::abs(sensor_gain(plain, leg));
+      legs[i].home_reading = reading < kLeastHome * turn ? reading + turn : reading;
+    }
+  }
+  return plain.with_legs(std::move(legs));
 }
 
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses) {
@@ -216,7 +257,7 @@ PoseDerivatives linearise_pose(const Mechanism& mechanism, ConstRows poses,
 
 RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows poses) {
   check_poses(mechanism, poses);
-  ClosureRows rows = linearise(mechanism, leg, poses, leg_readings(mechanism, leg, poses));
+  ClosureRows rows = linearise(mechanism, leg, poses, inverse_kinematics(mechanism, leg, poses));
   const Index closures = mechanism.closures();
   if (closures > 1) {
     const auto first = Eigen::seqN(Index{0}, poses.rows(), closures);

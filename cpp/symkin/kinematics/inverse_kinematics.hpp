@@ -6,7 +6,14 @@
 namespace symkin {
 
 // Sensor readings at the poses, N x legs, in the legs' working modes; NaN where a leg cannot reach.
+// Those of angular joints are within half a turn of the leg's home reading.
 RowMatrix inverse_kinematics(const Mechanism& mechanism, ConstRows poses);
+// The same of one leg.
+Vector inverse_kinematics(const Mechanism& mechanism, Index leg, ConstRows poses);
+
+// The mechanism with the home readings that its legs have at a pose, between -160 and 200 degrees
+// of the joint; zero where one cannot reach.
+Mechanism counted_from(const Mechanism& mechanism, ConstVector home);
 
 // How far each leg is from the end of its reach, metres, N x legs; negative outside.
 RowMatrix reach_margin(const Mechanism& mechanism, ConstRows poses);

@@ -44,6 +44,9 @@ void check_leg(const ChainInfo& info, Leg& leg, std::size_t number) {
       throw ImpossibleLeg(what + "; a sensor with zero gain shows nothing");
     }
   }
+  if (!std::isfinite(leg.home_reading)) {
+    throw InvalidInput(where + ": the reading at home is not finite");
+  }
   if (leg.working_mode != 1 && leg.working_mode != -1) {
     throw InvalidInput(where + ": working_mode = " + std::to_string(leg.working_mode) +
                        "; expected 1 or -1");

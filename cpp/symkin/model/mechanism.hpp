@@ -15,6 +15,9 @@ namespace symkin {
 struct Leg {
   Vector parameters;
   int working_mode = -1;  // +1 or -1: which root of the closure
+  // What an angular sensor shows at home. The readings of poses are counted from there, within half
+  // a turn either way, so that none is cut where a workspace passes half a turn from its zero.
+  double home_reading = 0;
 };
 
 // The coordinates of a pose's tangent that can be chosen where legs of the chain carry the

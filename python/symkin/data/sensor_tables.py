@@ -13,7 +13,7 @@ from symkin.data.columns import is_present, read_readings, scaled_column
 from symkin.model.mechanism import Mechanism
 from symkin.model.sensor_table import SensorTable, wrong_row
 from symkin.model.settings import MeasurementColumns
-from symkin.model.turns import turned_into_table
+from symkin.model.turns import turned_home, turned_into_table
 from symkin.storage.tables import Table, TableSource, read_table
 
 _Array = NDArray[np.float64]
@@ -68,7 +68,8 @@ def read_straight_readings(
 ) -> tuple[_Array, _Array]:
     """Return readings as straight sensors would show them, and the slopes of the sensors' table.
 
-    Both have the shape (N, legs); slopes are 1 for sensors without a table.
+    Both have the shape (N, legs); slopes are 1 for sensors without a table. Where the mechanism
+    says that its sensors wrap, the readings are those within half a turn of home.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def read_straight_readings(
     readings = read_readings(table, columns, mechanism.reading_unit)
     curves = mechanism.sensor_table
     if curves is None:
-        return readings, np.ones_like(readings)
+        return _unwrapped(mechanism, readings), np.ones_like(readings)
     straight = curves.straight(readings)
     beyond = np.argwhere(np.isfinite(readings) & np.isnan(straight))
     if len(beyond):
@@ -91,7 +92,11 @@ def read_straight_readings(
             f'has a reading of {readings[row, leg]:.6g} {unit} in column "{column}"; the table of '
             f"the sensor goes from {first:.6g} to {last:.6g} {unit}",
         )
-    return straight, curves.slope(readings)
+    return _unwrapped(mechanism, straight), curves.slope(readings)
+
+
+def _unwrapped(mechanism: Mechanism, readings: _Array) -> _Array:
+    return turned_home(mechanism, readings) if mechanism.reading_wraps else readings
 
 
 def read_all_readings(

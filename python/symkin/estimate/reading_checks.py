@@ -140,13 +140,18 @@ def _out_of_reach(found: Fit) -> Iterator[str]:
 
 def lost_turns(taken: Taken) -> Iterator[str]:
     """Readings that are turns away from each other, or from where the model has them."""
-    roots = taken.calibrated.inverse_kinematics(taken.poses)
+    calibrated, nominal = taken.calibrated, taken.nominal
+    roots = calibrated.inverse_kinematics(taken.poses)
+    # Counted from the nominal robot's home, lest both be half a turn from the sensor's zero.
+    home = [each.inverse_kinematics(each.home)[0] for each in (calibrated, nominal)]
     for leg in range(taken.readings.shape[1]):
         turn = turn_of(taken.nominal, leg)
         rows = taken.rows(leg)
         readings = taken.readings[rows, leg]
         if turn is None or len(rows) < 2:
             continue
+        turns = np.rint((home[1][leg] - home[0][leg]) / turn)
+        roots[:, leg] += turn * (turns if np.isfinite(turns) else 0)
         by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
         away = np.round((readings - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():

@@ -132,6 +132,7 @@ def read_mechanism(
             platform=platform,
             reading_unit=reading.unit,
             reading_step=reading.step,
+            reading_wraps=header.get("reading_wraps", False),
             symmetry=symmetry,
             workspace=workspace,
             noise=NoiseSettings(**file.get("noise", {})),

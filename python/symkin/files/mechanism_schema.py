@@ -41,6 +41,7 @@ from symkin.storage.toml_file import (
     Schema,
     Sign,
     WrongValueError,
+    boolean,
     choice,
     estimate,
     list_of,
@@ -243,6 +244,7 @@ _HEADER_KINDS: dict[str, Kind] = {
     "chain": text(),
     "platform": choice(*PLATFORMS),
     "reading_unit": Kind(_reading_unit, {"anyOf": [{"enum": ["rad", "m"]}, _STEP_SCHEMA]}),
+    "reading_wraps": boolean(),
 }
 HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema",))
 

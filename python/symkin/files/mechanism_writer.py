@@ -89,6 +89,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
         **({} if mechanism.mixed else {"chain": mechanism.chain}),
         "platform": mechanism.platform,
         "reading_unit": mechanism.step or mechanism.reading_unit,
+        **({"reading_wraps": True} if mechanism.reading_wraps else {}),
     }
     notes = {"chain": _CHAIN_NOTE, "reading_unit": "of the sensors"}
     above = [f"# {line}".rstrip() for line in header.splitlines()]
@@ -112,6 +113,8 @@ def toml_value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's escapes are TOML's, which wants one for a further character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
     # numpy's numbers show their type.
     return repr(float(value)) if isinstance(value, float) else repr(int(value))
 

@@ -96,7 +96,7 @@ class Kinematics:
         Returns
         -------
         ndarray, shape (N, legs)
-            In the sensor's unit, angles within half a turn of the sensor's zero; NaN where a leg
+            In the sensor's unit, angles within half a turn of the reading at home; NaN where a leg
             cannot reach.
         """
         return self._curved(_core.inverse_kinematics(self.straight, self._poses(poses)))

@@ -77,6 +77,10 @@ class Mechanism(Kinematics):
     reading_step : float, optional
         How much of the reading's unit one step of a drive, or one count of an encoder, is: tables
         may have columns such as ``psi_1_step``.
+    reading_wraps : bool
+        Whether sensors of angles show each turn the same, such as absolute encoders: readings of
+        tables are then taken within half a turn of home, as those that are calculated are. Others
+        count on.
     symmetry, workspace, noise, tolerances, protocol, joint_limits, measurement_columns
         What a mechanism file holds besides the legs, see `symkin.model.settings`.
     deviations : array_like, shape (legs, p), optional
@@ -109,6 +113,7 @@ class Mechanism(Kinematics):
     platform: str
     reading_unit: str
     reading_step: float | None
+    reading_wraps: bool
     symmetry: DeclaredSymmetry | None
     workspace: WorkspaceSettings | None
     noise: NoiseSettings
@@ -136,6 +141,7 @@ class Mechanism(Kinematics):
         platform: str = "rigid",
         reading_unit: str | None = None,
         reading_step: float | None = None,
+        reading_wraps: bool = False,
         symmetry: DeclaredSymmetry | None = None,
         workspace: WorkspaceSettings | None = None,
         noise: NoiseSettings | None = None,
@@ -178,6 +184,7 @@ class Mechanism(Kinematics):
             "platform": platform,
             "reading_unit": one_of("reading_unit", reading_unit, ("rad", "m")),
             "reading_step": reading_step,
+            "reading_wraps": reading_wraps,
             "symmetry": symmetry,
             "workspace": workspace,
             "noise": noise or NoiseSettings(),
@@ -208,6 +215,8 @@ class Mechanism(Kinematics):
             "_parameters": _read_only(values),
         }
         vars(self).update(fields)
+        # Readings count on from home, wherever the sensors' zeros are.
+        vars(self)["straight"] = self.straight.counted_from(self.home)
 
     @property
     def arguments(self) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from symkin.model.mechanism import Mechanism
 from symkin.model.sensor_table import SAME_TURN, Array
 
-__all__ = ["turn_of", "turned_into_table"]
+__all__ = ["turn_of", "turned_home", "turned_into_table"]
 
 
 def turn_of(mechanism: Mechanism, leg: int) -> float | None:
@@ -23,8 +23,8 @@ def turn_of(mechanism: Mechanism, leg: int) -> float | None:
 def turned_into_table(mechanism: Mechanism, straight: Array) -> Array:
     """Return readings of straight sensors, (N, legs), whole turns further where the table is there.
 
-    Readings that are calculated are within half a turn of the sensor's zero; an encoder that counts
-    from 0 to 360 degrees shows some of them a turn further.
+    Readings that are calculated are within half a turn of home; an encoder that counts from 0 to
+    360 degrees shows some of them a turn further.
     """
     table = mechanism.sensor_table
     turned = np.array(straight)
@@ -35,4 +35,14 @@ def turned_into_table(mechanism: Mechanism, straight: Array) -> Array:
             below = np.ceil((span[0] - values) / turn - SAME_TURN)
             above = np.ceil((values - span[1]) / turn - SAME_TURN)
             turned[:, leg] += turn * (np.fmax(below, 0) - np.fmax(above, 0))
+    return turned
+
+
+def turned_home(mechanism: Mechanism, readings: Array) -> Array:
+    """Return readings, (N, legs), of angles within half a turn of home, where that is known."""
+    turned = np.array(readings)
+    for leg, home in enumerate(mechanism.inverse_kinematics(mechanism.home)[0]):
+        turn = turn_of(mechanism, leg)
+        if turn is not None and math.isfinite(home):
+            turned[:, leg] -= turn * np.rint((turned[:, leg] - home) / turn)
     return turned

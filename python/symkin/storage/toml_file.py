@@ -218,6 +218,17 @@ def whole(least: int, most: int) -> Kind:
     return Kind(read, {"type": "integer", "minimum": least, "maximum": most})
 
 
+def boolean() -> Kind:
+    """True or false."""
+
+    def read(raw: Any) -> Any:
+        if not isinstance(raw, bool):
+            raise WrongValueError(f"is {raw!r}; expected true or false")
+        return raw
+
+    return Kind(read, {"type": "boolean"})
+
+
 def choice(*values: Any) -> Kind:
     """One of some words or numbers."""
 
