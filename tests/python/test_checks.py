@@ -306,3 +306,9 @@ def test_legs_a_dozen_tolerances_apart_are_not_alike():
     assert result.verdict == (
         "The legs are not alike: leg 3 differs most, base_radius by 65 mm (13 tolerances)."
     )
+
+
+def test_tables_of_a_check_count_legs_from_1(paper):
+    columns = check_mechanism(paper).columns()
+    assert columns["leg"] == [1, 2, 3]
+    assert columns["reference"] == [1, 1, 1]

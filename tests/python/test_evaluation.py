@@ -109,3 +109,11 @@ def test_half_a_turn_is_read_from_a_quaternion_of_either_sign(hexapod):
     errors = Evaluation.of(np.zeros((4, 6)), poses, hexapod)
     assert errors.aligned.position_max < 1e-12
     assert errors.aligned.orientation_max < 1e-7
+
+
+def test_without_poses_a_model_is_evaluated_over_its_workspace(paper):
+    actual = symkin.disturb(paper, seed=2)
+    found = symkin.evaluate(paper, actual=actual)
+    same = symkin.evaluate(paper, actual=actual, poses=symkin.sample_workspace(paper))
+    assert found.position_rms == same.position_rms
+    assert found.evaluated > 1000

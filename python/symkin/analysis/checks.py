@@ -224,12 +224,12 @@ class CheckResult(Result):
         return f"symkin plan {named} --design {self.design} --out planned"
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
-        """Return a row a leg; legs count from 0."""
+        """Return a row a leg; legs count from 1, as in all tables."""
         mechanism, seen = self.mechanism, self.observability
         known = np.where(mechanism.has_parameter, mechanism.parameters, np.nan)
         return {
-            "leg": list(range(len(self.origins))),
-            "reference": [origin.reference for origin in self.origins],
+            "leg": list(range(1, len(self.origins) + 1)),
+            "reference": [origin.reference + 1 for origin in self.origins],
             "element": [origin.element for origin in self.origins],
             "working_mode": list(mechanism.working_modes),
             **dict(zip(mechanism.parameter_names, known.T, strict=True)),

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.alignment import align
-from symkin.analysis.workspace import WorkspaceSample
+from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
@@ -266,7 +266,7 @@ def evaluate(
 ) -> Evaluation:
     """Evaluate a model by its end-effector errors.
 
-    Give either `actual` and `poses`, or `measurements`.
+    Give either `actual`, or `measurements`.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ def evaluate(
         The robot as made (simulation): errors are those of the poses that it takes when the model's
         inverse kinematics commands `poses`.
     poses : array_like, shape (N, coordinates), or WorkspaceSample
-        Commanded poses.
+        Commanded poses; by default a sample of the model's workspace.
     measurements : Measurements, Simulation, or what `read_measurements` reads
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out. The poses are those of the target in the device's frame if the
@@ -307,12 +307,12 @@ def evaluate(
             )
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
         errors = _measurement_errors(model, measurements.subset(complete))
-    elif actual is not None and poses is not None and measurements is None:
+    elif actual is not None and measurements is None:
         require_same_shape(actual, model)
-        rows = pose_rows(poses)
+        rows = pose_rows(sample_workspace(model) if poses is None else poses)
         errors = _core.command_errors(actual.core, model.core, rows)
     else:
-        raise SymkinError("evaluate takes `actual` and `poses`, or `measurements` alone")
+        raise SymkinError("evaluate takes `actual`, with or without `poses`, or `measurements`")
     if not errors.evaluated:
         raise SymkinError(
             f'mechanism "{model.name}" can take none of the {len(rows)} poses to evaluate'

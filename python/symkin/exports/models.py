@@ -41,6 +41,7 @@ from symkin.model.poses import (
 
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
+_SPHERE = 0.1  # m: where the points of axes are held that have directions alone
 
 
 @dataclass(frozen=True)
@@ -127,12 +128,13 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     SymkinError
         For a chain that is not in `LEGS`, curved sensors, or a leg that does not reach home.
     """
+    known = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
     for number, chain in enumerate(mechanism.chains, 1):
-        if chain not in LEGS:
+        if chain not in known:
             which = f" (leg {number})" if mechanism.mixed else ""
             raise MechanismError(
                 f'a model of bodies and joints is not written for chain "{chain}"{which}; expected '
-                f"one of {', '.join(LEGS)}"
+                f"one of {', '.join(known)}"
             )
     if mechanism.curvature is not None:
         raise MechanismError(
@@ -148,12 +150,12 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     bodies: list[Body] = []
     closures: list[Closure] = []
     values: dict[str, Array] = {}
-    far = 0.0
+    far = 0.0 if mechanism.space.moves else _SPHERE
     for leg, gain in enumerate(mechanism.sensor_gains):
         own, travel = mechanism.legs[leg].parameters, gain * readings[:, leg]
         point = platform_point(own)
         ends = platform.translation + platform.rotation @ point
-        links, tip, passive = LEGS[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
+        links, tip, passive = known[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
         bodies += links
         closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
         values |= {f"leg{leg + 1}_active": travel, **passive}
@@ -174,6 +176,17 @@ def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
     if space == "spatial":
         joints: tuple[Joint, ...] = (Joint("platform", "free", np.zeros(3)),)
         values = {"platform": np.hstack([rows[:, :3], rows[:, 6:], rows[:, 3:6]])}
+    elif space == "spherical":
+        joints = tuple(
+            Joint(f"platform_{name}", "hinge", axis)
+            for name, axis in zip("xyz", np.eye(3), strict=True)
+        )
+        turned = rotations_from_quaternions(rows)
+        about_y = np.arcsin(np.clip(turned[:, 0, 2], -1, 1))
+        about_x = np.arctan2(-turned[:, 1, 2], turned[:, 2, 2])
+        about_z = np.arctan2(-turned[:, 0, 1], turned[:, 0, 0])
+        angles = (about_x, about_y, about_z)
+        values = {joint.name: each for joint, each in zip(joints, angles, strict=True)}
     else:
         along = list(zip("xyz", np.eye(3), strict=True))[: 3 if space == "translating" else 2]
         joints = tuple(Joint(f"platform_{name}", "slide", axis) for name, axis in along)
@@ -185,9 +198,20 @@ def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
 
 def platform_point(own: Mapping[str, float]) -> Array:
     """The point of the platform that a leg holds, in the platform's frame."""
-    if "platform_radius" not in own:
-        return np.zeros(3)
-    return _point(own, "platform")
+    if "platform_radius" in own:
+        return _point(own, "platform")
+    if "platform_polar_angle" in own:
+        return _SPHERE * _axis(own, "platform")[:, 2]
+    return np.zeros(3)
+
+
+def _axis(own: Mapping[str, float], end: str) -> Array:
+    """A frame about an axis of a spherical leg: z along it, x downwards (as its polar angle)."""
+    polar, azimuth = own[f"{end}_polar_angle"], own[f"{end}_azimuth"]
+    rho = _rho(azimuth)
+    down = np.cos(polar) * rho - np.sin(polar) * _Z
+    across = _rho(azimuth + np.pi / 2)
+    return np.column_stack([down, across, np.sin(polar) * rho + np.cos(polar) * _Z])
 
 
 def _point(own: Mapping[str, float], end: str) -> Array:
@@ -271,6 +295,24 @@ def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _
     return [proximal, distal], rod * _Z, values
 
 
+def _arm_on_sphere(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
+    """[R]RR about the centre of a sphere: all axes pass it, and links are arcs of great circles."""
+    inner, outer = own["proximal_arc"], own["distal_arc"]
+    frame, zero = _axis(own, "base"), own["sensor_offset"]
+    cosine, sine = np.cos(inner), np.sin(inner)
+    bent = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])  # z along the elbow
+    active = Joint(f"{name}_active", "hinge", _Z)
+    elbow, tip = _SPHERE * bent[:, 2], _SPHERE * np.array([np.sin(outer), 0.0, np.cos(outer)])
+    start = frame @ _about_z(zero)
+    proximal = Body(f"{name}_proximal", "", np.zeros(3), start, (active,), elbow)
+    local = np.einsum("nji,nj->ni", frame @ _about_z(zero + travel) @ bent, ends)
+    angles = np.arctan2(local[:, 1], local[:, 0])
+    joint = Joint(f"{name}_passive", "hinge", _Z)
+    placed = bent @ _about_z(angles[0])
+    distal = Body(f"{name}_distal", proximal.name, np.zeros(3), placed, (joint,), tip)
+    return [proximal, distal], tip, {joint.name: _wrapped(angles - angles[0])}
+
+
 LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "[R]RR": _crank_in_plane,
     "[P]RR": _slider,
@@ -279,6 +321,7 @@ LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "[P]US": _slider,
     "[R]US": _crank,
 }
+LEGS_ON_A_SPHERE = {"[R]RR": _arm_on_sphere}
 
 
 def _hinged(

@@ -133,6 +133,8 @@ def _model(text: str) -> Imported:
     known: dict[str, Any] = json.loads(said[1])
     tree = read[root.tag](root, text)
     chains, platform = known["chain"], known["platform"]
+    if platform == "spherical":
+        raise SymkinError("has a spherical platform; such models are written, but not read back")
     if isinstance(chains, str):
         chains = [chains] * len(known["gains"])
     legs = []

@@ -34,6 +34,8 @@ def loaded(mujoco: Any, mechanism: symkin.Mechanism) -> tuple[Any, Any]:
 
 def size(mechanism: symkin.Mechanism) -> float:
     """Longest distance of a first body from the base's origin, or the longest link."""
+    if not mechanism.space.moves:
+        return 0.1  # of a sphere
     names = mechanism.parameter_names
     lengths = [names.index(n) for n in names if n in ("base_radius", "distal_length")]
     return float(np.abs(mechanism.parameters[:, lengths]).max())
@@ -73,7 +75,7 @@ def test_readings_that_mujoco_finds_at_a_thousand_poses_are_those_of_our_inverse
     assert worst_reading < 1e-9 * size(robot)
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL])
+@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, "agile_eye"])
 def test_our_values_of_all_joints_close_the_loops_in_mujoco(
     name: str, made: Callable, mujoco: Any
 ) -> None:
@@ -93,6 +95,30 @@ def test_our_values_of_all_joints_close_the_loops_in_mujoco(
         )
 
 
+def test_a_spherical_platform_turns_as_its_poses_say(made: Callable, mujoco: Any) -> None:
+    robot = made("agile_eye")
+    sample = symkin.sample_workspace(robot, 20)
+    values = joint_values(robot, sample)
+    model, data = loaded(mujoco, robot)
+    for row in range(20):
+        for joint, each in values.items():
+            data.joint(joint).qpos = each[row]
+        mujoco.mj_kinematics(model, data)
+        scalar_first = np.roll(sample.poses[row], 1)
+        assert abs(data.body("platform").xquat @ scalar_first) == pytest.approx(1, abs=1e-12)
+
+
+def test_a_spherical_model_is_written_as_sdf_and_refused_on_the_way_back(
+    made: Callable, tmp_path: Path
+) -> None:
+    robot = made("agile_eye")
+    root = ET.fromstring(symkin.export(robot, "sdf").text)
+    assert len([joint for joint in root.iter("joint") if joint.attrib["type"] == "ball"]) == 3
+    symkin.export(robot, "mjcf", tmp_path / "eye.xml")
+    with pytest.raises(SymkinError, match="spherical platform"):
+        import_mechanism(tmp_path / "eye.xml")
+
+
 def test_a_model_stands_still_at_its_key_frame_without_gravity(made: Callable, mujoco: Any) -> None:
     robot = made("hexapod_jugglebot")
     model, data = loaded(mujoco, robot)
@@ -102,7 +128,7 @@ def test_a_model_stands_still_at_its_key_frame_without_gravity(made: Callable, m
     np.testing.assert_allclose(data.body("platform").xpos, robot.home[:3], atol=1e-9)
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL])
+@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, "agile_eye"])
 def test_the_tree_of_a_urdf_meets_its_cut_joints(name: str, made: Callable, mujoco: Any) -> None:
     parser = pytest.importorskip("urdf_parser_py.urdf")
     robot = made(name)
