@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "symkin/kinematics/constraint.hpp"
+#include "symkin/kinematics/continuation.hpp"
 #include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/kinematics/workspace.hpp"
@@ -65,6 +66,8 @@ void bind_kinematics_of_poses(py::module_& module) {
       },
       py::arg("mechanism"), py::arg("readings"), py::arg("start"), py::arg("max_iterations") = 50,
       ReleaseGil());
+  module.def("continued", &symkin::continued, py::arg("mechanism"), py::arg("readings"),
+             py::arg("home"), py::arg("known"), ReleaseGil());
 }
 
 // One a leg, or a number for all legs.

@@ -112,7 +112,7 @@ def test_half_a_turn_is_read_from_a_quaternion_of_either_sign(hexapod):
 
 
 def test_without_poses_a_model_is_evaluated_over_its_workspace(paper):
-    actual = symkin.disturb(paper, seed=2)
+    actual = disturb(paper, seed=2)
     found = symkin.evaluate(paper, actual=actual)
     same = symkin.evaluate(paper, actual=actual, poses=symkin.sample_workspace(paper))
     assert found.position_rms == same.position_rms

@@ -9,7 +9,7 @@
 
 #include "symkin/estimation/detail/closed_form_frames.hpp"
 #include "symkin/estimation/detail/latent_problem.hpp"
-#include "symkin/kinematics/forward_kinematics.hpp"
+#include "symkin/kinematics/continuation.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
@@ -40,82 +40,8 @@ Joints joints_of(const Mechanism& mechanism, const Setup& setup, const Observati
   return {mechanism.with_parameters(parameters), values};
 }
 
-// Forward kinematics of the rows whose readings are complete, by continuation from home, and then
-// from the nearest row that has its pose. NaN for the others.
 RowMatrix continued(const Joints& joints, ConstVector home) {
-  constexpr int kSteps = 8;
-  const Mechanism& mechanism = joints.mechanism;
-  const Index coordinates = coordinate_count(mechanism.pose_space());
-  RowMatrix found = RowMatrix::Constant(joints.values.rows(), coordinates, kUnknown);
-  const RowMatrix home_row = home.transpose();
-  const RowMatrix at_home = inverse_kinematics(mechanism, home_row);
-  std::vector<Index> rows;
-  for (Index i = 0; i < joints.values.rows(); ++i) {
-    if (joints.values.row(i).allFinite()) {
-      rows.push_back(i);
-    }
-  }
-  const auto count = static_cast<Index>(rows.size());
-  if (count == 0 || !at_home.allFinite()) {
-    return found;
-  }
-  RowMatrix ways(count, mechanism.leg_count());  // from home, the short way round
-  for (Index k = 0; k < count; ++k) {
-    ways.row(k) = joints.values.row(rows[static_cast<std::size_t>(k)]) - at_home;
-    for (Index leg = 0; leg < ways.cols(); ++leg) {
-      if (is_angle(mechanism.model(leg).info().active_joint)) {
-        ways(k, leg) = wrap_angle(ways(k, leg));
-      }
-    }
-  }
-  RowMatrix poses = home_row.replicate(count, 1);
-  std::vector<bool> reached(static_cast<std::size_t>(count), true);
-  for (int step = 1; step <= kSteps; ++step) {
-    const RowMatrix readings =
-        (ways * (static_cast<double>(step) / kSteps)).rowwise() + at_home.row(0);
-    const auto result = forward_kinematics(mechanism, readings, poses);
-    for (Index k = 0; k < count; ++k) {
-      if (result.status[static_cast<std::size_t>(k)] == ForwardStatus::converged) {
-        poses.row(k) = result.poses.row(k);
-      } else {
-        reached[static_cast<std::size_t>(k)] = false;
-      }
-    }
-  }
-  bool more = true;
-  while (more) {
-    more = false;
-    for (Index k = 0; k < count; ++k) {
-      if (reached[static_cast<std::size_t>(k)]) {
-        continue;
-      }
-      Index nearest = -1;
-      double least = std::numeric_limits<double>::infinity();
-      for (Index other = 0; other < count; ++other) {
-        const double distance = (ways.row(other) - ways.row(k)).squaredNorm();
-        if (reached[static_cast<std::size_t>(other)] && distance < least) {
-          least = distance;
-          nearest = other;
-        }
-      }
-      if (nearest < 0) {
-        break;
-      }
-      const RowMatrix readings = ways.row(k) + at_home.row(0);
-      const RowMatrix from = poses.row(nearest);
-      const auto result = forward_kinematics(mechanism, readings, from);
-      if (result.status.front() == ForwardStatus::converged) {
-        poses.row(k) = result.poses.row(0);
-        reached[static_cast<std::size_t>(k)] = more = true;
-      }
-    }
-  }
-  for (Index k = 0; k < count; ++k) {
-    if (reached[static_cast<std::size_t>(k)]) {
-      found.row(rows[static_cast<std::size_t>(k)]) = poses.row(k);
-    }
-  }
-  return found;
+  return continued(joints.mechanism, joints.values, home);
 }
 
 // Poses whose every coordinate was observed, NaN otherwise.

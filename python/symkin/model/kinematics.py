@@ -111,7 +111,8 @@ class Kinematics:
         readings : array_like, shape (N, legs)
             In the sensor's unit.
         start : array_like, shape (coordinates,) or (N, coordinates), optional
-            Where to start, by default at home. Its aspect is the one that counts.
+            Where to start, whose aspect is the one that counts. By default home, and where that
+            does not lead to a pose the nearest readings that have one, which are continued from.
 
         Returns
         -------
@@ -121,10 +122,13 @@ class Kinematics:
             Whether the pose solves the closures within the start's aspect.
         """
         begin = self.home if start is None else start
-        result = _core.forward_kinematics(
-            self.straight, self.straightened(readings), self._poses(begin)
-        )
-        return result.poses, result.converged
+        straight = self.straightened(readings)
+        result = _core.forward_kinematics(self.straight, straight, self._poses(begin))
+        if start is not None or result.converged.all():
+            return result.poses, result.converged
+        known = np.where(result.converged[:, None], result.poses, np.nan)
+        poses = _core.continued(self.straight, straight, self.home, known)
+        return poses, np.asarray(np.isfinite(poses).all(axis=1))
 
     def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
         """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.

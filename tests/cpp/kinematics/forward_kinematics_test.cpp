@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "support/mechanisms.hpp"
 #include "support/poses.hpp"
+#include "symkin/kinematics/continuation.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 
@@ -125,6 +127,36 @@ TEST(ForwardKinematics, RefusesStartsThatFitNoRow) {
   const Mechanism mechanism = testing::paper_3rrr();
   EXPECT_THROW(forward_kinematics(mechanism, RowMatrix::Zero(3, 3), RowMatrix::Zero(2, 3)),
                InvalidInput);
+}
+
+TEST(Continued, FindsEveryPoseOfTheWorkspaceWhereStartsFromHomeMissSome) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const WorkspaceOptions workspace = testing::paper_workspace();
+  const WorkspaceSample sample = sample_workspace(mechanism, workspace, 4000, 1);
+  const Vector home = Vector::Zero(3);
+  const auto direct = forward_kinematics(mechanism, sample.readings, home.transpose());
+  EXPECT_LT(direct.converged_count(), 4000);
+  RowMatrix known = direct.poses;
+  for (Index i = 0; i < known.rows(); ++i) {
+    if (direct.status[static_cast<std::size_t>(i)] != ForwardStatus::converged) {
+      known.row(i).setConstant(std::nan(""));
+    }
+  }
+  for (const RowMatrix& poses : {continued(mechanism, sample.readings, home),
+                                 continued(mechanism, sample.readings, home, known)}) {
+    EXPECT_LT((poses - sample.poses).cwiseAbs().maxCoeff(), 1e-9);
+  }
+}
+
+TEST(Continued, LeavesReadingsThatNoPoseHasAndThoseThatAreMissing) {
+  const Mechanism mechanism = testing::paper_3rrr();
+  const Vector home = Vector::Zero(3);
+  RowMatrix readings(3, 3);
+  readings << 0.6, 0.5, 0.5, std::nan(""), 0.5, 0.5, 3, -3, 3;
+  const RowMatrix poses = continued(mechanism, readings, home);
+  EXPECT_TRUE(poses.row(0).allFinite());
+  EXPECT_TRUE(poses.row(1).array().isNaN().all());
+  EXPECT_TRUE(poses.row(2).array().isNaN().all());
 }
 
 }  // namespace

@@ -175,5 +175,32 @@ TEST(Condition, IsOneOfAnIsotropicJacobianInfiniteOfNoneAndNotANumberWithoutNumb
       std::isnan(condition(RowMatrix::Constant(3, 3, std::numeric_limits<double>::infinity()))));
 }
 
+TEST(InverseKinematics, CountsAnglesFromHomeWhereverTheZeroIs) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const Vector home = Vector::Zero(3);
+  const RowMatrix poses = sample_workspace(nominal, testing::paper_workspace(), 500, 2).poses;
+  const RowMatrix expected = inverse_kinematics(nominal, poses);
+  for (const double zero : {3.66, -2.9, 1.0}) {
+    RowMatrix parameters = nominal.parameters();
+    parameters.col(7).array() += zero;
+    const Mechanism moved = counted_from(nominal.with_parameters(parameters), home);
+    const RowMatrix apart =
+        (expected - inverse_kinematics(moved, poses)).array() - zero;  // whole turns
+    const double turns = std::round(apart(0, 0) / (2 * kPi));
+    EXPECT_LT((apart.array() - 2 * kPi * turns).abs().maxCoeff(), 1e-12) << zero;
+  }
+}
+
+TEST(InverseKinematics, HalfATurnAtHomeIsCountedThereWhateverTheErrorsAre) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const Vector home = Vector::Zero(3);
+  for (const double error : {1e-3, -1e-3}) {
+    RowMatrix parameters = nominal.parameters();
+    parameters.col(7).array() += inverse_kinematics(nominal, home.transpose())(0, 0) - kPi + error;
+    const Mechanism robot = counted_from(nominal.with_parameters(parameters), home);
+    EXPECT_NEAR(inverse_kinematics(robot, home.transpose())(0, 0), kPi - error, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace symkin
