@@ -282,6 +282,33 @@ def _locked(folders: Iterable[Path], how: int = fcntl.LOCK_EX) -> Iterator[None]
         yield
 
 
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Let one run at a time work in a folder, which is made; for as long as its process lives.
+
+    Raises
+    ------
+    SymkinError
+        If another one does, or nothing can be written there.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
+    try:
+        try:
+            _lock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise SymkinError(
+                f"{folder}: another run is at work there; wait for its end, or choose another "
+                "folder"
+            ) from None
+        yield
+    finally:
+        os.close(descriptor)
+
+
 def _lock(descriptor: int, how: int) -> None:
     try:
         fcntl.flock(descriptor, how)

@@ -4,13 +4,10 @@
 from __future__ import annotations
 
 import functools
-import json
 import os
 import pickle
-import shutil
-import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from io import BytesIO
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +22,7 @@ from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
 from symkin.study.cost import CostResult, measure_cost
 from symkin.study.definition import Cell, StudyDefinition, extension_of, load_study
+from symkin.study.parts import Chunk, Columns, Parts
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job, planned
 
@@ -32,8 +30,6 @@ __all__ = ["Chunk", "Progress", "compute", "make_plans", "run_study"]
 
 Array = NDArray[np.float64]
 PlanKey = tuple[Any, ...]
-Chunk = tuple[int, int]  # first robot, and the one behind the last
-Columns = dict[str, NDArray[Any]]
 Progress = Callable[[str, float], None]
 TableFormat = Literal["csv", "parquet"]
 
@@ -54,8 +50,9 @@ def run_study(
     """Run a study, or what is left of one that was interrupted.
 
     Robots are computed in chunks. Each is written to ``out/parts`` when it is there, and is not
-    computed again; so a study may be killed and started again, and more robots may be added. The
-    same definition gives the same table, byte for byte, wherever it is computed.
+    computed again; so a study may be killed and started again, and more robots may be added. A part
+    says of what study and robots it is, and is computed again where that or its digest is wrong.
+    The same definition gives the same table, byte for byte, wherever it is computed.
 
     A script that asks for more than one process must do so below ``if __name__ == "__main__":``,
     since they import it.
@@ -86,7 +83,7 @@ def run_study(
     Raises
     ------
     SymkinError
-        If the folder holds another study, or the cluster does not answer.
+        If the folder holds another study, another run writes to it, or the cluster does not answer.
     """
     one_of("format", format, TableFormat)
     if not isinstance(definition, StudyDefinition):
@@ -100,26 +97,27 @@ def run_study(
             "workers on this machine and a scheduler are asked for; expected one of the two"
         )
     tell = progress or (lambda _doing, _share: None)
-    parts = None if out is None else _Parts(Path(out), definition, overwrite)
-    if definition.kind == "cost":
-        if workers > 1 or scheduler is not None:
-            raise SymkinError(
-                "a study of cost measures times, so it runs in one process; leave out workers and "
-                "scheduler"
-            )
-        result: StudyResult | CostResult = measure_cost(definition, tell)
-    else:
-        result = _simulated(definition, parts, workers, scheduler, tell)
-    if parts is not None:
-        name = f"table.{format}"
-        with OutputFiles(overwrite=parts.own or overwrite) as outputs:
-            write_table(outputs.folder(Path(parts.folder), name) / name, result.columns())
+    if definition.kind == "cost" and (workers > 1 or scheduler is not None):
+        raise SymkinError(
+            "a study of cost measures times, so it runs in one process; leave out workers and "
+            "scheduler"
+        )
+    with nullcontext() if out is None else Parts.opened(Path(out), definition, overwrite) as parts:
+        result: StudyResult | CostResult
+        if definition.kind == "cost":
+            result = measure_cost(definition, tell)
+        else:
+            result = _simulated(definition, parts, workers, scheduler, tell)
+        if parts is not None:
+            name = f"table.{format}"
+            with OutputFiles(overwrite=parts.own or overwrite) as outputs:
+                write_table(outputs.folder(Path(parts.folder), name) / name, result.columns())
     return result
 
 
 def _simulated(
     definition: StudyDefinition,
-    parts: _Parts | None,
+    parts: Parts | None,
     workers: int,
     scheduler: str | None,
     tell: Progress,
@@ -129,6 +127,8 @@ def _simulated(
         known = None if parts is None else parts.read(chunk)
         if known is not None:
             found[chunk] = known
+    if parts is not None and parts.damaged:
+        tell(f"computing damaged parts again: {', '.join(parts.damaged)}", 0.0)
     left = [chunk for chunk in _chunks(definition) if chunk not in found]
     tell("sampling the workspace", 0.0)
     tasks = max(len(left), len(definition.cells))
@@ -166,67 +166,6 @@ def _joined(job: Job, chunks: list[Columns]) -> Columns:
         name: names[values[order]] if name == "cell" else values[order]
         for name, values in columns.items()
     }
-
-
-class _Parts:
-    """The chunks of a study on the disk."""
-
-    def __init__(self, folder: Path, definition: StudyDefinition, overwrite: bool) -> None:
-        self.folder, self._parts = folder, folder / "parts"
-        self._digest = definition.digest
-        self.own = False  # whether what lies in the folder is this study's
-        mark = self._parts / "study.json"
-        if mark.exists():
-            self.own = _digest_of(mark) == self._digest
-            if not self.own and not overwrite:
-                raise SymkinError(
-                    f"{folder}: holds the parts of another study (its definition, a mechanism or "
-                    "the version of symkin was another); choose another folder, or allow them to "
-                    "be removed (--overwrite, in Python overwrite=True)"
-                )
-            if not self.own:
-                shutil.rmtree(self._parts)
-        if not self.own:
-            for name in ("table.csv", "table.parquet", "results.json", "report.html"):
-                if (folder / name).exists() and not overwrite:
-                    raise SymkinError(
-                        f"{folder / name}: exists, and no parts beside it say that it is this "
-                        "study's; choose another folder, or allow files to be replaced "
-                        "(--overwrite, in Python overwrite=True)"
-                    )
-            with OutputFiles() as outputs:
-                document = {"digest": self._digest, "study": definition.name}
-                outputs.file(mark).write_text(json.dumps(document) + "\n", encoding="utf-8")
-
-    def read(self, chunk: Chunk) -> Columns | None:
-        """A chunk that was computed already, if it is there and whole."""
-        try:
-            whole = BytesIO(self._path(chunk).read_bytes())
-            with np.load(whole, allow_pickle=False) as stored:
-                columns = {name: stored[name] for name in COLUMNS}
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
-            return None
-        return columns
-
-    def write(self, chunk: Chunk, columns: Columns) -> None:
-        """Write a chunk, whole or not at all."""
-        with (
-            OutputFiles(overwrite=True) as outputs,
-            outputs.file(self._path(chunk)).open("wb") as file,
-        ):
-            np.savez_compressed(file, **columns)  # type: ignore[arg-type]
-
-    def _path(self, chunk: Chunk) -> Path:
-        first, end = chunk
-        return self._parts / f"robots-{first:07d}-{end:07d}.npz"
-
-
-def _digest_of(mark: Path) -> str:
-    try:
-        document = json.loads(mark.read_text(encoding="utf-8"))
-        return str(document["digest"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
 
 
 def compute(job: Job, chunks: Sequence[Chunk], client: Any) -> Iterator[tuple[Chunk, Columns]]:

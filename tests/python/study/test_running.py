@@ -53,10 +53,10 @@ def test_a_study_that_was_killed_continues_where_it_stopped(
     small: Path, undisturbed: tuple[StudyResult, Path], tmp_path: Path
 ) -> None:
     with subprocess.Popen(_command(small, tmp_path), stdout=subprocess.DEVNULL) as running:
-        while running.poll() is None and not list(tmp_path.glob("parts/*.npz")):
+        while running.poll() is None and not list(tmp_path.glob("parts/*.part")):
             time.sleep(0.01)
         running.send_signal(signal.SIGKILL)
-    found = {path: path.stat().st_mtime_ns for path in tmp_path.glob("parts/*.npz")}
+    found = {path: path.stat().st_mtime_ns for path in tmp_path.glob("parts/*.part")}
     assert 0 < len(found) < 3
     assert not (tmp_path / "table.csv").exists()
     run_study(small, tmp_path)
@@ -95,10 +95,65 @@ def test_robots_can_be_added(
 def test_a_torn_part_is_computed_again(one_cell: StudyDefinition, tmp_path: Path) -> None:
     run_study(one_cell, tmp_path)
     whole = _table(tmp_path)
-    (part,) = tmp_path.glob("parts/*.npz")
+    (part,) = tmp_path.glob("parts/*.part")
     part.write_bytes(part.read_bytes()[:100])
     run_study(one_cell, tmp_path)
     assert _table(tmp_path) == whole
+
+
+@pytest.mark.parametrize("at", [3, 60, 200, 1000, -1])
+def test_a_part_with_a_flipped_bit_is_named_and_computed_again(
+    one_cell: StudyDefinition, tmp_path: Path, at: int
+) -> None:
+    run_study(one_cell, tmp_path)
+    whole = _table(tmp_path)
+    (part,) = tmp_path.glob("parts/*.part")
+    damaged = bytearray(part.read_bytes())
+    damaged[at] ^= 0x10
+    part.write_bytes(damaged)
+    told: list[str] = []
+    run_study(one_cell, tmp_path, progress=lambda doing, _: told.append(doing))
+    assert _table(tmp_path) == whole
+    assert any("damaged" in doing and part.name in doing for doing in told)
+
+
+def test_parts_that_were_exchanged_are_computed_again(small: Path, tmp_path: Path) -> None:
+    run_study(small, tmp_path)
+    whole = _table(tmp_path)
+    first, second, *_ = sorted(tmp_path.glob("parts/*.part"))
+    one, other = first.read_bytes(), second.read_bytes()
+    first.write_bytes(other)
+    second.write_bytes(one)
+    run_study(small, tmp_path)
+    assert _table(tmp_path) == whole
+
+
+def test_a_part_of_another_study_is_computed_again(
+    one_cell: StudyDefinition, tmp_path: Path
+) -> None:
+    run_study(one_cell, tmp_path / "own")
+    run_study(one_cell.replace(seed=2), tmp_path / "other")
+    (part,) = (tmp_path / "own").glob("parts/*.part")
+    whole = _table(tmp_path / "own")
+    part.write_bytes((tmp_path / "other" / "parts" / part.name).read_bytes())
+    run_study(one_cell, tmp_path / "own")
+    assert _table(tmp_path / "own") == whole
+
+
+def test_a_second_run_in_the_folder_is_refused_while_the_first_lives(
+    one_cell: StudyDefinition, tmp_path: Path
+) -> None:
+    refused: list[str] = []
+
+    def meanwhile(_doing: str, _share: float) -> None:
+        if not refused:
+            with pytest.raises(symkin.SymkinError, match="another run is at work") as told:
+                run_study(one_cell.replace(seed=2), tmp_path, overwrite=True)
+            refused.append(str(told.value))
+
+    run_study(one_cell, tmp_path, progress=meanwhile)
+    assert refused
+    run_study(one_cell, tmp_path)  # and not when it has ended
 
 
 def test_parts_of_another_study_are_refused_and_kept(
