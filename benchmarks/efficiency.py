@@ -25,8 +25,9 @@ import numpy as np
 
 import symkin
 from symkin.analysis.observed import Observed
-from symkin.estimate import JointIdentification
-from symkin.estimate.problem import JointOptions, Problem
+from symkin.estimate import Estimate
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import Problem
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.planning.simulation import Simulation
 
@@ -43,7 +44,7 @@ class Case(NamedTuple):
 
 SPATIAL = NoiseSettings(1e-4, 1e-4, 5e-4)  # m, rad, and the reading in the sensor's unit
 # All is held, in effect, where it is said to be.
-HELD = JointOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": 1e-12})
+HELD = EstimateOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": 1e-12})
 ANCHOR = ((2.0, 1.0),)
 ANCHOR_IN_SPACE = ((2.0, 1.0, 0.5),)
 TRUSTED = 40  # robots whose verdicts are asked for, which takes longer than the estimate
@@ -146,7 +147,7 @@ def truth_of(simulated: Simulation) -> dict[str, float]:
 
 
 def chi_square_of(
-    case: Case, simulated: Simulation, found: JointIdentification, truth: dict[str, float]
+    case: Case, simulated: Simulation, found: Estimate, truth: dict[str, float]
 ) -> float:
     """Chi-square of observations and priors with everything but the latent poses at the truth."""
     observed = case.observed

@@ -25,8 +25,8 @@ def main() -> None:
             measurements = symkin.simulate(mechanism, plan, seed).measurements
             for estimator in ("implicit", "joint"):
                 found = symkin.identify(mechanism, measurements, estimator)
-                kinds = {test.suspect for test in found.diagnosis.tests if test.alarms}
-                kinds |= {"outliers"} if found.diagnosis.outliers else set()
+                kinds = {test.suspect for test in found.tests if test.alarms}
+                kinds |= {"outliers"} if found.outliers else set()
                 kinds |= {"chi-square"} if any(fit.unexplained for fit in found.goodness) else set()
                 kinds |= {"any"} if found.doubts else set()
                 alarms[estimator].update(kinds)

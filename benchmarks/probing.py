@@ -66,7 +66,7 @@ def size_errors(believed: symkin.Mechanism, actual: symkin.Mechanism) -> list[fl
 
 
 def errors_of_shown(
-    found: symkin.estimate.JointIdentification, actual: symkin.Mechanism
+    found: symkin.estimate.Estimate, actual: symkin.Mechanism
 ) -> tuple[list[float], list[str], list[str]]:
     """Errors of what the heights show, in deviations, and the names of what is shown or not."""
     truth = dict(zip(actual.parameter_names, actual.parameters.T, strict=True))

@@ -21,8 +21,8 @@ from symkin.analysis.workspace.study import (
     study_workspace,
 )
 from symkin.errors import SymkinError
-from symkin.estimate.fit import PoseUse
 from symkin.estimate.identification import identify
+from symkin.estimate.options import PoseUse
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import leg_carriers, map_poses, observability_group

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from symkin.planning.plan_files import read_plan
     from symkin.planning.selection import select_poses
     from symkin.planning.simulation import simulate
-    from symkin.robot import Robot, load, load_mechanism
+    from symkin.robot import Robot, load, load_mechanism, read_estimate
     from symkin.storage.results_file import read_results
     from symkin.study import run_study
 
@@ -82,6 +82,7 @@ __all__ = [
     "mechanism_schema",
     "pose_count_curve",
     "predict_accuracy",
+    "read_estimate",
     "read_measurements",
     "read_plan",
     "read_results",
@@ -121,7 +122,7 @@ _MODULES = {
     "planning.plan_files": ("read_plan",),
     "planning.selection": ("select_poses",),
     "planning.simulation": ("simulate",),
-    "robot": ("Robot", "load", "load_mechanism"),
+    "robot": ("Robot", "load", "load_mechanism", "read_estimate"),
     "storage.results_file": ("read_results",),
     "study": ("run_study",),
 }

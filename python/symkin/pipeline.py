@@ -13,8 +13,9 @@ from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import ExpectedAccuracy, RowKind
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
-from symkin.estimate.fit import Estimator, PoseUse
-from symkin.estimate.identification import Identification, identify_legs
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.identification import identify_legs
+from symkin.estimate.options import Estimator, PoseUse
 from symkin.model.framing import framed
 from symkin.model.mechanism import Mechanism
 from symkin.planning import Design, Plan, make_plan
@@ -72,7 +73,7 @@ class ProtocolResult(FolderResult):
         Poses chosen for every leg.
     simulation : Simulation
         The simulated robot and its measurements.
-    identification : Identification
+    identification : Estimate
         The calibrated mechanism and its uncertainty.
     before, after : Evaluation
         End-effector errors over the candidates with the nominal and the calibrated mechanism.
@@ -84,12 +85,12 @@ class ProtocolResult(FolderResult):
     candidates: WorkspaceSample
     plan: Plan
     simulation: Simulation
-    identification: Identification
+    identification: Estimate
     before: Evaluation
     after: Evaluation
     seed: int
 
-    FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Identification.FILES)
+    FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Estimate.FILES)
 
     @cached_property
     def expected(self) -> ExpectedAccuracy:
@@ -106,7 +107,7 @@ class ProtocolResult(FolderResult):
     def to_dict(self) -> dict[str, Any]:
         """Return what its results file holds."""
         protocol, basis = self.nominal.protocol, self.plan.basis
-        found = self.identification
+        found, told = self.identification, self.identification.to_dict()
         return {
             "command": "run",
             "mechanism": self.nominal.name,
@@ -126,20 +127,21 @@ class ProtocolResult(FolderResult):
                 "measured": len(self.simulation.measurements.poses),
                 "replaced": list(self.simulation.replaced),
             },
-            "identification": found.to_dict()["identification"],
+            "identification": told["identification"],
             "evaluation": {
                 "before": self.before.to_dict(),
                 "after": self.after.to_dict(),
                 "expected": self.expected.to_dict(),
             },
             "comparison": plain(self.comparison),
+            "estimate": told["estimate"],
         }
 
     def columns(self) -> Mapping[str, Any]:
         """Return the parameters, a row each, and how far they are from those of the robot."""
-        true = self.simulation.actual.parameters
+        has, true = self.nominal.has_parameter, self.simulation.actual.parameters
         errors = self.identification.mechanism.parameters - true
-        return {**self.identification.columns(), "true": true.ravel(), "error": errors.ravel()}
+        return {**self.identification.columns(), "true": true[has], "error": errors[has]}
 
     def write_files(self, folder: Path) -> None:
         """Write the files of all stages into a folder."""
@@ -148,7 +150,7 @@ class ProtocolResult(FolderResult):
         seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
         measured = dataclasses.replace(measured, poses=seen)
         dataclasses.replace(self.simulation, measurements=measured).write(folder)
-        self.identification.save_calibrated(folder / "calibrated.toml")
+        self.identification.write_tables(folder)
         super().write_files(folder)
 
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:

@@ -18,9 +18,10 @@ from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured
 from symkin.errors import MechanismError
-from symkin.estimate.fit import Estimator, Loss, PoseUse
-from symkin.estimate.identification import Identification, identify
-from symkin.estimate.joint import JointIdentification
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.estimate_file import loaded
+from symkin.estimate.identification import identify
+from symkin.estimate.options import Estimator, Loss, PoseUse
 from symkin.estimate.survey import Observing, Unknowns
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.files.mechanism_file import read_mechanism
@@ -33,7 +34,7 @@ from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
 
-__all__ = ["Robot", "load", "load_mechanism"]
+__all__ = ["Robot", "load", "load_mechanism", "read_estimate"]
 
 
 class Robot(Mechanism):
@@ -137,7 +138,7 @@ class Robot(Mechanism):
         sensor: Sensor | None = None,
         gauge: Gauge | None = None,
         loss_per: LossPer | None = None,
-    ) -> Identification[Self] | JointIdentification[Self]:
+    ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(
             self,
@@ -228,3 +229,27 @@ def load_mechanism(path_or_name: str | os.PathLike[str], *, require_symmetry: bo
 
 
 load = load_mechanism
+
+
+def read_estimate(path: str | os.PathLike[str]) -> Estimate[Robot]:
+    """Read what `identify` found from the folder or the results file that it was written to.
+
+    Parameters
+    ----------
+    path : str or path
+        The folder of ``symkin identify`` or ``run``, of `Estimate.write` or `ProtocolResult.write`;
+        or its ``results.json``, which `Estimate.save` writes too.
+
+    Returns
+    -------
+    Estimate
+        Equal to the one that was written, with its mechanisms and measurements, of which everything
+        can be asked.
+
+    Raises
+    ------
+    ResultsError
+        If there is none, or one of another version.
+    """
+    found: Estimate[Robot] = loaded(Estimate, Robot, path)
+    return found

@@ -161,6 +161,8 @@ def _counted(value: Any) -> Any:
     """Indices as people count them."""
     if isinstance(value, dict):
         return {key: _counted(each) for key, each in value.items()}
+    if value is None:
+        return None
     return [_counted(each) for each in value] if isinstance(value, list) else value + 1
 
 

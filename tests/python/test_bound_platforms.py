@@ -143,7 +143,7 @@ def test_measurements_off_the_planes_identify_the_robot_within_their_deviations(
     measured[:, 3:] /= np.linalg.norm(measured[:, 3:], axis=1, keepdims=True)
     found = symkin.identify(quiet, symkin.Measurements.of(measured, readings), estimator)
     assert found.converged
-    assert found.chi_square == pytest.approx(1, abs=0.3)
+    assert found.chi_square_ratio == pytest.approx(1, abs=0.3)
     own = bound.is_estimated
     errors = (found.mechanism.parameters - made.parameters)[own] / found.deviations[own]
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(1, abs=0.5)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.estimate import FitOptions
+from symkin.estimate import EstimateOptions, Outlier
 from symkin.model.settings import ProtocolSettings
 from symkin.present import Table
 from symkin.results import Result
@@ -30,12 +30,12 @@ def ran(paper):
 def results(ran):
     found = ran.identification.cross_validated(3)
     return {
-        "Identification": found,
-        "FitOptions": found.options,
+        "Estimate": found,
+        "EstimateOptions": found.options,
         "LegFit": found.legs[1],
         "GoodnessOfFit": found.goodness[0],
-        "Diagnosis": found.diagnosis,
-        "ResidualTest": found.diagnosis.tests[0],
+        "Outlier": Outlier(3, 5, "closure of leg 2", 1, 4.5, 1e-6),
+        "ResidualTest": found.tests[0],
         "CrossValidation": found.cross_validation,
         "Evaluation": found.after,
         "AlignedErrors": found.after.aligned,
@@ -46,11 +46,11 @@ def results(ran):
 
 
 NAMES = (
-    "Identification",
-    "FitOptions",
+    "Estimate",
+    "EstimateOptions",
     "LegFit",
     "GoodnessOfFit",
-    "Diagnosis",
+    "Outlier",
     "ResidualTest",
     "CrossValidation",
     "Evaluation",
@@ -59,7 +59,7 @@ NAMES = (
     "EstimatorFigures",
     "ProtocolResult",
 )
-PAGES = ("Identification", "CrossValidation", "Evaluation", "Simulation", "ProtocolResult")
+PAGES = ("Estimate", "CrossValidation", "Evaluation", "Simulation", "ProtocolResult")
 
 
 @pytest.fixture(params=NAMES)
@@ -101,7 +101,7 @@ def test_a_copy_is_equal_and_as_fixed_as_the_original(result, copied):
 
 
 def test_results_that_differ_in_one_number_are_not_equal(results, paper):
-    found = results["Identification"]
+    found = results["Estimate"]
     other = symkin.identify(paper, found.measurements, max_iterations=99)
     assert symkin.identify(paper, found.measurements) == symkin.identify(paper, found.measurements)
     assert other != symkin.identify(paper, found.measurements)
@@ -121,21 +121,21 @@ def test_a_result_has_a_json_form(result):
 
 
 def test_legs_and_rows_count_from_one_in_the_json_form(results):
-    assert [fit.to_dict()["legs"] for fit in results["Identification"].goodness] == [[1], [2], [3]]
-    found = results["Identification"].to_dict()["identification"]
+    assert [fit.to_dict()["legs"] for fit in results["Estimate"].goodness] == [[1], [2], [3]]
+    found = results["Estimate"].to_dict()["identification"]
     assert [leg["leg"] for leg in found["legs"]] == [1, 2, 3]
-    assert found["residual_tests"][0]["legs"][0] >= 1
+    assert found["tests"][0]["legs"][0] >= 1
 
 
 def test_the_parameters_come_as_a_table(results):
-    found = results["Identification"]
+    found = results["Estimate"]
     columns = found.columns()
     assert list(columns) == [
-        *("leg", "parameter", "unit", "nominal", "value", "change", "standard_deviation")
+        *("name", "unit", "nominal", "value", "change", "standard_deviation"),
+        *("tolerance", "prior", "change_in_tolerances", "status"),
     ]
     assert {len(values) for values in columns.values()} == {24}
-    assert columns["leg"][8] == 2
-    assert columns["parameter"][8] == "proximal_length"
+    assert columns["name"][8] == "leg2.proximal_length"
     np.testing.assert_allclose(columns["nominal"] + columns["change"], columns["value"], atol=1e-15)
     truth = results["ProtocolResult"].columns()
     np.testing.assert_allclose(truth["value"] - truth["true"], truth["error"], atol=1e-15)
@@ -163,7 +163,7 @@ def test_a_frame_has_the_columns(told, monkeypatch):
 def test_a_frame_without_pandas_says_what_is_missing(results, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ImportError, match="pip install pandas"):
-        results["Identification"].to_frame()
+        results["Estimate"].to_frame()
 
 
 def spoken(text):
@@ -192,22 +192,27 @@ def test_text_and_html_say_the_same_numbers(told):
 
 
 def test_the_answer_stands_before_everything_else(results):
-    page = results["Identification"].page()
-    first = [part for part in page.sections[0].parts if isinstance(part, Table)]
+    page = results["Estimate"].page()
+    first = [
+        part
+        for section in page.sections
+        for part in section.parts
+        if isinstance(part, Table) and part.brief
+    ]
     assert [table.caption for table in first[:2]] == [
         "Identified parameters",
         "Rows that fit worst",
     ]
-    text = results["Identification"].text()
+    text = results["Estimate"].text()
     assert text.index("nothing speaks against") < text.index("Closure of the legs")
     assert text.index("Closure of the legs") < text.index("Identified parameters")
     assert text.index("Next: ") > text.index("Identified parameters")
 
 
 def test_changes_from_the_drawing_are_in_millimetres_degrees_and_percent(results):
-    found = results["Identification"]
+    found = results["Estimate"]
     table = found.page().sections[0].parts[0]
-    shown = {row[0]: row[-1].replace("\N{MINUS SIGN}", "-") for row in table.groups[0].rows}
+    shown = {row[0]: row[-2].replace("\N{MINUS SIGN}", "-") for row in table.groups[0].rows}
     changes = dict(zip(found.nominal.parameter_names, found.changes[0], strict=True))
     for name, unit, factor in (
         ("proximal_length", " mm", 1e3),
@@ -230,12 +235,13 @@ def test_the_worst_rows_are_named_by_their_numbers_in_the_file(results, paper):
     found = symkin.identify(paper, spoilt)
     table = next(
         part
-        for part in found.page().sections[0].parts
+        for part in found.page().sections[1].parts
         if isinstance(part, Table) and part.caption == "Rows that fit worst"
     )
     row = table.groups[0].rows[0]
-    assert (row[0], row[1], row[-1]) == (str(measurements.row_numbers[7]), "2", "does not fit")
-    (outlier,) = found.diagnosis.outliers
+    assert row[:2] == [str(measurements.row_numbers[7]), "closure of leg 2"]
+    assert row[-1] == "does not fit"
+    (outlier,) = found.outliers
     assert outlier.row_number == measurements.row_numbers[outlier.row]
     assert outlier.to_dict()["row"] == outlier.row_number
     assert "settle the doubts" in found.text()
@@ -249,7 +255,7 @@ def test_a_wrong_option_names_the_valid_ones(results, paper, option, value):
     with pytest.raises(symkin.SymkinError, match=said):
         symkin.identify(paper, results["Simulation"].measurements, **{option: value})
     with pytest.raises(symkin.SymkinError, match=option):
-        FitOptions(**{option: value})
+        EstimateOptions(**{option: value})
 
 
 def test_a_sample_is_evaluated_like_its_poses(ran):

@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 import symkin
 from symkin.analysis.observability import analyse_observability
 from symkin.errors import FailedFitError, MechanismError, MechanismFileError, SymkinError
-from symkin.estimate.problem import JointOptions, core_setup, layout_of
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import core_setup, layout_of
 from symkin.exports.reading import import_mechanism
 from symkin.files.mechanism_file import load_columns
 from symkin.files.mechanism_schema import mechanism_schema
@@ -379,12 +380,12 @@ def test_a_table_of_parameters_has_no_row_for_one_that_a_leg_lacks(planar: Mecha
     made = symkin.simulate(nominal, plan, seed=3)
     found = symkin.identify(nominal, made.measurements, "implicit")
     columns = found.columns()
-    named = list(zip(columns["leg"], columns["parameter"], strict=True))
-    assert (1, "proximal_length") in named
-    assert (3, "proximal_length") not in named
+    named = columns["name"]
+    assert "leg1.proximal_length" in named
+    assert "leg3.proximal_length" not in named
     assert len(named) == 8 + 8 + 6
     units = dict(zip(named, columns["unit"], strict=True))
-    assert (units[1, "sensor_gain"], units[3, "sensor_gain"]) == ("", "m/rad")
+    assert (units["leg1.sensor_gain"], units["leg3.sensor_gain"]) == ("", "m/rad")
     many = symkin.identify_many(nominal, [made.measurements])
     assert "proximal_length_1_m" in many.columns()
     assert "proximal_length_3_m" not in many.columns()
@@ -411,7 +412,7 @@ def test_positions_alone_identify_both_kinds_of_legs(planar: Mechanism) -> None:
 def layout(mechanism: Mechanism, **options: Any) -> Any:
     readings = mechanism.inverse_kinematics(mechanism.home[None])
     return layout_of(
-        mechanism, core_setup(mechanism), JointOptions(**options),
+        mechanism, core_setup(mechanism), EstimateOptions(**options),
         readings,
     )  # fmt: skip
 

@@ -2,7 +2,9 @@
 
 import inspect
 import pickle
+import runpy
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -61,3 +63,10 @@ def test_a_mechanism_and_its_robot_are_the_same_mechanism(paper):
     assert type(robot) is symkin.Robot
     assert robot == paper
     assert type(pickle.loads(pickle.dumps(robot))) is symkin.Robot
+
+
+def test_the_script_that_the_type_checker_reads_runs(tmp_path):
+    script = runpy.run_path(str(Path(__file__).with_name("typed_script.py")))
+    found = script["everything"](tmp_path)
+    assert type(found.mechanism) is symkin.Robot
+    assert symkin.load_mechanism(tmp_path / "calibrated.toml").deviations is not None

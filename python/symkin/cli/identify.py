@@ -37,7 +37,7 @@ from symkin.cli.options import (
     refuse_unless,
     with_sensor_table,
 )
-from symkin.estimate import FitOptions, JointIdentification
+from symkin.estimate import Estimate, EstimateOptions
 from symkin.estimate.fleet import Fleet, fleet_of_files
 from symkin.estimate.unknowns import Gauge, LossPer
 from symkin.model.mechanism import require_same_shape
@@ -152,7 +152,7 @@ def identify(
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
         inputs = [*nominal.files, measurements, columns, sensor_table]
         with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *JointIdentification.FILES) if out else None
+            target = outputs.folder(out, *Estimate.FILES) if out else None
             stage("identifying")
             found = symkin.identify(
                 nominal,
@@ -231,7 +231,7 @@ def identify_batch(
             found = Fleet.of(
                 nominal,
                 robots,
-                FitOptions(estimator, use, loss, None, None, max_iterations),
+                EstimateOptions(estimator, use, loss, None, None, max_iterations),
                 threads=threads,
                 workers=workers,
                 scheduler=scheduler,

@@ -23,7 +23,7 @@ from symkin.analysis.observed import Observed
 from symkin.analysis.probing import CALIPER, PrintedLength
 from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import QuantityError
-from symkin.estimate.fit import Estimator, Loss, PoseUse
+from symkin.estimate.options import Estimator, Loss, PoseUse
 from symkin.estimate.survey import Unknowns
 from symkin.estimate.unknowns import Priors, Sensor
 from symkin.files.mechanism_file import load_columns

@@ -2,26 +2,25 @@
 """From measurements to parameters, their uncertainty, and what speaks against them."""
 
 from symkin.estimate.cross_validation import CrossValidation
-from symkin.estimate.diagnosis import Diagnosis, Outlier, ResidualTest
-from symkin.estimate.fit import Estimator, FitOptions, GoodnessOfFit, LegFit, Loss, PoseUse
+from symkin.estimate.diagnosis import Outlier, ResidualTest
+from symkin.estimate.estimate import Estimate
 from symkin.estimate.fleet import Fleet, identify_many
-from symkin.estimate.identification import Identification, cross_validate, identify
-from symkin.estimate.joint import JointIdentification
+from symkin.estimate.found import GoodnessOfFit, Latent, LegFit
+from symkin.estimate.identification import cross_validate, identify
+from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
+from symkin.estimate.parameters import Unknown
 from symkin.estimate.precision import Heights, Shown
-from symkin.estimate.problem import JointOptions, Rows
-from symkin.estimate.unknowns import Unknown
+from symkin.estimate.problem import Rows
 
 __all__ = [
     "CrossValidation",
-    "Diagnosis",
+    "Estimate",
+    "EstimateOptions",
     "Estimator",
-    "FitOptions",
     "Fleet",
     "GoodnessOfFit",
     "Heights",
-    "Identification",
-    "JointIdentification",
-    "JointOptions",
+    "Latent",
     "LegFit",
     "Loss",
     "Outlier",

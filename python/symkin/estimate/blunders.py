@@ -13,7 +13,8 @@ from symkin import _core
 from symkin.data.measured_rows import DEVIATIONS
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.fit import FALSE_ALARMS, Loss
+from symkin.estimate.fit import FALSE_ALARMS
+from symkin.estimate.options import Loss
 from symkin.estimate.problem import KINDS, OBSERVED, Problem, Rows, without_pose
 
 __all__ = ["estimated_noise", "without_blunders"]

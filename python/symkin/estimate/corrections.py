@@ -25,8 +25,8 @@ from symkin import _core
 from symkin.analysis.workspace import best_homes
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError, named_legs
-from symkin.estimate.fit import FitOptions
-from symkin.estimate.problem import JointOptions, Problem, layout_of, observed_count
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import Problem, layout_of, observed_count
 from symkin.estimate.reading_checks import Taken, nearer_other_root, turns_in_words, with_modes
 from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup
@@ -121,7 +121,7 @@ class _Model:
     """A robot and how it is fitted, with tolerances as priors; laid out once for all readings."""
 
     mechanism: Mechanism
-    options: JointOptions
+    options: EstimateOptions
 
     def problem(self, measurements: Measurements, steps: int) -> Problem:
         """Of some measurements; errors are those of `identify`."""
@@ -133,7 +133,7 @@ class _Model:
         return Problem.of(self.mechanism, measurements, options, self._layout)
 
     @cached_property
-    def _options(self) -> JointOptions:
+    def _options(self) -> EstimateOptions:
         given = self.options
         noise = given.noise if isinstance(given.noise, NoiseSettings) else None
         return dataclasses.replace(given, gauge="prior", loss="none", loss_per="pose", noise=noise)
@@ -159,10 +159,10 @@ class _Correction(NamedTuple):
         return self.model.mechanism
 
     @property
-    def options(self) -> JointOptions:
+    def options(self) -> EstimateOptions:
         return self.model.options
 
-    def of(self, words: _Words, mechanism: Mechanism, options: JointOptions) -> _Correction:
+    def of(self, words: _Words, mechanism: Mechanism, options: EstimateOptions) -> _Correction:
         """Of another robot, or fitted otherwise."""
         return self._replace(words=words, model=_Model(mechanism, options))
 
@@ -229,7 +229,11 @@ class _Correction(NamedTuple):
 
 @contextmanager
 def explained(
-    mechanism: Mechanism, measurements: Measurements, options: FitOptions | JointOptions
+    mechanism: Mechanism,
+    measurements: Measurements,
+    options: EstimateOptions,
+    *,
+    by_leg: bool = False,
 ) -> Iterator[None]:
     """Say of measurements that allow no estimate what may be wrong with them."""
     try:
@@ -237,9 +241,10 @@ def explained(
     except SymkinError as error:
         # What is refused before anything is fitted says why itself.
         fitted = isinstance(error, FailedFitError) or (
-            isinstance(error, NotIdentifiableError) and isinstance(options, JointOptions)
+            isinstance(error, NotIdentifiableError) and not by_leg
         )
-        words = cause_in_words(hypotheses_of(mechanism, measurements, options)) if fitted else ""
+        tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
+        words = cause_in_words(tried)
         if not words:
             raise
         # Its fields name directions, so the error stays the same object.
@@ -269,7 +274,11 @@ def cause_in_words(tried: Sequence[Hypothesis]) -> str:
 
 
 def hypotheses_of(
-    nominal: Mechanism, measurements: Measurements, options: FitOptions | JointOptions
+    nominal: Mechanism,
+    measurements: Measurements,
+    options: EstimateOptions,
+    *,
+    by_leg: bool = False,
 ) -> tuple[Hypothesis, ...]:
     """Try corrections of what people mistake most often, the best first.
 
@@ -278,12 +287,10 @@ def hypotheses_of(
     are tried where one does not explain the data, or only a part: then with that one. That of no
     mistake is among them.
     """
-    if isinstance(options, FitOptions):
+    if by_leg:
         # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
         nominal = nominal.replace(frames=None)
-        options = JointOptions(
-            noise=options.noise, loss=options.loss, loss_scale=options.loss_scale
-        )
+        options = dataclasses.replace(options, poses="all")
     stated = _Correction("", _Model(nominal, options), measurements)
     alone = _judged(stated, _corrections(stated))
     proposed = [each for each in alone if each.proposed]
@@ -674,8 +681,8 @@ def _frames(stated: _Correction) -> Iterator[_Correction]:
 
 
 def with_frames(
-    mechanism: Mechanism, measurements: Measurements, options: JointOptions
-) -> JointOptions | None:
+    mechanism: Mechanism, measurements: Measurements, options: EstimateOptions
+) -> EstimateOptions | None:
     """The same with unknown frames of device and target; None where these cannot be found."""
     space = mechanism.space
     if options.frames or not np.isfinite(measurements.poses[:, : space.size or None]).any():
@@ -690,7 +697,11 @@ def with_frames(
 
 
 def frame_in_words(
-    space: PoseSpace, base: _core.Frame, stated: JointOptions, framed: JointOptions, why: str = ""
+    space: PoseSpace,
+    base: _core.Frame,
+    stated: EstimateOptions,
+    framed: EstimateOptions,
+    why: str = "",
 ) -> str:
     """That the measurements have a frame of their own, how far it is off, and what to ask for."""
     shift = ", ".join(f"{1e3 * value:.3g}" for value in base.position)

@@ -15,14 +15,16 @@ from symkin.analysis.evaluation import Evaluation, closures_of, pose_differences
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.corrections import explained
-from symkin.estimate.problem import KINDS, OBSERVED, JointOptions, Rows
-from symkin.estimate.solution import settled, solved
+from symkin.estimate.fit import by_leg
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import KINDS, OBSERVED, Rows
+from symkin.estimate.solution import settled, together
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.results import Result
 from symkin.values import field, record
 
-__all__ = ["CrossValidation", "joint_cross_validation"]
+__all__ = ["CrossValidation", "cross_validation_of"]
 
 Array = NDArray[np.float64]
 
@@ -80,76 +82,62 @@ class CrossValidation(Result):
         return {"row": self.row_numbers, **legs}
 
 
-def joint_cross_validation(
+def cross_validation_of(
     mechanism: Mechanism,
     measurements: Measurements,
     folds: int,
     seed: int,
-    options: JointOptions,
+    options: EstimateOptions,
     *,
     blocks: bool = False,
+    legs: bool = False,
 ) -> CrossValidation:
-    """Predict each part of any observations from an identification on the others.
+    """Predict each part of the observations from an identification on the others.
 
     Each observation of an unseen pose is compared with what the others of that pose predict. What
-    fewer rows than parts observe, no part is without.
+    fewer rows than parts observe, no part is without. With `legs` these are identified one by one,
+    from full poses; with poses "own" each leg's set is dealt by itself then, and a leg is predicted
+    at those poses.
     """
-    count = len(measurements.poses)
-    fold_of = folds_of(np.zeros(count, dtype=np.intp), folds, None if blocks else seed)
+    if legs and options.poses == "all":
+        measurements = measurements.for_all_legs()
+    taken, readings = measurements.poses, measurements.readings
+    sets = measurements.leg_sets if legs else np.zeros(len(taken), dtype=np.intp)
+    fold_of = folds_of(sets, folds, None if blocks else seed)
     fold_of[_rarely_observed(measurements, folds)] = -1
-    residuals = np.full(measurements.readings.shape, np.nan)
-    differences = np.full((count, mechanism.straight.dof), np.nan)
-    whole = np.asarray(np.isfinite(measurements.poses).all(axis=1))
-    read = np.asarray(np.isfinite(measurements.readings).all(axis=1))
-    own = np.array(measurements.poses)
+    residuals: Array = np.full(readings.shape, np.nan)
+    differences = np.full((len(taken), mechanism.straight.dof), np.nan)
+    whole = np.asarray(np.isfinite(taken).all(axis=1))
+    complete = whole & np.isfinite(readings).all(axis=1)
+    own = np.array(taken)
     squares: dict[str, list[float]] = {}
     converged = True
-    for fold in range(folds):
-        seen, unseen = np.flatnonzero(fold_of != fold), np.flatnonzero(fold_of == fold)
-        part = measurements.subset(seen)
-        with without_part(fold, folds), explained(mechanism, part, options):
-            found = solved(mechanism, part, options)
-        converged &= found.fit.converged
-        left = measurements.subset(unseen)
-        rows = Rows.of(settled(found.mechanism, found.problem.noise, left).fit())
-        for row in np.flatnonzero(np.isfinite(rows.blunder)).tolist():
-            unit = rows.unit(row, mechanism.pose_space, mechanism.reading_unit)
-            kind = f"{KINDS[rows.kind[row]].replace(' ', '_')}_{unit}"
-            squares.setdefault(kind, []).append(float(rows.blunder[row]) ** 2)
-        full = np.intersect1d(np.flatnonzero(whole), unseen)
-        if not len(full):
-            continue
-        own[full] = unframed(found.mechanism, measurements.poses[full])
-        part = dataclasses.replace(measurements.subset(full), poses=own[full])
-        residuals[full] = closures_of(found.mechanism, part)
-        complete = np.flatnonzero(read[full])
-        if len(complete):
-            taken = pose_differences(found.mechanism, part.subset(complete))
-            differences[full[complete]] = taken
-    numbers, kept = measurements.row_numbers, np.flatnonzero(whole & read)
-    off = differences, own, kept
-    made = validation_of(mechanism, numbers, residuals, *off, folds, blocks, converged)
-    observed = {kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()}
-    return dataclasses.replace(made, observed_rms=observed)
-
-
-def validation_of(
-    mechanism: Mechanism,
-    row_numbers: NDArray[np.intp],
-    residuals: Array,
-    differences: Array,
-    poses: Array,
-    kept: NDArray[np.intp],
-    folds: int,
-    blocks: bool,
-    converged: bool,
-) -> CrossValidation:
-    """Figures of what is left at all poses, and of the errors at those that are `kept`."""
-    known = np.isfinite(residuals).any()
-    evaluation = None
+    for fold in np.unique(fold_of[fold_of >= 0]).tolist():
+        unseen = np.flatnonzero(fold_of == fold)
+        full, kept = unseen[whole[unseen]], unseen[complete[unseen]]
+        part = measurements.subset(np.flatnonzero(fold_of != fold))
+        refused = explained(mechanism, part, options, by_leg=legs)
+        with without_part(fold, folds), refused:
+            found = (by_leg if legs else together)(mechanism, part, options)
+        converged &= found.converged
+        if not legs:
+            left = settled(found.mechanism, found.noise, measurements.subset(unseen))
+            _add_squares(squares, Rows.of(left.fit()), mechanism)
+            own[full] = unframed(found.mechanism, taken[full])
+        there = dataclasses.replace(measurements, poses=own)
+        residuals[full] = closures_of(found.mechanism, there.subset(full))
+        if len(kept):
+            differences[kept] = pose_differences(found.mechanism, there.subset(kept))
+    for leg in range(len(mechanism.legs) if legs else 0):
+        residuals[~np.isin(np.arange(len(taken)), measurements.rows_of(leg)), leg] = np.nan
+    known, evaluation = np.isfinite(residuals).any(), None
     if np.isfinite(differences).any():
-        numbers = row_numbers[kept]
-        evaluation = Evaluation.of(differences[kept], poses[kept], mechanism, row_numbers=numbers)
+        evaluation = Evaluation.of(
+            differences[complete],
+            own[complete],
+            mechanism,
+            row_numbers=measurements.row_numbers[complete],
+        )
     return CrossValidation(
         folds=folds,
         blocks=blocks,
@@ -157,10 +145,19 @@ def validation_of(
         residual_rms=float(np.sqrt(np.nanmean(residuals**2))) if known else float("nan"),
         residual_max=float(np.nanmax(np.abs(residuals))) if known else float("nan"),
         residuals=residuals,
-        row_numbers=row_numbers,
+        row_numbers=measurements.row_numbers,
         evaluation=evaluation,
+        observed_rms={kind: float(np.sqrt(np.mean(each))) for kind, each in squares.items()},
         closure_unit=mechanism.space.closure_unit,
     )
+
+
+def _add_squares(squares: dict[str, list[float]], rows: Rows, mechanism: Mechanism) -> None:
+    """By kind and unit, of what each observation is off from what the others of its pose say."""
+    for row in np.flatnonzero(np.isfinite(rows.blunder)).tolist():
+        unit = rows.unit(row, mechanism.pose_space, mechanism.reading_unit)
+        kind = f"{KINDS[rows.kind[row]].replace(' ', '_')}_{unit}"
+        squares.setdefault(kind, []).append(float(rows.blunder[row]) ** 2)
 
 
 def _rarely_observed(measurements: Measurements, folds: int) -> NDArray[np.bool_]:

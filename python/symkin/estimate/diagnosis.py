@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +21,16 @@ from symkin import _core
 from symkin.analysis.workspace import coordinate_names
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError, named_legs
-from symkin.estimate.corrections import cause_in_words, hypotheses_of
+from symkin.estimate.corrections import Hypothesis, cause_in_words, hypotheses_of
 from symkin.estimate.fit import (
     FALSE_ALARMS,
     UNKNOWN,
-    Estimator,
-    Fit,
-    FitOptions,
-    GoodnessOfFit,
+    by_leg,
     core_measurements,
     unguarded_note,
 )
-from symkin.estimate.problem import JointOptions
+from symkin.estimate.found import Found, GoodnessOfFit
+from symkin.estimate.options import EstimateOptions, Estimator
 from symkin.estimate.reading_checks import coarse_readings, signs_of_mistakes
 from symkin.estimate.unknowns import Sensor
 from symkin.estimate.wider_models import help_in_words, unseen_rms
@@ -118,7 +116,7 @@ class ResidualTest(Value):
 
 @record
 class Outlier(Value):
-    """A pose that does not fit the others.
+    """A pose that does not fit the others, or an observation of it.
 
     Attributes
     ----------
@@ -126,17 +124,20 @@ class Outlier(Value):
         Of the measurements, from 0.
     row_number : int
         Where it stands in their source, from 1; this is what messages and files call its row.
-    leg : int
-        The leg (from 0) whose closure is furthest off there.
+    what : str
+        What is furthest off there: ``closure of leg 2``, ``reading of leg 2``, ``x of the pose``.
+    leg : int or None
+        The leg (from 0) of it, if it is of one.
     student : float
         Its studentised residual.
     p_value : float
-        Probability of a pose or closure as far off, before it is one of many.
+        Probability of a pose or observation as far off, before it is one of many.
     """
 
     row: int = field(private=True)
     row_number: int
-    leg: int = field(number=True)
+    what: str
+    leg: int | None = field(number=True)
     student: float
     p_value: float
 
@@ -146,40 +147,19 @@ class Outlier(Value):
         return {names.get(name, name): value for name, value in super().to_dict().items()}
 
 
-@record
-class Diagnosis(Value):
-    """What the residuals and the parameters say of the model and of the measurements.
-
-    Attributes
-    ----------
-    doubts : tuple of str
-        What speaks against the estimate, in sentences.
-    notes : tuple of str
-        What to know of an estimate that may well be sound.
-    tests : tuple of ResidualTest
-        Tests of the residuals; none for residuals that are zero but for rounding.
-    outliers : tuple of Outlier
-        Poses that do not fit the others, worst first.
-    student : ndarray, shape (N, legs)
-        Studentised residual of each closure, Student's t whatever the true size of the noise; NaN
-        where a leg was not read.
-    """
+class Diagnosis(NamedTuple):
+    """What closures and parameters say of the model and of the measurements; see `Estimate`."""
 
     doubts: tuple[str, ...]
+    symptoms: tuple[str, ...]
+    hypotheses: tuple[Hypothesis, ...]
     notes: tuple[str, ...]
     tests: tuple[ResidualTest, ...]
     outliers: tuple[Outlier, ...]
-    student: NDArray[np.float64] = field(private=True)
 
 
-def diagnose(found: Fit) -> Diagnosis:
-    """Diagnose an identification.
-
-    Parameters
-    ----------
-    found : Fit
-        Such as an `Identification`.
-    """
+def diagnose(found: Found) -> Diagnosis:
+    """Diagnose an estimate from the closures of full poses."""
     result = _diagnosed(found)
     tests = _tests(found, result)
     outliers = _outliers(found, result)
@@ -192,19 +172,21 @@ def diagnose(found: Fit) -> Diagnosis:
         if not any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs):
             rows = _doubts_of_rows(outliers)
             consequences = [*rows, *_doubts_of_residuals(found, tests), *consequences]
-    cause = ""
-    if doubts or consequences or not found.converged:
+    cause, tried = "", tuple[Hypothesis, ...]()
+    symptoms = (*doubts, *consequences)
+    if symptoms or not found.converged:
         cause, rest = _gross_errors(found)
-        cause = cause or cause_in_words(hypotheses_of(found.nominal, rest, found.options))
+        if not cause:
+            tried = hypotheses_of(found.nominal, rest, found.options, by_leg=True)
+            cause = cause_in_words(tried)
     # What a mistake does to the estimate is not worth telling beside the mistake.
     doubts = [cause, *doubts] if cause else [*doubts, *consequences]
     doubts += coarse_readings(found) if doubts else []
-    unguarded = sorted({row for leg in found.legs for row in leg.unguarded})
-    notes = (*weak_parameters(found), *unguarded_note(found.measurements, unguarded))
-    return Diagnosis(tuple(doubts), notes, tests, outliers, result.student)
+    notes = (*weak_parameters(found), *unguarded_note(found.measurements, found.unguarded))
+    return Diagnosis(tuple(doubts), symptoms, tried, notes, tests, outliers)
 
 
-def _diagnosed(found: Fit) -> _core.Diagnosis:
+def _diagnosed(found: Found) -> _core.Diagnosis:
     return _core.diagnose(
         found.mechanism.core,
         core_measurements(found.measurements),
@@ -215,11 +197,12 @@ def _diagnosed(found: Fit) -> _core.Diagnosis:
     )
 
 
-def _rejected(found: Fit) -> list[int]:
-    return sorted({int(row) for leg in found.legs for row in leg.rejected})
+def _rejected(found: Found) -> list[int]:
+    """Rows of which the loss rejects anything."""
+    return sorted({row for row, _ in found.rejected})
 
 
-def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
+def _tests(found: Found, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
     legs = tuple(range(len(found.nominal.legs)))
     names, closure_unit = coordinate_names(found.nominal), found.nominal.space.closure_unit
     terms = [*names, *(f"{name}^2" for name in names)]
@@ -246,7 +229,7 @@ def _tests(found: Fit, result: _core.Diagnosis) -> tuple[ResidualTest, ...]:
     )
 
 
-def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
+def _outliers(found: Found, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     # Half of the false alarms for poses as a whole, half for single closures.
     read = np.isfinite(result.student)
     poses = np.flatnonzero(read.any(axis=1))
@@ -258,6 +241,7 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
         Outlier(
             row=int(row),
             row_number=int(numbers[row]),
+            what=f"closure of leg {np.argmin(closures[row]) + 1}",
             leg=int(np.argmin(closures[row])),
             student=float(result.student[row, np.argmin(closures[row])]),
             p_value=float(min(result.pose_p[row], closures[row].min())),
@@ -268,7 +252,7 @@ def _outliers(found: Fit, result: _core.Diagnosis) -> tuple[Outlier, ...]:
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def _gross_errors(found: Fit) -> tuple[str, Measurements]:
+def _gross_errors(found: Found) -> tuple[str, Measurements]:
     """Poses without which everything fits, in words, and the measurements without them.
 
     No words if there are none, or if the rest fits no robot of this drawing: one that has a gain
@@ -278,15 +262,15 @@ def _gross_errors(found: Fit) -> tuple[str, Measurements]:
     Only those are named that do not fit the others when they alone come back.
     """
     nothing = "", found.measurements
-    worst = max((fit.per_degree for fit in found.goodness if fit.unexplained), default=0.0)
+    worst = max((fit.chi_square_ratio for fit in found.goodness if fit.unexplained), default=0.0)
     if found.options.loss != "none" or worst < _GROSS_CHI_SQUARE:
         return nothing
     estimator: Estimator = "joint" if found.estimator == "joint" else "implicit"
-    options = FitOptions(estimator, found.options.poses, noise=found.noise)
+    options = EstimateOptions(estimator, found.options.poses, noise=found.noise)
     count = len(found.measurements.poses)
 
-    def fitted(rows: NDArray[np.intp], how: FitOptions) -> Fit:
-        return Fit.of(found.nominal, found.measurements.subset(rows), how)
+    def fitted(rows: NDArray[np.intp], how: EstimateOptions) -> Found:
+        return by_leg(found.nominal, found.measurements.subset(rows), how)
 
     try:
         robust = fitted(np.arange(count), replace(options, loss="cauchy"))
@@ -308,13 +292,13 @@ def _gross_errors(found: Fit) -> tuple[str, Measurements]:
     listed = ", ".join(map(str, numbers[:8])) + (" ..." if len(numbers) > 8 else "")
     words = (
         f"likely cause: gross errors in rows {listed}: a robust loss (cauchy) finds {len(gross)} "
-        f"of {count} poses that do not fit the others, whose chi-square is {clean.chi_square:.3g} "
-        "per degree of freedom"
+        f"of {count} poses that do not fit the others, whose chi-square is "
+        f"{clean.chi_square_ratio:.3g} per degree of freedom"
     )
     return words, clean.measurements
 
 
-def _doubts_of_size(found: Fit) -> Iterator[str]:
+def _doubts_of_size(found: Found) -> Iterator[str]:
     """Too few poses, or poses too much alike."""
     counts = found.nominal.estimated_counts
     for number, (leg, parameters) in enumerate(zip(found.legs, counts, strict=True), 1):
@@ -338,7 +322,7 @@ def _doubts_of_size(found: Fit) -> Iterator[str]:
             )
 
 
-def _doubts_of_noise(found: Fit) -> Iterator[str]:
+def _doubts_of_noise(found: Found) -> Iterator[str]:
     """Residuals larger or smaller than the declared noise."""
     remedy = (
         "the standard deviations are those of the residuals that the loss keeps"
@@ -350,7 +334,7 @@ def _doubts_of_noise(found: Fit) -> Iterator[str]:
     judged = [fit for fit in found.goodness if fit.degrees_of_freedom > 0]
     large = [fit for fit in judged if fit.unexplained]
     if large:
-        times = max(fit.per_degree for fit in large) ** 0.5
+        times = max(fit.chi_square_ratio for fit in large) ** 0.5
         yield (
             f"{_chi_squares(found, large)}, above {_limits(large, 'limit')} which 1 of 1000 sound "
             f"robots exceeds: residuals are {times:.2g} times what the declared noise explains; "
@@ -366,7 +350,7 @@ def _doubts_of_noise(found: Fit) -> Iterator[str]:
     if small and found.options.loss == "none":
         why = (
             "these are numbers that were computed, such as those of a plan, not measured"
-            if min(fit.per_degree for fit in small) < 1e-6
+            if min(fit.chi_square_ratio for fit in small) < 1e-6
             else "the declared noise is too large, or the measurements were smoothed"
         )
         yield (
@@ -375,10 +359,10 @@ def _doubts_of_noise(found: Fit) -> Iterator[str]:
         )
 
 
-def _chi_squares(found: Fit, fits: Sequence[GoodnessOfFit]) -> str:
+def _chi_squares(found: Found, fits: Sequence[GoodnessOfFit]) -> str:
     legs = [leg for fit in fits for leg in fit.legs]
     who = "all legs" if len(legs) == len(found.legs) else named_legs(legs)
-    values = ", ".join(f"{fit.per_degree:.3g}" for fit in fits)
+    values = ", ".join(f"{fit.chi_square_ratio:.3g}" for fit in fits)
     freedom = ", ".join(dict.fromkeys(f"{fit.degrees_of_freedom:.4g}" for fit in fits))
     return f"{who}: chi-square is {values} per degree of freedom ({freedom} of them)"
 
@@ -392,8 +376,9 @@ def _doubts_of_rows(outliers: Sequence[Outlier]) -> Iterator[str]:
     if not outliers:
         return
     named = ", ".join(
-        f"{outlier.row_number} (leg {outlier.leg + 1}, {outlier.student:+.1f} deviations)"
-        for outlier in outliers[:_NAMED_ROWS]
+        f"{each.row_number} ({each.what.removeprefix('closure of ')}, {each.student:+.1f} "
+        "deviations)"
+        for each in outliers[:_NAMED_ROWS]
     )
     more = len(outliers) - _NAMED_ROWS
     which = (
@@ -404,11 +389,11 @@ def _doubts_of_rows(outliers: Sequence[Outlier]) -> Iterator[str]:
     yield f"{which} the others: look at the measurement, or use a robust loss"
 
 
-def _doubts_of_residuals(found: Fit, tests: Sequence[ResidualTest]) -> Iterator[str]:
+def _doubts_of_residuals(found: Found, tests: Sequence[ResidualTest]) -> Iterator[str]:
     @cache
     def unseen(sensor: Sensor) -> float:
         """Closures of `joint` with such sensors at poses that it did not see."""
-        options = JointOptions(poses=found.options.poses, noise=found.noise, sensor=sensor)
+        options = EstimateOptions(poses=found.options.poses, noise=found.noise, sensor=sensor)
         return unseen_rms(found.nominal, found.measurements, options)
 
     for suspect, meaning in _MEANINGS.items():
@@ -426,7 +411,7 @@ def _evidence(alarms: Sequence[ResidualTest]) -> str:
     return f"(F({terms}, {spare}) = {worst.statistic:.3g}, {p_value})"
 
 
-def _single_legs(alarms: Sequence[ResidualTest], found: Fit) -> str:
+def _single_legs(alarms: Sequence[ResidualTest], found: Found) -> str:
     legs = [test for test in alarms if len(test.legs) == 1]
     if not legs or len(legs) == len(found.legs):
         return "all legs"
@@ -437,19 +422,19 @@ def _size(alarms: Sequence[ResidualTest]) -> str:
     return f"{max(test.size for test in alarms) * 1e3:.3g} m{alarms[0].closure_unit} rms"
 
 
-def _eccentric(found: Fit, unseen: _Unseen) -> str:
+def _eccentric(found: Found, unseen: _Unseen) -> str:
     """What to ask for where `joint` can learn it: of sensors that read an angle."""
     if found.nominal.reading_unit != "rad":
         return ""
     return f"; identify with --sensor eccentric{_help(found, unseen, 'eccentric')}"
 
 
-def _help(found: Fit, unseen: _Unseen, sensor: Sensor) -> str:
+def _help(found: Found, unseen: _Unseen, sensor: Sensor) -> str:
     """By how much `joint` does better with such sensors at poses that it did not see."""
     return help_in_words(unseen("linear"), unseen(sensor), found.nominal.space.closure_unit)
 
 
-_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit, _Unseen], str]] = {
+_MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Found, _Unseen], str]] = {
     "sensor_curvature": lambda alarms, found, unseen: (
         f"{_single_legs(alarms, found)}: the residuals contain a square of the reading "
         f"({_size(alarms)} of the closures): the sensors are not linear, as with a spool that "
@@ -487,7 +472,7 @@ _MEANINGS: dict[str, Callable[[Sequence[ResidualTest], Fit, _Unseen], str]] = {
 }
 
 
-def implausible_parameters(found: Fit) -> Iterator[str]:
+def implausible_parameters(found: Found) -> Iterator[str]:
     """Name parameters, and movements of all of them, that the tolerances make implausible."""
     nominal, moved, deviations = found.nominal, found.changes, found.deviations
     identified = nominal.is_estimated
@@ -509,7 +494,7 @@ def implausible_parameters(found: Fit) -> Iterator[str]:
         yield f"parameters are further from the drawing than is plausible: {named}{more}"
 
 
-def unknown_parameters(found: Fit) -> Iterator[str]:
+def unknown_parameters(found: Found) -> Iterator[str]:
     """Name parameters that the measurements in effect do not show."""
     unknown = np.argwhere(found.deviations > UNKNOWN * parameter_tolerances(found.nominal))
     if len(unknown):
@@ -519,7 +504,7 @@ def unknown_parameters(found: Fit) -> Iterator[str]:
         )
 
 
-def weak_parameters(found: Fit) -> Iterator[str]:
+def weak_parameters(found: Found) -> Iterator[str]:
     """Name parameters that the drawing knows better than the measurements."""
     shares = found.deviations / parameter_tolerances(found.nominal)
     weak = np.argwhere((shares > 1) & (shares <= UNKNOWN))
@@ -531,18 +516,17 @@ def weak_parameters(found: Fit) -> Iterator[str]:
         )
 
 
-def _named(found: Fit, places: NDArray[np.intp]) -> str:
+def _named(found: Found, places: NDArray[np.intp]) -> str:
     by_name: dict[str, list[int]] = {}
     for leg, parameter in places:
         by_name.setdefault(found.nominal.parameter_names[parameter], []).append(int(leg))
     return ", ".join(f"{name} of {named_legs(legs)}" for name, legs in by_name.items())
 
 
-def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[str]:
+def _common_movements(found: Found, moved: Array, tolerances: Array) -> Iterator[str]:
     """Movements of all parameters as one, which show far below the tolerance of any of them."""
     own = np.flatnonzero(found.nominal.is_estimated)
-    total = found.covariance + np.diag(tolerances.ravel() ** 2)
-    inverse = np.linalg.inv(total[np.ix_(own, own)])
+    inverse = np.linalg.inv(found.covariance + np.diag(tolerances.ravel()[own] ** 2))
     z = moved.ravel()[own]
     distance = float(z @ inverse @ z)
     if distance == 0:
@@ -575,7 +559,7 @@ def _common_movements(found: Fit, moved: Array, tolerances: Array) -> Iterator[s
         )
 
 
-def _directions(found: Fit, kind: str) -> Array:
+def _directions(found: Found, kind: str) -> Array:
     """Changes of what is identified, one a column, that stand for moving a frame or for a scale.
 
     They are those with which the closures at the measured poses stay as they are, leg by leg.

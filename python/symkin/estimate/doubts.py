@@ -6,9 +6,9 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from statistics import NormalDist
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.corrections import Hypothesis, cause_in_words, frame_in_words, with_readings
+from symkin.estimate.diagnosis import Outlier
 from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN, unguarded_note
+from symkin.estimate.found import Found
 from symkin.estimate.precision import Heights
-from symkin.estimate.problem import Problem, Rows
-from symkin.estimate.unknowns import Unknown
-from symkin.estimate.wider_models import Alternative, Widened, all_free, help_in_words
+from symkin.estimate.problem import KINDS, Problem, Rows, observed_count
+from symkin.estimate.reading_checks import Taken, lost_turns, other_modes
+from symkin.estimate.solution import settled
+from symkin.estimate.wider_models import Alternative, Fitting, all_free, help_in_words
 from symkin.model.core_setup import scalar_values
 from symkin.model.symmetry.groups import detect_symmetry
 
@@ -29,9 +32,10 @@ __all__ = [
     "blunders_of",
     "contradiction_of",
     "doubts_of",
-    "exchanges_of",
     "notes_of",
+    "outliers_of",
     "symptoms_of",
+    "unexplained_rows",
 ]
 
 Array = NDArray[np.float64]
@@ -50,39 +54,22 @@ class Blunder(NamedTuple):
     size: float
 
 
-class Judged(Widened, Protocol):
-    """An estimate with what was looked at to judge it."""
-
-    @property
-    def heights(self) -> Heights | None: ...
-    @property
-    def hypotheses(self) -> tuple[Hypothesis, ...]: ...
-    @property
-    def symptoms(self) -> tuple[str, ...]: ...
-    @property
-    def turns(self) -> tuple[str, ...]: ...
-    @property
-    def unexplained_rows(self) -> tuple[int, ...]: ...
-    @property
-    def unguarded(self) -> tuple[int, ...]: ...
-    @property
-    def unknowns(self) -> tuple[Unknown, ...]: ...
-
-
-def doubts_of(found: Judged) -> Iterator[str]:
+def doubts_of(
+    found: Found, symptoms: Sequence[str], hypotheses: Sequence[Hypothesis]
+) -> Iterator[str]:
     """Say why not to trust an estimate, the worst first."""
-    cause = cause_in_words(found.hypotheses)
+    cause = cause_in_words(hypotheses)
     # What a mistake does to the estimate is not worth telling beside the mistake.
-    yield from [cause] if cause else found.symptoms
+    yield from [cause] if cause else symptoms
     for leg in np.flatnonzero(np.isnan(found.measurements.readings).all(axis=0)).tolist():
         if any(name.startswith(f"leg{leg + 1}.") for name in found.names):
             yield f"leg {leg + 1} has no reading: its parameters stay where the priors have them"
 
 
-def symptoms_of(found: Judged) -> Iterator[str]:
+def symptoms_of(found: Found, alternatives: Sequence[Alternative], model: Fitting) -> Iterator[str]:
     """Say what speaks against an estimate, whatever the cause, the worst first."""
     numbers = found.measurements.row_numbers
-    aside = found.unexplained_rows
+    aside = unexplained_rows(found)
     if aside:
         shown = ", ".join(str(numbers[row]) for row in aside[:8])
         more = f" and {len(aside) - 8} more" if len(aside) > 8 else ""
@@ -90,13 +77,13 @@ def symptoms_of(found: Judged) -> Iterator[str]:
             f"no pose explains row{'s' * (len(aside) > 1)} {shown}{more}, which "
             f"{'is' if len(aside) == 1 else 'are'} left out"
         )
-    yield from found.turns
+    yield from _turns(found)
     yield from _blunders_in_words(found)
-    alarming = [each for each in found.alternatives if each.alarms]
+    alarming = [each for each in alternatives if each.alarms]
     alarming.sort(key=lambda each: (each.p_value, -each.statistic))
     for kind in (("frames",), ("quadratic", "eccentric", "held")):
         # Each of these explains a part of what is due to another.
-        yield from [_in_words(found, each) for each in alarming if each.what in kind][:1]
+        yield from [_in_words(found, each, model) for each in alarming if each.what in kind][:1]
     if found.degrees_of_freedom <= 0:
         yield (
             "there are as many unknowns as equations, so that nothing can speak against the "
@@ -130,13 +117,46 @@ def symptoms_of(found: Judged) -> Iterator[str]:
         )
 
 
-def notes_of(found: Judged) -> Iterator[str]:
+def _turns(found: Found) -> Iterator[str]:
+    """Readings that are turns, or a working mode, away from the calibrated model."""
+    readings = np.where(np.isfinite(found.reading_errors), found.measurements.readings, np.nan)
+    numbers = found.measurements.row_numbers
+    taken = Taken(found.nominal, found.mechanism, found.latent_poses, readings, numbers)
+    # Where residuals are not explained, neither are the poses that tell modes apart.
+    if not found.unexplained:
+        yield from other_modes(taken)
+    yield from lost_turns(taken)
+
+
+def unexplained_rows(found: Found) -> list[int]:
+    """Rows that were set aside and that the noise does not explain: what they observed is lost.
+
+    Not those where no more was observed than a pose has coordinates, which noise alone may leave
+    without any pose, nor those that hardly show a direction of the pose, in which nothing can be
+    linearised.
+    """
+    told = observed_count(found.measurements) - found.nominal.space.dof
+    problem = settled(found.mechanism, found.noise, found.measurements)
+    core = problem.mechanism.straight, problem.setup, problem.observations
+    limit = FALSE_ALARMS / max(len(found.conditions), 1)
+    return [
+        row
+        for row in found.aside
+        if told[row] > 0
+        and _core.chi_square_tail(
+            _core.left_unexplained(*core, found.latent_poses, row), int(told[row])
+        )
+        < limit
+    ]
+
+
+def notes_of(found: Found, heights: Heights | None, symptoms: Sequence[str]) -> Iterator[str]:
     """Say what to know of an estimate."""
     if found.gauge:
         yield f"{found.gauge[0].upper()}{found.gauge[1:]}: parameters and deviations depend on it."
     silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
-    if found.heights is not None:
-        yield from found.heights.notes
+    if heights is not None:
+        yield from heights.notes
     elif silent:
         yield (
             f"The data say next to nothing of {_listed(silent)}: what stands there is the prior."
@@ -147,7 +167,10 @@ def notes_of(found: Judged) -> Iterator[str]:
             "The noise was estimated from the same observations, so that chi-square says nothing "
             "of the model."
         )
-    orders = [", ".join(str(leg + 1) for leg in order) for order in exchanges_of(found)]
+    orders = [
+        ", ".join(str(leg + 1) for leg in order)
+        for order in _exchanges(found, heights is not None, symptoms)
+    ]
     if orders:
         yield (
             "The observations do not show which leg is which: with the readings of the legs in the "
@@ -168,14 +191,14 @@ def notes_of(found: Judged) -> Iterator[str]:
         yield f"Left out as blunders: {shown}{more}."
 
 
-def exchanges_of(found: Judged) -> Iterator[tuple[int, ...]]:
+def _exchanges(found: Found, probed: bool, symptoms: Sequence[str]) -> Iterator[tuple[int, ...]]:
     """Give other orders of the readings' columns that explain the observations as well.
 
     Such are symmetries of the drawing where nothing shows how the robot is turned: a place of its
     base that is unknown, or heights alone. One rotation and one mirror are tried for all.
     """
-    turns = found.heights is not None or any(name in _TURNS for name in found.names)
-    if not turns or not found.converged or found.symptoms:
+    turns = probed or any(name in _TURNS for name in found.names)
+    if not turns or not found.converged or symptoms:
         return
     orders = detect_symmetry(found.nominal).permutations
     for label in ("r1", "s0"):
@@ -191,7 +214,7 @@ def exchanges_of(found: Judged) -> Iterator[tuple[int, ...]]:
             yield order
 
 
-def blunder_limit(found: Judged) -> float:
+def blunder_limit(found: Found) -> float:
     """Beyond which t any observation of a robot lies once in 1000 sound robots.
 
     Where all residuals are too large, one that is as large as the others is no blunder.
@@ -200,7 +223,7 @@ def blunder_limit(found: Judged) -> float:
     return found.spread * NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
 
 
-def blunders_of(found: Judged) -> list[Blunder]:
+def blunders_of(found: Found) -> list[Blunder]:
     """Observations that do not fit, the worst first; of a pose only the worst."""
     rows = found.rows
     t = np.nan_to_num(rows.t)
@@ -214,7 +237,7 @@ def blunders_of(found: Judged) -> list[Blunder]:
     return list(worst.values())
 
 
-def contradiction_of(found: Judged) -> str:
+def contradiction_of(found: Found) -> str:
     """Why an estimate did not converge that would if nothing was held; empty if that is not why."""
     options = found.options
     if options.free is None and not options.fixed and not options.shared:
@@ -240,7 +263,7 @@ def contradiction_of(found: Judged) -> str:
     )
 
 
-def _most_moved(found: Judged, problem: Problem, fit: _core.JointFit) -> str:
+def _most_moved(found: Found, problem: Problem, fit: _core.JointFit) -> str:
     """What of the held or shared moves most where it is free."""
     held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
     layout = problem.layout
@@ -252,7 +275,7 @@ def _most_moved(found: Judged, problem: Problem, fit: _core.JointFit) -> str:
     return ", ".join(named[:_NAMED])
 
 
-def _in_words(found: Judged, other: Alternative) -> str:
+def _in_words(found: Found, other: Alternative, model: Fitting) -> str:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     if other.what == "frames":
         fit = Problem.of(found.nominal, found.measurements, other.options).resolved()[1]
@@ -263,22 +286,37 @@ def _in_words(found: Judged, other: Alternative) -> str:
         moved = _most_moved(found, problem, fit)
         return (
             f"parameters that are held or shared are not as they are said to be ({evidence} if "
-            f"all are free, which moves {moved}); free them{_help(found, other)}"
+            f"all are free, which moves {moved}); free them{_help(found, other, model)}"
         )
     shape = {"quadratic": "bend", "eccentric": "err once a turn"}[other.what]
     return (
         f"the sensors are not straight, they {shape} ({evidence}); identify with "
-        f"--sensor {other.what}{_help(found, other)}"
+        f"--sensor {other.what}{_help(found, other, model)}"
     )
 
 
-def _help(found: Judged, other: Alternative) -> str:
-    models = found.model("identified"), found.model(other.what)
+def _help(found: Found, other: Alternative, model: Fitting) -> str:
+    models = model("identified"), model(other.what)
     before, after = (each.unseen_rms if each else math.nan for each in models)
     return help_in_words(before, after, found.nominal.space.closure_unit)
 
 
-def _blunders_in_words(found: Judged) -> Iterator[str]:
+def outliers_of(found: Found) -> Iterator[Outlier]:
+    """Give the observations that do not fit, the worst first."""
+    rows, numbers, space = found.rows, found.measurements.row_numbers, found.nominal.pose_space
+    for each in blunders_of(found):
+        row = int(rows.pose[each.row])
+        yield Outlier(
+            row=row,
+            row_number=int(numbers[row]),
+            what=rows.what(each.row, space),
+            leg=int(rows.index[each.row]) if KINDS[rows.kind[each.row]] == "readings" else None,
+            student=each.t,
+            p_value=2 * NormalDist().cdf(-abs(each.t) / found.spread),
+        )
+
+
+def _blunders_in_words(found: Found) -> Iterator[str]:
     blunders = blunders_of(found)
     if not blunders:
         return
@@ -300,7 +338,7 @@ def _or_another(rows: Rows, blunder: Blunder) -> str:
     return ", or as well another observation of that row" if same.sum() > 1 else ""
 
 
-def _far_from_the_drawing(found: Judged) -> Iterator[str]:
+def _far_from_the_drawing(found: Found) -> Iterator[str]:
     """Parameters without a prior that moved further than tolerance and noise allow."""
     moved = [
         (abs(each.value - each.nominal) / math.hypot(each.tolerance, each.deviation), each)

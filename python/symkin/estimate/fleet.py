@@ -22,12 +22,9 @@ from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_l
 from symkin.estimate.fit import (
     FALSE_ALARMS,
     UNKNOWN,
-    Estimator,
-    FitOptions,
-    Loss,
-    PoseUse,
     as_mechanism,
 )
+from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
 from symkin.model.canonical import canonical
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
@@ -44,6 +41,7 @@ __all__ = ["Fleet", "identify_many"]
 Array = NDArray[np.float64]
 Robots = Mapping[str, Measurements | str]
 
+_OPTIONS = ("estimator", "poses", "loss", "loss_scale", "noise", "max_iterations")
 _CHUNK = 250  # robots that travel to a worker together
 _LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
 
@@ -70,7 +68,7 @@ class Fleet(Result):
         Readings that the robust loss puts below half their weight.
     nominal : Mechanism
         From which the estimators started.
-    options : FitOptions
+    options : EstimateOptions
         How.
     seconds : float
         That it took.
@@ -86,7 +84,7 @@ class Fleet(Result):
     residual_rms: Array = field(private=True)
     rejected: Array = field(private=True)
     nominal: Mechanism = field(private=True)
-    options: FitOptions
+    options: EstimateOptions
     seconds: float = field(private=True)
 
     derived = ("verdicts",)
@@ -166,13 +164,14 @@ class Fleet(Result):
         cls,
         nominal: Mechanism,
         robots: Robots,
-        options: FitOptions,
+        options: EstimateOptions,
         *,
         threads: int = 0,
         workers: int = 1,
         scheduler: str | None = None,
     ) -> Self:
         """Identify robots; those without measurements have a reason in their place."""
+        _refuse_further(options)
         start = time.perf_counter()
         size = len(nominal.legs), len(nominal.parameter_names)
         failures, found = _identified(
@@ -254,7 +253,7 @@ def identify_many(
         For what is wrong with all robots: options that contradict each other, a table that cannot
         be read, no Dask where it is needed.
     """
-    options = FitOptions(estimator, poses, loss, loss_scale, noise, max_iterations)
+    options = EstimateOptions(estimator, poses, loss, loss_scale, noise, max_iterations)
     return Fleet.of(
         mechanism,
         _by_name(mechanism, measurements, columns),
@@ -263,6 +262,18 @@ def identify_many(
         workers=workers,
         scheduler=scheduler,
     )
+
+
+def _refuse_further(options: EstimateOptions) -> None:
+    """Refuse what is asked of estimates from other than full poses, leg by leg."""
+    usual = {name: getattr(options, name) for name in _OPTIONS}
+    asked = EstimateOptions(**usual)
+    further = [name for name, value in vars(options).items() if value != getattr(asked, name)]
+    further += ["noise"] if options.noise == "estimate" else []
+    if further:
+        raise SymkinError(
+            f"{' and '.join(further)} cannot be asked of many robots at once; identify each"
+        )
 
 
 def fleet_of_files(
@@ -294,7 +305,7 @@ def fleet_of_files(
 class _Job:
     """How robots are identified, wherever that is."""
 
-    def __init__(self, nominal: Mechanism, options: FitOptions, threads: int) -> None:
+    def __init__(self, nominal: Mechanism, options: EstimateOptions, threads: int) -> None:
         self.nominal = nominal
         self.options = options
         self.threads = threads
@@ -313,7 +324,7 @@ class _Job:
             [each.leg_sets.astype(np.int64, copy=False) for each in robots],
             _core.Estimator.__members__[options.estimator],
             _core.PoseUse.__members__[options.poses],
-            noise_of(options.noise or self.nominal.noise),
+            noise_of(options.declared(self.nominal.noise)),
             options.loss,
             options.loss_scale or 0.0,
             options.max_iterations,
@@ -438,7 +449,7 @@ def _impossible(nominal: Mechanism, parameters: Array, deviations: Array) -> str
 
 def _doubts(
     nominal: Mechanism,
-    options: FitOptions,
+    options: EstimateOptions,
     parameters: Array,
     deviations: Array,
     found: Mapping[str, Array],

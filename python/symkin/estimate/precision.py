@@ -16,8 +16,8 @@ from symkin.analysis.probing import CALIPER, is_probed
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.blunders import without_blunders
-from symkin.estimate.cross_validation import joint_cross_validation
-from symkin.estimate.estimated import Estimated
+from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
+from symkin.estimate.found import Found
 from symkin.estimate.problem import Problem
 from symkin.estimate.survey import HeldByPriors, Survey
 from symkin.model.mechanism import Mechanism
@@ -124,7 +124,7 @@ class Expected(Value):
     held: HeldByPriors | None = None
 
     @classmethod
-    def of(cls, found: Estimated) -> Expected | None:
+    def of(cls, found: Found) -> Expected | None:
         """Over the calibrated mechanism's workspace; None without one, or for curved sensors."""
         robot = found.mechanism
         if robot.curvature is not None:
@@ -156,7 +156,7 @@ class Expected(Value):
         )
 
 
-def survey_of(found: Estimated, robot: Mechanism, observed: Observable = "pose") -> Survey:
+def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
     """What may be observed of a robot whose unknowns are the columns of an estimate."""
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     # Some may have been held to settle the gauge.
@@ -165,7 +165,7 @@ def survey_of(found: Estimated, robot: Mechanism, observed: Observable = "pose")
     return Survey(Observed((observed,)), layout.names, layout.prior, robot, layout, found.options)
 
 
-def directions_of(found: Estimated, tolerances: Array) -> tuple[Direction, ...]:
+def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:
     """The combinations that are known worst and best, over what was known before.
 
     `tolerances` are those of the columns, NaN without; columns without one are left out.
@@ -223,10 +223,11 @@ class Influence(Value):
     by: Array
 
     @classmethod
-    def of(cls, found: Estimated) -> Influence | None:
+    def of(cls, found: Found) -> Influence | None:
         """Of an estimate; None if a loss has weighed its poses."""
         options = dataclasses.replace(found.options, noise=found.noise)
-        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+        nominal = found.nominal.replace(frames=None) if found.legs else found.nominal
+        problem, fit, _ = Problem.of(nominal, found.measurements, options).resolved()
         if options.loss_per == "reading":
             problem, fit, _ = without_blunders(problem)
         elif options.loss != "none":
@@ -395,7 +396,7 @@ class Heights(Value):
         )
 
 
-def heights_of(found: Estimated) -> Heights | None:
+def heights_of(found: Found, validation: CrossValidation | None) -> Heights | None:
     """What the heights show; None if a robot that never turns was not probed, or not identified."""
     nominal, measurements, heights = found.nominal, found.measurements, found.measurements.heights
     if (
@@ -406,9 +407,8 @@ def heights_of(found: Estimated) -> Heights | None:
         or not np.isfinite(measurements.readings).all()
     ):
         return None
-    validation = found.cross_validation
     try:
-        validation = validation or joint_cross_validation(
+        validation = validation or cross_validation_of(
             nominal, measurements, _FOLDS, nominal.protocol.seed, found.options
         )
         places = nominal.forward_kinematics(measurements.readings)[0]
@@ -446,7 +446,7 @@ def _off_the_plane(places: Array, heights: Array) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
-def _prior_covariance(found: Estimated) -> Array:
+def _prior_covariance(found: Found) -> Array:
     """What the tolerances and priors say of the unknowns; nothing of the frames."""
     known = [
         each.prior if np.isfinite(each.prior) else each.tolerance for each in found.first_unknowns
@@ -454,7 +454,7 @@ def _prior_covariance(found: Estimated) -> Array:
     return np.diag(np.nan_to_num(np.array(known)) ** 2)
 
 
-def _size_effects(found: Estimated, places: Array) -> tuple[Array, float]:
+def _size_effects(found: Found, places: Array) -> tuple[Array, float]:
     """How lengths in the plane grow with the unknowns, relative to them, a row a direction.
 
     They are centred among the points, as long as these are wide.
@@ -469,7 +469,7 @@ def _size_effects(found: Estimated, places: Array) -> tuple[Array, float]:
     return np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * half), 2 * half
 
 
-def _shown(found: Estimated, before: Array, after: Array) -> list[Shown]:
+def _shown(found: Found, before: Array, after: Array) -> list[Shown]:
     groups: dict[str, list[int]] = {}
     for column, unknown in enumerate(found.first_unknowns):
         block, _, parameter = unknown.name.partition(".")

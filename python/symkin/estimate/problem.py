@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,9 @@ from symkin.analysis.observability import with_combinations
 from symkin.analysis.probing import is_marked, ruler
 from symkin.data.measured_rows import DEVIATIONS
 from symkin.data.measurements import ALL_LEGS, Measurements
-from symkin.errors import NotIdentifiableError, SymkinError, one_of
-from symkin.estimate.fit import Loss, PoseUse
-from symkin.estimate.unknowns import Gauge, Layout, LossPer, Priors, Sensor
+from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.estimate.options import EstimateOptions, Loss
+from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
@@ -28,7 +27,6 @@ __all__ = [
     "KINDS",
     "OBSERVED",
     "UNSEEN",
-    "JointOptions",
     "Problem",
     "Rows",
     "layout_of",
@@ -38,46 +36,14 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights")
-OBSERVED = tuple(DEVIATIONS)  # as `KINDS`
+OBSERVED = tuple(DEVIATIONS)
+# As those, and what an estimator that looks at each leg alone makes of a pose and a reading.
+KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights", "closures")
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one
 _UNLIKELY = 1e-4  # probability of what a sound pose leaves unexplained
 _FAR = 4  # times as far as any other: a pose that does not
-
-
-@record
-class JointOptions(Value):
-    """What is unknown, and how it is estimated; the attributes are the arguments of `identify`."""
-
-    free: tuple[str, ...] | None = None
-    fixed: tuple[str, ...] = ()
-    shared: tuple[str, ...] = ()
-    prior: Priors | None = None
-    frames: tuple[str, ...] = ()
-    sensor: Sensor = "linear"
-    gauge: Gauge = "prior"
-    noise: NoiseSettings | Literal["estimate"] | None = None
-    poses: PoseUse = "all"
-    loss: Loss = "none"
-    loss_scale: float | None = None
-    loss_per: LossPer = "pose"
-    max_iterations: int = 100
-
-    def __post_init__(self) -> None:
-        """Refuse words that mean nothing, naming those that do."""
-        choices = (("poses", PoseUse), ("loss", Loss), ("sensor", Sensor), ("gauge", Gauge))
-        for name, words in (*choices, ("loss_per", LossPer)):
-            one_of(name, getattr(self, name), words)
-        if isinstance(self.noise, str):
-            one_of("noise", self.noise, ("estimate",))
-        for name in ("free", "fixed", "shared", "frames"):
-            value = getattr(self, name)
-            if value is not None:
-                many = (value,) if isinstance(value, str) else tuple(value)
-                object.__setattr__(self, name, many)
-        super().__post_init__()
 
 
 @record
@@ -125,8 +91,8 @@ class Rows(Value):
         index, kind = int(self.index[row]), KINDS[self.kind[row]]
         space = POSE_SPACES[pose_space]
         axes, components = space.position, (*space.position, *space.rotation)
-        if kind == "readings":
-            return f"reading of leg {index + 1}"
+        if kind in ("readings", "closures"):
+            return f"{kind[:-1]} of leg {index + 1}"
         if kind in ("pose", "reported pose"):
             return f"{components[index]} of the {kind}"
         if kind == "points":
@@ -139,8 +105,10 @@ class Rows(Value):
         kind, index = KINDS[self.kind[row]], self.index[row]
         if kind == "readings":
             return reading_unit
-        positions = POSE_SPACES[pose_space].size
-        return "rad" if kind in ("pose", "reported pose") and index >= positions else "m"
+        space = POSE_SPACES[pose_space]
+        if kind == "closures":
+            return space.closure_unit
+        return "rad" if kind in ("pose", "reported pose") and index >= space.size else "m"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -152,14 +120,14 @@ class Problem:
     layout: Layout
     measurements: Measurements
     noise: NoiseSettings
-    options: JointOptions
+    options: EstimateOptions
 
     @classmethod
     def of(
         cls,
         mechanism: Mechanism,
         measurements: Measurements,
-        options: JointOptions,
+        options: EstimateOptions,
         layout: Layout | None = None,
     ) -> Problem:
         """Lay out what is unknown, unless that is known, and find where the frames are."""
@@ -175,8 +143,7 @@ class Problem:
         setup = core_setup(placed, mechanism.curvature)
         if layout is None:
             layout = layout_of(straight, setup, options, readings)
-        declared = mechanism.noise
-        noise = options.noise if isinstance(options.noise, NoiseSettings) else declared
+        noise = options.declared(mechanism.noise)
         made = cls(straight, setup, layout, measurements, noise, options)
         return made if marked else made._with_frames()
 
@@ -397,7 +364,7 @@ def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
 
 
 def layout_of(
-    mechanism: Mechanism, setup: _core.Setup, options: JointOptions, readings: Array
+    mechanism: Mechanism, setup: _core.Setup, options: EstimateOptions, readings: Array
 ) -> Layout:
     """Which scalars are unknown, and their columns."""
     return Layout.of(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
-from symkin.estimate.fit import Fit
+from symkin.estimate.found import Found
 from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import turn_of
@@ -53,7 +53,7 @@ class Taken(NamedTuple):
         return np.flatnonzero(poses & np.isfinite(self.readings[:, leg]))
 
 
-def signs_of_mistakes(found: Fit) -> list[str]:
+def signs_of_mistakes(found: Found) -> list[str]:
     """Name what speaks against the measurements, whatever the residuals are."""
     taken = _taken(found)
     return [
@@ -64,12 +64,12 @@ def signs_of_mistakes(found: Fit) -> list[str]:
     ]
 
 
-def _used(found: Fit, leg: int) -> NDArray[np.intp]:
+def _used(found: Found, leg: int) -> NDArray[np.intp]:
     fit = found.legs[leg]
     return np.setdiff1d(fit.rows, fit.rejected)
 
 
-def _taken(found: Fit) -> Taken:
+def _taken(found: Found) -> Taken:
     measurements = found.measurements
     readings = np.full(measurements.readings.shape, np.nan)
     for leg in range(len(found.legs)):
@@ -117,7 +117,7 @@ def nearer_other_root(taken: Taken) -> NDArray[np.bool_]:
     return np.asarray(other < own)
 
 
-def _out_of_reach(found: Fit) -> Iterator[str]:
+def _out_of_reach(found: Found) -> Iterator[str]:
     """Measured poses that the calibrated model cannot take."""
     calibrated, measurements = found.mechanism, found.measurements
     margins = _core.reach_margin(calibrated.core, measurements.poses)
@@ -125,9 +125,10 @@ def _out_of_reach(found: Fit) -> Iterator[str]:
     moves = calibrated.space.moves
     length = calibrated.characteristic_length if moves else 1.0
     allowed = 6 * max(noise.position if moves else 0.0, noise.orientation * length)
+    closures = float(np.sqrt(np.mean(np.concatenate([leg.residuals for leg in found.legs]) ** 2)))
     for leg in range(len(calibrated.legs)):
         rows = _used(found, leg)
-        beyond = rows[margins[rows, leg] < -max(allowed, 6 * found.residual_rms)]
+        beyond = rows[margins[rows, leg] < -max(allowed, 6 * closures)]
         if len(beyond):
             worst = beyond[np.argmin(margins[beyond, leg])]
             yield (
@@ -180,7 +181,7 @@ def _largest_gap(values: Array) -> float:
     return float(np.diff(np.sort(values)).max())
 
 
-def _copies(found: Fit) -> Iterator[str]:
+def _copies(found: Found) -> Iterator[str]:
     """Poses that agree better than the noise of measuring them allows."""
     measurements, noise = found.measurements, found.noise
     position = found.nominal.space.size
@@ -205,7 +206,7 @@ def _copies(found: Fit) -> Iterator[str]:
         )
 
 
-def coarse_readings(found: Fit) -> list[str]:
+def coarse_readings(found: Found) -> list[str]:
     """Name sensors whose readings take few values."""
     coarse = {}
     for leg in range(len(found.legs)):

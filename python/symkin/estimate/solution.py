@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""The joint estimate as the solver leaves it, and the mechanism that it describes."""
+"""The estimate of everything together, and the mechanism that it describes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.homes import with_usable_home
+from symkin.analysis.observability import name_combination
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymmetryError
 from symkin.estimate.blunders import estimated_noise, without_blunders
 from symkin.estimate.fit import as_mechanism
-from symkin.estimate.problem import JointOptions, Problem
+from symkin.estimate.found import Found, GoodnessOfFit, Latent
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.parameters import unknowns_of
+from symkin.estimate.problem import Problem, Rows
 from symkin.model.canonical import canonical
 from symkin.model.core_setup import frames_of, scalar_values
 from symkin.model.file_frames import with_correlations
@@ -22,62 +26,59 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.symmetry import verify_declared
 
-__all__ = ["Solution", "settled", "solved"]
+__all__ = ["settled", "together"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Solution:
-    """What the solver found.
-
-    Attributes
-    ----------
-    problem : Problem
-        Without blunders, and with the noise that was estimated, if any.
-    fit : JointFit
-        Of it.
-    gauge : str
-        How directions that nothing shows were settled; empty if there are none.
-    rejected : tuple of (int, str)
-        Rows of the measurements, from 0, and what of them was left out as a blunder.
-    values, deviations : ndarray
-        Of all scalars; NaN deviations of those that are held.
-    mechanism : Mechanism
-        The calibrated one.
-    """
-
-    problem: Problem
-    fit: _core.JointFit
-    gauge: str
-    rejected: tuple[tuple[int, str], ...]
-    values: Array
-    deviations: Array
-    mechanism: Mechanism
-
-
-def solved(mechanism: Mechanism, measurements: Measurements, options: JointOptions) -> Solution:
-    """Estimate what is unknown; the errors are those of `identify`."""
+def together(mechanism: Mechanism, measurements: Measurements, options: EstimateOptions) -> Found:
+    """Estimate whatever is unknown from whatever was observed; the errors are `identify`'s."""
     problem, fit, gauge = Problem.of(mechanism, measurements, options).resolved()
     rejected: tuple[tuple[int, str], ...] = ()
     if options.loss_per == "reading":
         problem, fit, rejected = without_blunders(problem)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
-    values, deviations, calibrated = _calibrated(mechanism, problem, fit)
-    return Solution(problem, fit, gauge, rejected, values, deviations, calibrated)
+    values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit)
+    unseen, layout = np.asarray(fit.unseen) * signs[:, None], problem.layout
+    every = tuple(range(len(mechanism.legs)))
+    conditions = np.array(fit.conditions, dtype=np.intp)
+    return Found(
+        mechanism=calibrated,
+        nominal=mechanism,
+        measurements=measurements,
+        options=options,
+        noise=problem.noise,
+        unknowns=unknowns_of(mechanism, layout, values, deviations, unseen),
+        names=layout.names,
+        covariance=fit.covariance * np.outer(signs, signs),
+        goodness=(replace(GoodnessOfFit.of(fit.goodness), legs=every),),
+        converged=fit.converged,
+        failure=fit.failure or ("" if fit.converged else "the solver made no more progress"),
+        iterations=fit.iterations,
+        rank=fit.rank,
+        data_rank=fit.data_rank,
+        unseen=tuple(name_combination(each, layout.names) for each in unseen.T),
+        unseen_directions=unseen,
+        gauge=gauge,
+        latent=Latent(fit.poses, fit.reading_errors, conditions, Rows.of(fit)),
+        rejected=rejected,
+        aside=tuple(fit.aside),
+        student_degrees=fit.student_degrees,
+        unguarded=tuple(fit.unguarded),
+    )
 
 
 def settled(robot: Mechanism, noise: NoiseSettings, measurements: Measurements) -> Problem:
     """Observations of a calibrated robot, of which only the poses are unknown."""
-    held = JointOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": _HELD})
+    held = EstimateOptions(free=("leg1.sensor_offset",), prior={"leg1.sensor_offset": _HELD})
     return Problem.of(robot.replace(identification=None, noise=noise), measurements, held)
 
 
 def _calibrated(
     nominal: Mechanism, problem: Problem, fit: _core.JointFit
-) -> tuple[Array, Array, Mechanism]:
-    """Values and deviations of all scalars, and the mechanism that they describe."""
+) -> tuple[Array, Array, Array, Mechanism]:
+    """Values and deviations of all scalars, signs of the columns, and the mechanism."""
     setup, layout = fit.setup, problem.layout
     values = scalar_values(setup)
     with np.errstate(invalid="ignore"):
@@ -100,9 +101,12 @@ def _calibrated(
     with_frames = nominal.frames is not None or any(
         name.partition(".")[0][:3] != "leg" for name in layout.names if "." in name
     )
+    flipped = np.ones(len(values))
+    flipped[: by_value.size].reshape(by_value.shape)[:, :count] = signs.reshape(legs, count)
     return (
         values,
         deviations,
+        np.array([flipped[layout.members(column)[0]] for column in range(len(layout.names))]),
         made.replace(
             frames=frames_of(nominal, setup) if with_frames else None,
             curvature=setup.curvature,

@@ -15,7 +15,8 @@ from symkin.analysis.observability import ExpectedAccuracy, name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.problem import JointOptions, Problem, layout_of
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.unknowns import Layout, Priors, Sensor, with_file_settings
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
@@ -54,7 +55,7 @@ class PlannedUnknown(Value):
     Attributes
     ----------
     name, unit : str
-        As `JointIdentification.names` has it; ``m``, ``rad``, or empty for a number.
+        As `Estimate.names` has it; ``m``, ``rad``, or empty for a number.
     deviation : float
         Expected standard deviation.
     tolerance, prior : float
@@ -105,7 +106,7 @@ class Survey(Value):
     priors: Array
     mechanism: Mechanism = field(private=True)
     layout: Layout = field(private=True)
-    options: JointOptions = field(private=True)
+    options: EstimateOptions = field(private=True)
 
     @classmethod
     def of(
@@ -130,7 +131,7 @@ class Survey(Value):
             return None
         readings = mechanism.inverse_kinematics(poses)
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
-        options = JointOptions(**with_file_settings(given, mechanism.identification))
+        options = EstimateOptions(**with_file_settings(given, mechanism.identification))
         layout = layout_of(mechanism, core_setup(mechanism), options, readings)
         return cls(observed, layout.names, layout.prior, mechanism, layout, options)
 

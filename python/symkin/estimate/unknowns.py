@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,6 @@ __all__ = [
     "LossPer",
     "Priors",
     "Sensor",
-    "Unknown",
     "with_file_settings",
 ]
 
@@ -413,59 +412,3 @@ def with_file_settings(
         for name, value in given.items()
     }
     return {name: value for name, value in chosen.items() if value is not None}
-
-
-Status = Literal[
-    "free",
-    "shared",
-    "held",
-    "held, a constant of the description",
-    "held, since the sensor's offset does the same",
-    "held by its prior: not shown by the data",
-    "shown by the data and priors together",
-    "shown by the data up to the gauge",
-]
-
-
-@record
-class Unknown(Value):
-    """A scalar of the robot as it is measured.
-
-    Attributes
-    ----------
-    name : str
-        ``leg2.distal_length``, ``base.x``, ``plane.c1``, ...
-    unit : str
-        "m", "rad", ...; empty for a number.
-    nominal : float
-        Of the drawing; NaN for what no drawing shows.
-    value, deviation : float
-        The estimate and its standard deviation; NaN if it is held. A frame's rotation is written as
-        a rotation vector, and its deviations are those of a small rotation about the axes outside.
-    tolerance, prior : float
-        Standard deviations of manufacturing and of the prior; NaN without.
-    status : str
-        "free", "shared" or "held", with the reason if it always is; or what the data do not show
-        by themselves.
-    """
-
-    name: str
-    unit: str
-    nominal: float
-    value: float
-    deviation: float
-    tolerance: float
-    prior: float
-    status: Status
-
-    derived: ClassVar[tuple[str, ...]] = ("change_in_tolerances",)
-
-    @property
-    def shown(self) -> bool:
-        """Whether the data determine it by themselves."""
-        return self.status in ("free", "shared")
-
-    @property
-    def change_in_tolerances(self) -> float:
-        """How far it is from the drawing, in tolerances; NaN without one, and if it is held."""
-        return (self.value - self.nominal) / self.tolerance if self.deviation > 0 else float("nan")

@@ -5,22 +5,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
-from typing import Protocol
+from collections.abc import Callable, Iterator, Sequence
 
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.corrections import with_frames
-from symkin.estimate.cross_validation import joint_cross_validation
-from symkin.estimate.estimated import Estimated
+from symkin.estimate.cross_validation import cross_validation_of
 from symkin.estimate.fit import FALSE_ALARMS
-from symkin.estimate.problem import JointOptions, Problem
+from symkin.estimate.found import Found
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import Problem
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
 __all__ = [
     "Alternative",
+    "Fitting",
     "Model",
     "alternatives_of",
     "help_in_words",
@@ -49,7 +50,7 @@ class Alternative(Value):
         Of so large an F if the model was wide enough.
     limit : float
         Probability below which it is an alarm.
-    options : JointOptions
+    options : EstimateOptions
         With which it is identified.
     """
 
@@ -59,7 +60,7 @@ class Alternative(Value):
     spare: int
     p_value: float
     limit: float
-    options: JointOptions = field(private=True)
+    options: EstimateOptions = field(private=True)
 
     @property
     def alarms(self) -> bool:
@@ -67,15 +68,7 @@ class Alternative(Value):
         return self.p_value < self.limit
 
 
-class Widened(Estimated, Protocol):
-    """An estimate that knows wider models."""
-
-    @property
-    def alternatives(self) -> tuple[Alternative, ...]: ...
-    def model(self, what: str) -> Model | None: ...
-
-
-def alternatives_of(found: Widened) -> list[Alternative]:
+def alternatives_of(found: Found) -> list[Alternative]:
     """Fit wider models to the same observations: curved sensors, frames of their own.
 
     None without degrees of freedom to tell them apart.
@@ -84,7 +77,7 @@ def alternatives_of(found: Widened) -> list[Alternative]:
     if not found.converged or found.degrees_of_freedom <= 0 or options.loss != "none":
         return []
     options = dataclasses.replace(options, noise=found.noise)
-    wider: list[tuple[str, JointOptions, JointOptions]] = []
+    wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
     if options.sensor == "linear" and found.mechanism.curvature is None:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
         if found.nominal.reading_unit == "rad":
@@ -103,7 +96,7 @@ def alternatives_of(found: Widened) -> list[Alternative]:
 
 
 def _compared(
-    found: Widened, what: str, narrow: JointOptions, wide: JointOptions
+    found: Found, what: str, narrow: EstimateOptions, wide: EstimateOptions
 ) -> Alternative | None:
     try:
         solved = [
@@ -135,7 +128,7 @@ def _compared(
     )
 
 
-def all_free(options: JointOptions) -> JointOptions:
+def all_free(options: EstimateOptions) -> EstimateOptions:
     """The same with nothing held or shared but parts of frames."""
     fixed = tuple(each for each in options.fixed if each.partition(".")[0] in ("base", "target"))
     return dataclasses.replace(options, free=None, fixed=fixed, shared=())
@@ -169,9 +162,12 @@ class Model(Value):
     unseen_rms: float = field(unit="m")
 
 
-def models_of(found: Widened) -> Iterator[Model]:
+Fitting = Callable[[str], Model | None]  # one of the models, by its name
+
+
+def models_of(found: Found, alternatives: Sequence[Alternative], model: Fitting) -> Iterator[Model]:
     """Fit models besides the one that was asked for to the same observations."""
-    identified = found.model("identified")
+    identified = model("identified")
     assert identified is not None
     yield identified
     if found.spread > 1:
@@ -181,11 +177,11 @@ def models_of(found: Widened) -> Iterator[Model]:
             unknowns=identified.unknowns + 1,
             chi_square=float(found.degrees_of_freedom),
         )
-    wider = [found.model(each.what) for each in found.alternatives]
-    yield from (each for each in (*wider, found.model("frames alone")) if each is not None)
+    wider = [model(each.what) for each in alternatives]
+    yield from (each for each in (*wider, model("frames alone")) if each is not None)
 
 
-def model_of(found: Widened, what: str) -> Model | None:
+def model_of(found: Found, alternatives: Sequence[Alternative], what: str) -> Model | None:
     """Fit what was identified, one of its alternatives, or "frames alone"; None without a fit."""
     if what == "identified":
         goodness = found.chi_square, found.degrees_of_freedom
@@ -195,7 +191,7 @@ def model_of(found: Widened, what: str) -> Model | None:
             *goodness,
             unseen_rms(found.nominal, found.measurements, found.options),
         )
-    options = {each.what: each.options for each in found.alternatives}.get(what)
+    options = {each.what: each.options for each in alternatives}.get(what)
     if what == "frames alone":
         framed = with_frames(found.nominal, found.measurements, found.options)
         options = framed and dataclasses.replace(
@@ -218,10 +214,10 @@ def model_of(found: Widened, what: str) -> Model | None:
     )
 
 
-def unseen_rms(nominal: Mechanism, measurements: Measurements, options: JointOptions) -> float:
+def unseen_rms(nominal: Mechanism, measurements: Measurements, options: EstimateOptions) -> float:
     """How a model does at full poses that it did not see: closures of the legs, m; NaN without."""
     try:
-        validation = joint_cross_validation(
+        validation = cross_validation_of(
             nominal, measurements, _FOLDS, nominal.protocol.seed, options
         )
     except SymkinError:

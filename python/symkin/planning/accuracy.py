@@ -12,8 +12,8 @@ from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
-from symkin.estimate.fit import Estimator, PoseUse
 from symkin.estimate.identification import identify_legs
+from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import Observing, Survey, Unknowns
 from symkin.model.mechanism import Mechanism
 from symkin.planning.basis import PlanBasis

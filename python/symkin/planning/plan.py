@@ -25,7 +25,7 @@ from symkin.data.measured_rows import make_arrays
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import MeasurementError, SymkinError
-from symkin.estimate.fit import Estimator
+from symkin.estimate.options import Estimator
 from symkin.estimate.survey import HeldByPriors, PlannedUnknown, Survey
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.analysis.observability import ExpectedAccuracy, RowKind
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import SymkinError
-from symkin.estimate.fit import Estimator, PoseUse
+from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import HeldByPriors, Observing, Survey, Unknowns
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows

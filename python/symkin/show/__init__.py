@@ -19,9 +19,8 @@ from symkin.analysis.workspace import WorkspaceSample
 from symkin.analysis.workspace.study import WorkspaceStudy
 from symkin.data.measurements import Measurements
 from symkin.estimate.cross_validation import CrossValidation
+from symkin.estimate.estimate import Estimate
 from symkin.estimate.fleet import Fleet
-from symkin.estimate.identification import Identification
-from symkin.estimate.joint import JointIdentification
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.comparison import SymmetryComparison
 from symkin.model.symmetry.groups import DetectedSymmetry
@@ -36,9 +35,8 @@ from symkin.show.check import (
     conditions_page,
     detection_page,
 )
+from symkin.show.estimate import estimate_page, estimate_summary
 from symkin.show.evaluation import cross_validation_page, evaluation_page
-from symkin.show.identification import identification_page, identification_summary
-from symkin.show.joint import joint_page, joint_summary
 from symkin.show.measurements import alignment_page, measurements_page, simulation_page
 from symkin.show.mechanism import mechanism_html
 from symkin.show.observability import observability_page
@@ -56,10 +54,9 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
     CostResult: cost_page,
     CrossValidation: cross_validation_page,
     DetectedSymmetry: detection_page,
+    Estimate: estimate_page,
     Evaluation: evaluation_page,
     Fleet: fleet_page,
-    Identification: identification_page,
-    JointIdentification: joint_page,
     Measurements: measurements_page,
     NeededPoses: needed_poses_page,
     Observability: observability_page,
@@ -76,8 +73,7 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
 # The top of a page, of what takes long to tell in full.
 SUMMARIES: dict[type, Callable[[Any], present.Page]] = {
     CheckResult: check_summary,
-    Identification: identification_summary,
-    JointIdentification: joint_summary,
+    Estimate: estimate_summary,
     ProtocolResult: run_summary,
     StudyResult: study_summary,
 }

@@ -156,6 +156,8 @@ def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
 def _within_reach(
     mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    if not len(poses):
+        return poses
     rows = observability_rows(mechanism, leg, poses).reshape(len(poses), -1)
     return np.asarray(poses[np.isfinite(rows).all(axis=1)])
 

@@ -12,6 +12,7 @@ from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
+from symkin.show.estimate import judgement, parameter_section
 from symkin.show.evaluation import (
     ALIGNED,
     before_and_after,
@@ -20,9 +21,9 @@ from symkin.show.evaluation import (
     errors_in_words,
     left_out,
 )
-from symkin.show.identification import judgement, parameter_section
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
+from symkin.show.observations import observation_section
 from symkin.show.plan import plan_section
 from symkin.show.wording import (
     NONE,
@@ -49,6 +50,7 @@ def run_page(result: ProtocolResult) -> Page:
     sections = [
         _accuracy_section(result),
         parameter_section(result.identification, result.simulation.actual),
+        observation_section(result.identification, brief=False),
         plan_section(plan, result.simulation),
         workspace_section(nominal, result.candidates, plan),
         observability_section(nominal, poses, symmetric=symmetric, rows=plan.row_kind),

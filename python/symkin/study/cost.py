@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.fit import Estimator, PoseUse, core_measurements
+from symkin.estimate.fit import core_measurements
+from symkin.estimate.options import Estimator, PoseUse
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry import generate_legs

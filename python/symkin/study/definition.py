@@ -19,7 +19,7 @@ from typing import Any, Literal, get_args
 
 from symkin.analysis.observability import RowKind
 from symkin.errors import StudyFileError, SymkinError, did_you_mean
-from symkin.estimate.fit import Estimator, Loss, PoseUse
+from symkin.estimate.options import Estimator, Loss, PoseUse
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import mechanism_text
 from symkin.model.mechanism import Mechanism

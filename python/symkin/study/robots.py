@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from symkin.analysis.evaluation import evaluate
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.fit import Fit, FitOptions
+from symkin.estimate.fit import by_leg
+from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
 from symkin.planning import Plan, make_plan
@@ -216,8 +217,8 @@ class _Robot:
         return row
 
     def _figures(self, cell: Cell, simulation: Simulation) -> dict[str, Any]:
-        options = FitOptions(cell.estimator, cell.use, cell.loss)
-        fit = Fit.of(self._job.mechanism(cell), simulation.measurements, options)
+        options = EstimateOptions(cell.estimator, cell.use, cell.loss)
+        fit = by_leg(self._job.mechanism(cell), simulation.measurements, options)
         after = evaluate(
             fit.mechanism, actual=simulation.actual, poses=self._job.poses[cell.mechanism]
         )
@@ -232,7 +233,7 @@ class _Robot:
             "orientation_max_rad": after.orientation_max,
             "evaluated": after.evaluated,
             "inside_95": float(np.mean((off < NORMAL_95 * fit.deviations)[estimated])),
-            "chi_square_ratio": fit.chi_square,
+            "chi_square_ratio": fit.chi_square_ratio,
         }
 
     def _actual(self, cell: Cell) -> Mechanism:

@@ -23,12 +23,12 @@ RESIDUALS = "document.querySelector('#residuals .plot svg')"
 def page(mechanism, tmp_path_factory):
     """A page with a part of every kind, and the result that it tells."""
     result = symkin.run_protocol(mechanism)
-    taken, found = result.simulation.measurements, result.identification
+    found = result.identification
     columns = ["Parameter", *(f"A column with a long name {number}" for number in range(12))]
     table = Table("A wide table", columns, [Group([["name", *map(str, range(12))]], "Group")])
     images = {
-        "residuals": Image("residuals", "Closures", "", lambda: plot.residuals(taken, found)),
-        "dependence": Image("dependence", "Closures", "", lambda: plot.dependence(taken, found)),
+        "residuals": Image("residuals", "Closures", "", lambda: plot.residuals(found)),
+        "dependence": Image("dependence", "Closures", "", lambda: plot.dependence(found)),
         "map": Image(
             "map",
             "Errors",

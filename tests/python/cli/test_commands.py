@@ -346,9 +346,9 @@ def test_identify_prints_residuals_parameters_and_cross_validation(
         assert words in shown.out
     document = symkin("identify", "3RRR", measured, "--estimator", "paper", "--json").json
     assert document["identification"]["estimator"] == "paper"
-    parameter = document["identification"]["legs"][2]["parameters"]["base_angle"]
+    parameter = document["identification"]["params"]["leg3.base_angle"]
     assert abs(parameter["value"] - parameter["nominal"]) < 0.01
-    assert 0 < parameter["standard_deviation"] < 0.01
+    assert 0 < parameter["deviation"] < 0.01
 
 
 def test_identify_predicts_the_end_effector_at_unseen_poses_in_blocks(
@@ -448,9 +448,7 @@ def test_a_result_that_did_not_converge_is_told_with_exit_code_1(
 
     def unconverged(*arguments: object, **options: object) -> object:
         found = identify(*arguments, **options)
-        leg = dataclasses.replace(found.legs[1], converged=False, failure="too few iterations")
-        legs = (found.legs[0], leg, found.legs[2])
-        return dataclasses.replace(found, legs=legs, converged=False)
+        return dataclasses.replace(found, converged=False, failure="leg 2 (too few iterations)")
 
     monkeypatch.setattr(library, "identify", unconverged)
     shown = symkin("identify", "3RRR", protocol / "measurements.csv", "--json")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
-from symkin.estimate import Identification
+from symkin.estimate import Estimate
 from symkin.files.template import mechanism_template
 from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
@@ -45,7 +45,7 @@ def test_a_target_that_exists_is_refused_before_anything_is_computed(
     for command, files in (
         (("check", "3RRR"), CHECK_FILES),
         (("run", "3RRR"), ProtocolResult.FILES),
-        (("identify", "3RRR", measured), Identification.FILES),
+        (("identify", "3RRR", measured), Estimate.FILES),
         (simulate, Simulation.FILES),
         (("evaluate", "3RRR", "--measurements", measured), EVALUATION_FILES),
         (("kinematics", "3RRR", plan), ("readings.csv",)),
@@ -113,7 +113,7 @@ def test_every_file_of_a_command_is_known_before(
     few = ("--candidates", 300)
     measured = protocol / "measurements.csv"
     commands: tuple[tuple[tuple[object, ...], tuple[str, ...]], ...] = (
-        (("identify", "3RRR", measured, "--out"), Identification.FILES),
+        (("identify", "3RRR", measured, "--out"), Estimate.FILES),
         (("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out"), Simulation.FILES),
         (("evaluate", "3RRR", "--measurements", measured, "--out"), EVALUATION_FILES),
         (("kinematics", "3RRR", measured, "--out"), ("readings.csv",)),

@@ -31,12 +31,12 @@ def test_options_say_what_is_unknown(measured, capsys):
         "--fixed", "leg[12].base_radius, leg3.*_length", "--prior", "base_angle=0.5 mrad",
         "--gauge", "nominal", "--sensor", "eccentric",
     )  # fmt: skip
-    status = {each["name"]: each["status"] for each in found["unknowns"]}
+    status = {name: each["status"] for name, each in found["params"].items()}
     assert status["leg1.sensor_gain"] == "shared"
     assert status["leg2.base_radius"] == status["leg3.distal_length"] == "held"
     assert status["leg3.base_radius"] != "held"
     assert "leg1.sensor_sine" in status
-    priors = {each["name"]: each["prior"] for each in found["unknowns"]}
+    priors = {name: each["prior"] for name, each in found["params"].items()}
     assert priors["leg2.base_angle"] == pytest.approx(5e-4)
     assert found["frames"]["base"][0] == pytest.approx(1.0, abs=0.02)
 
@@ -69,7 +69,7 @@ def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, c
     for options, expected in (([], "shared"), (["--shared", "base_radius"], "free")):
         assert main(["identify", *arguments, *options]) == 0
         found = json.loads(capsys.readouterr().out)["identification"]
-        status = {each["name"]: each["status"] for each in found["unknowns"]}
+        status = {name: each["status"] for name, each in found["params"].items()}
         assert status["leg1.sensor_gain"] == expected
 
 

@@ -14,7 +14,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import read_fleet
 from symkin.data.writing import measurement_columns
 from symkin.errors import MeasurementError, SymkinError
-from symkin.estimate import FitOptions
+from symkin.estimate import EstimateOptions, Fleet
 from symkin.model.framing import framed
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.storage.tables import write_table
@@ -181,10 +181,17 @@ def test_the_command_writes_a_row_a_file_and_says_what_failed(mechanism, robots,
 
 
 def test_options_are_those_of_identify():
-    names = {each.name for each in dataclasses.fields(FitOptions)}
     import inspect
 
-    assert names <= set(inspect.signature(symkin.identify_many).parameters)
+    known = set(inspect.signature(symkin.identify_many).parameters)
+    alone = set(inspect.signature(symkin.identify).parameters) - known
+    assert alone == {each.name for each in dataclasses.fields(EstimateOptions)} - known
+
+
+@pytest.mark.parametrize("asked", [{"shared": ["sensor_gain"]}, {"noise": "estimate"}])
+def test_what_a_fleet_does_not_know_is_refused(mechanism, robots, asked):
+    with pytest.raises(symkin.SymkinError, match=f"{next(iter(asked))} cannot be asked of many"):
+        Fleet.of(mechanism, robots, EstimateOptions(**asked))
 
 
 def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, robots, tmp_path):

@@ -78,7 +78,7 @@ def test_results_say_what_is_known_and_what_speaks_against_it(found, measured):
     assert abs(told["correlations"][0]["correlation"]) <= 1
     first = found.unknowns[0]
     change = (first.value - first.nominal) / first.tolerance
-    assert told["unknowns"][0]["change_in_tolerances"] == pytest.approx(change)
+    assert told["params"][first.name]["change_in_tolerances"] == pytest.approx(change)
     assert told["models"] == told["hypotheses"] == []
     text = found.text(whole=True)
     assert "If a pose were left out" in text

@@ -8,7 +8,7 @@ import pytest
 
 import symkin
 from symkin import _core
-from symkin.estimate.fit import Loss
+from symkin.estimate.options import Loss
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,9 @@ def test_intervals_and_chi_square_hold_and_sound_robots_raise_no_doubt(paper, pl
     fits = [fit for _, found in robots for fit in found.goodness]
     freedom = fits[0].degrees_of_freedom
     standard_error = np.sqrt(2 / freedom / len(fits))
-    assert np.mean([fit.per_degree for fit in fits]) == pytest.approx(1, abs=4 * standard_error)
+    assert np.mean([fit.chi_square_ratio for fit in fits]) == pytest.approx(
+        1, abs=4 * standard_error
+    )
     assert sum(bool(found.doubts) for _, found in robots) <= ROBOTS // 100
 
 
@@ -59,7 +61,7 @@ def test_intervals_hold_although_the_declared_noise_is_wrong(paper, planned, est
 def test_the_joint_chi_square_is_that_of_the_common_covariance(paper, planned):
     # 3.59 for three times the declared orientation noise; each leg's own would say 2.4.
     robots = identified(paper, planned, "joint", orientation=3e-4)
-    chi_squares = [found.goodness[0].per_degree for _, found in robots]
+    chi_squares = [found.goodness[0].chi_square_ratio for _, found in robots]
     assert np.mean(chi_squares) == pytest.approx(3.59, rel=0.05)
 
 
@@ -91,9 +93,9 @@ def test_a_pose_of_a_leg_with_two_closures_counts_twice(poses, doubted):
 def test_the_real_hexapod_is_doubted_for_what_is_known_of_it(hexapod, hexapod_table):
     found = symkin.identify(hexapod, symkin.read_measurements(hexapod_table, hexapod), "joint")
     assert found.goodness[0].degrees_of_freedom == 600
-    assert found.goodness[0].per_degree == pytest.approx(2.22, abs=0.01)
+    assert found.goodness[0].chi_square_ratio == pytest.approx(2.22, abs=0.01)
     # One factor for all legs: the deviations of legs 4 to 6 too.
-    tests = {(test.suspect, test.legs): test for test in found.diagnosis.tests}
+    tests = {(test.suspect, test.legs): test for test in found.tests}
     curved = tests["sensor_curvature", tuple(range(6))]
     assert curved.degrees_of_freedom == (6, 594)
     assert curved.statistic == pytest.approx(86.6, rel=0.05)
@@ -121,7 +123,7 @@ def test_a_pose_that_does_not_fit_is_named_by_its_row_with_and_without_a_loss(pa
     row = measurements.row_numbers[17]
     for loss in ("none", "cauchy"):
         found = symkin.identify(paper, spoiled, loss=loss)
-        assert [outlier.row for outlier in found.diagnosis.outliers] == [17]
+        assert [outlier.row for outlier in found.outliers] == [17]
         assert any(f"row {row}" in doubt or f"rows {row}" in doubt for doubt in found.doubts)
 
 
@@ -158,7 +160,7 @@ def test_residuals_of_a_small_workspace_are_judged_as_often_as_it_says():
     values = []
     for seed in range(12):
         found = symkin.identify(hexa, symkin.simulate(hexa, plan, seed).measurements, "joint")
-        tests = found.diagnosis.tests
+        tests = found.tests
         values += [test.p_value for test in tests if test.suspect == "geometry"]
     assert len(values) == 72
     # 3.6 are expected; by derivatives at the measured poses there were 20.

@@ -152,7 +152,7 @@ def test_residuals_are_drawn_against_what_they_depend_on_most(planar_result):
         for leg, fit in enumerate(identification.legs)
     ]
     found = replace(identification, legs=tuple(bent))
-    figure = plot.dependence(measurements, found)
+    figure = plot.dependence(found)
     assert len(figure.axes) == 3
     for axes, fit in zip(figure.axes, found.legs, strict=True):
         assert "reading explains 100%" in axes.get_title()
@@ -160,8 +160,8 @@ def test_residuals_are_drawn_against_what_they_depend_on_most(planar_result):
 
 
 def test_points_of_every_leg_say_their_closure_in_its_own_unit(planar_result):
-    measured, found = planar_result.simulation.measurements, planar_result.identification
-    for figure in (plot.residuals(measured, found), plot.dependence(measured, found)):
+    found = planar_result.identification
+    for figure in (plot.residuals(found), plot.dependence(found)):
         names = [name for of_leg in point_names(figure).values() for name in of_leg]
         assert len(names) == sum(len(leg.residuals) for leg in found.legs)
         assert {name.rpartition(" ")[2] for name in names} == {"mm"}
@@ -169,7 +169,7 @@ def test_points_of_every_leg_say_their_closure_in_its_own_unit(planar_result):
 
 def test_residuals_show_every_pose_of_every_leg(planar_result):
     identification = planar_result.identification
-    figure = plot.residuals(planar_result.simulation.measurements, identification)
+    figure = plot.residuals(identification)
     assert_not_blank(figure)
     for axes, fit in zip(figure.axes, identification.legs, strict=True):
         np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * fit.residuals)
@@ -178,8 +178,8 @@ def test_residuals_show_every_pose_of_every_leg(planar_result):
 def test_figures_are_drawn_where_they_are_told(planar_result, paper):
     whole = Figure(figsize=(8, 8))
     upper, lower = whole.subfigures(2, 1)
-    taken, found = planar_result.simulation.measurements, planar_result.identification
-    assert plot.residuals(taken, found, figure=upper) is upper
+    found = planar_result.identification
+    assert plot.residuals(found, figure=upper) is upper
     (axes,) = [lower.subplots()]
     assert plot.mechanism(paper, ax=axes) is axes
     assert len(upper.axes) == 3

@@ -36,7 +36,7 @@ def test_a_row_is_what_the_public_functions_give(compared: StudyResult) -> None:
     assert row["position_rms_m"] == after.position_rms
     assert row["orientation_max_rad"] == after.orientation_max
     assert row["measured_poses"] == len(simulated.measurements.poses)
-    assert row["chi_square_ratio"] == found.chi_square
+    assert row["chi_square_ratio"] == found.chi_square_ratio
 
 
 def test_all_cells_have_the_same_robots(compared: StudyResult) -> None:

@@ -19,10 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.observability import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
-from symkin.data.measurements import Measurements
 from symkin.estimate.doubts import blunder_limit, blunders_of
-from symkin.estimate.identification import Identification
-from symkin.estimate.joint import JointIdentification
+from symkin.estimate.estimate import Estimate
 from symkin.estimate.problem import KINDS
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
@@ -121,16 +119,14 @@ def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> Fi
     return figure
 
 
-def residuals(
-    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
-) -> FigureBase:
-    """Draw the closure of every leg at every pose that it used, a panel for each leg.
+def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBase:
+    """Draw the closure of every leg at every pose that was measured, a panel for each leg.
+
+    Where no pose was measured in full, the estimated errors of the readings.
 
     Parameters
     ----------
-    measurements : Measurements
-        Of which it was identified.
-    identification : Identification
+    found : Estimate
         Of `identify`.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
@@ -139,31 +135,27 @@ def residuals(
     -------
     Figure or SubFigure
     """
-    fits = identification.legs
-    unit = identification.nominal.space.closure_unit
+    left = [_left(found, leg) for leg in range(len(found.nominal.legs))]
     titles = [
-        f"leg {leg}: rms {_rms(_MILLI * fit.residuals):.3g} m{unit}"
-        for leg, fit in enumerate(fits, 1)
+        f"leg {leg}: rms {_rms(_MILLI * own.values):.3g} m{own.unit}"
+        for leg, own in enumerate(left, 1)
     ]
-    figure, panels = _panels(titles, unit, figure)
-    for leg, (fit, axes) in enumerate(zip(fits, panels, strict=True)):
-        closures, colour = _MILLI * fit.residuals, leg_style(leg).colour
-        numbers = measurements.row_numbers[fit.closure_rows]
-        axes.vlines(numbers, 0, closures, color=colour, linewidth=0.8, alpha=0.5)
-        _draw_closures(axes, leg, unit, numbers, closures, numbers)
-        rejected = np.isin(fit.closure_rows, fit.rejected)
-        axes.plot(numbers[rejected], closures[rejected], "x", color=ACCENT, markersize=6)
-        if leg + _COLUMNS >= len(fits):
+    figure, panels = _panels(titles, left[0], figure)
+    for leg, (own, axes) in enumerate(zip(left, panels, strict=True)):
+        values, colour = _MILLI * own.values, leg_style(leg).colour
+        numbers = found.measurements.row_numbers[own.rows]
+        axes.vlines(numbers, 0, values, color=colour, linewidth=0.8, alpha=0.5)
+        _draw_left(axes, leg, own.unit, numbers, values, numbers)
+        axes.plot(numbers[own.rejected], values[own.rejected], "x", color=ACCENT, markersize=6)
+        if leg + _COLUMNS >= len(left):
             axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
         axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
-    if any(len(fit.rejected) for fit in fits):
+    if any(own.rejected.any() for own in left):
         legend_below(figure, [sign("x", "rejected as an outlier", ACCENT, 6)])
     return figure
 
 
-def dependence(
-    measurements: Measurements, identification: Identification, *, figure: FigureBase | None = None
-) -> FigureBase:
+def dependence(found: Estimate, *, figure: FigureBase | None = None) -> FigureBase:
     """Draw the closures of every leg against what they depend on most, with a parabola.
 
     That is the leg's reading, a coordinate of the pose or the order of measuring, that of which
@@ -171,9 +163,7 @@ def dependence(
 
     Parameters
     ----------
-    measurements : Measurements
-        Of which it was identified.
-    identification : Identification
+    found : Estimate
         Of `identify`.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
@@ -182,34 +172,32 @@ def dependence(
     -------
     Figure or SubFigure
     """
-    found = [
-        _strongest(measurements, identification, leg) for leg in range(len(identification.legs))
-    ]
+    strongest = [_strongest(found, leg) for leg in range(len(found.nominal.legs))]
     titles = [
-        f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in enumerate(found, 1)
+        f"leg {leg}: {most.name} explains {most.share:.0%}" for leg, most in enumerate(strongest, 1)
     ]
-    unit = identification.nominal.space.closure_unit
-    figure, panels = _panels(titles, unit, figure)
-    for leg, (most, axes) in enumerate(zip(found, panels, strict=True)):
-        closures = _MILLI * most.residuals
-        numbers = measurements.row_numbers[most.rows]
-        _draw_closures(axes, leg, unit, most.values, closures, numbers)
-        along = np.linspace(most.values.min(), most.values.max(), 50)
-        parabola = np.polynomial.Polynomial.fit(most.values, closures, 2)
-        axes.plot(along, parabola(along), color=INK, linewidth=1.2)
-        reading = identification.nominal.reading_unit if most.name == "reading" else ""
-        of = identification.nominal.space.units.get(most.name, reading)
+    figure, panels = _panels(titles, strongest[0].left, figure)
+    for leg, (most, axes) in enumerate(zip(strongest, panels, strict=True)):
+        values = _MILLI * most.left.values
+        numbers = found.measurements.row_numbers[most.left.rows]
+        _draw_left(axes, leg, most.left.unit, most.against, values, numbers)
+        if len(values) > 2:
+            along = np.linspace(most.against.min(), most.against.max(), 50)
+            parabola = np.polynomial.Polynomial.fit(most.against, values, 2)
+            axes.plot(along, parabola(along), color=INK, linewidth=1.2)
+        reading = found.nominal.reading_unit if most.name == "reading" else ""
+        of = found.nominal.space.units.get(most.name, reading)
         label = f"{most.name}, {of}" if of else most.name
         axes.set_xlabel(label, fontsize=SMALL, color=INK)
     return figure
 
 
-def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
+def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
     """Draw the estimated error of every observation in standard deviations, row by row.
 
     Parameters
     ----------
-    found : JointIdentification
+    found : Estimate
         Of `identify`.
     ax : Axes, optional
         Where to draw, by default in a new figure.
@@ -221,7 +209,7 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
     axes = own_axes(ax, 9.2, 3.8, x="row of the measurements", y="t, standard deviations")
     rows, space = found.rows, found.nominal.pose_space
     numbers = found.measurements.row_numbers[rows.pose]
-    reading = rows.kind == KINDS.index("readings")
+    reading = np.isin(rows.kind, [KINDS.index("readings"), KINDS.index("closures")])
     groups = [(reading & (rows.index == leg), leg) for leg in range(len(found.nominal.legs))]
     handles = []
     for own, leg in [*groups, (~reading, None)]:
@@ -252,13 +240,13 @@ def t_values(found: JointIdentification, *, ax: Axes | None = None) -> Axes:
 
 
 def parameter_errors(
-    identification: Identification, actual: Mechanism, *, figure: FigureBase | None = None
+    found: Estimate, actual: Mechanism, *, figure: FigureBase | None = None
 ) -> FigureBase:
     """Draw (estimate - truth) / standard deviation of every parameter, a panel for each leg.
 
     Parameters
     ----------
-    identification : Identification
+    found : Estimate
         Of simulated measurements.
     actual : Mechanism
         The true one.
@@ -269,7 +257,7 @@ def parameter_errors(
     -------
     Figure or SubFigure
     """
-    calibrated = identification.mechanism
+    calibrated = found.mechanism
     errors = calibrated.parameters - actual.parameters
     deviations = calibrated.deviations
     in_sigmas = np.full_like(errors, np.nan)
@@ -419,41 +407,67 @@ def _plain_ticks(axes: Axes) -> None:
 # Residuals.
 
 
+class Left(NamedTuple):
+    """What an estimate leaves of a leg: closures, or errors of readings, and their rows."""
+
+    what: str
+    unit: str
+    values: Array
+    rows: NDArray[np.intp]
+    rejected: NDArray[np.bool_]
+
+
 class Dependence(NamedTuple):
-    """What a leg's closures depend on most: its values, the closures, their rows and the share."""
+    """What those depend on most: its name and values, and the share that it explains."""
 
     name: str
-    values: Array
-    residuals: Array
-    rows: NDArray[np.intp]
+    against: Array
+    left: Left
     share: float
 
 
-def _strongest(measurements: Measurements, identification: Identification, leg: int) -> Dependence:
-    fit = identification.legs[leg]
-    kept = ~np.isin(fit.closure_rows, fit.rejected)
-    rows, closures = fit.closure_rows[kept], fit.residuals[kept]
-    poses = workspace_coordinates(identification.nominal, measurements.poses[rows])
-    values = {
-        "reading": measurements.readings[rows, leg],
-        **dict(zip(coordinate_names(identification.nominal), poses.T, strict=True)),
-        "order of measuring": np.arange(len(rows), dtype=float),
+def _left(found: Estimate, leg: int) -> Left:
+    unit = found.nominal.space.closure_unit
+    if found.legs:
+        fit = found.legs[leg]
+        rejected = np.isin(fit.closure_rows, fit.rejected)
+        return Left("closure", unit, fit.residuals, fit.closure_rows, rejected)
+    what, every = "closure", found.closures()
+    if not np.isfinite(every).any():
+        what, unit, every = "reading error", found.nominal.reading_unit, found.reading_errors
+    rows = np.flatnonzero(np.isfinite(every[:, leg]))
+    lost = [*found.aside, *(row for row, _ in found.rejected)]
+    return Left(what, unit, every[rows, leg], rows, np.isin(rows, lost))
+
+
+def _strongest(found: Estimate, leg: int) -> Dependence:
+    left = _left(found, leg)
+    own = found.own_poses if left.what == "closure" else found.latent_poses
+    kept = ~left.rejected & np.isfinite(own[left.rows]).all(axis=1)
+    left = left._replace(
+        values=left.values[kept], rows=left.rows[kept], rejected=left.rejected[kept]
+    )
+    poses = workspace_coordinates(found.nominal, own[left.rows])
+    against = {
+        "reading": found.measurements.readings[left.rows, leg],
+        **dict(zip(coordinate_names(found.nominal), poses.T, strict=True)),
+        "order of measuring": np.arange(len(left.rows), dtype=float),
     }
-    total = float(np.sum((closures - closures.mean()) ** 2))
+    total = float(np.sum((left.values - left.values.mean()) ** 2)) if len(left.values) > 2 else 0.0
     shares = {}
-    for name, each in values.items():
+    for name, each in against.items():
         shares[name] = 0.0
-        if np.ptp(each) > 0 and total > 0:
-            parabola = np.polynomial.Polynomial.fit(each, closures, 2)
-            shares[name] = 1 - float(np.sum((closures - parabola(each)) ** 2)) / total
+        if total > 0 and np.ptp(each) > 0:
+            parabola = np.polynomial.Polynomial.fit(each, left.values, 2)
+            shares[name] = 1 - float(np.sum((left.values - parabola(each)) ** 2)) / total
     name = max(shares, key=lambda name: shares[name])
-    return Dependence(name, values[name], closures, rows, shares[name])
+    return Dependence(name, against[name], left, shares[name])
 
 
 def _panels(
-    titles: Sequence[str], unit: str, figure: FigureBase | None
+    titles: Sequence[str], left: Left, figure: FigureBase | None
 ) -> tuple[FigureBase, list[Axes]]:
-    """A panel for each leg, all with the same scale of closures."""
+    """A panel for each leg, all with the same scale."""
     rows = -(-len(titles) // _COLUMNS)
     figure = new_figure(9.2, 0.7 + 2.1 * rows, figure)
     places = figure.add_gridspec(rows, min(len(titles), _COLUMNS))
@@ -465,16 +479,16 @@ def _panels(
         axes.axhline(0, color=LINE, linewidth=0.8)
         axes.tick_params(labelleft=column == 0)
         if column == 0:
-            axes.set_ylabel(f"closure, m{unit}", fontsize=SMALL, color=INK)
+            axes.set_ylabel(f"{left.what}, m{left.unit}", fontsize=SMALL, color=INK)
         panels.append(axes)
     return figure, panels
 
 
-def _draw_closures(
-    axes: Axes, leg: int, unit: str, x: NDArray[Any], closures: Array, rows: NDArray[np.intp]
+def _draw_left(
+    axes: Axes, leg: int, unit: str, x: NDArray[Any], values: Array, rows: NDArray[np.intp]
 ) -> None:
-    (points,) = axes.plot(x, closures, "o", color=leg_style(leg).colour, markersize=3)
-    named = zip(rows, closures, strict=True)
+    (points,) = axes.plot(x, values, "o", color=leg_style(leg).colour, markersize=3)
+    named = zip(rows, values, strict=True)
     name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} m{unit}" for row, c in named])
 
 

@@ -1,0 +1,339 @@
+# SPDX-License-Identifier: MIT
+"""What follows from an estimate: what it knows, what speaks against it, what it is worth."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin import _core
+from symkin.analysis.evaluation import Evaluation, closures_of, evaluate
+from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.closures import closure_influence, closure_rows
+from symkin.estimate.corrections import Hypothesis, hypotheses_of
+from symkin.estimate.cross_validation import CrossValidation
+from symkin.estimate.diagnosis import Diagnosis, Outlier, ResidualTest, diagnose
+from symkin.estimate.doubts import doubts_of, notes_of, outliers_of, symptoms_of
+from symkin.estimate.fit import changed_settings
+from symkin.estimate.found import Found, Latent, M
+from symkin.estimate.precision import (
+    Correlation,
+    Direction,
+    Expected,
+    Heights,
+    Influence,
+    correlations_of,
+    directions_of,
+    heights_of,
+    survey_of,
+)
+from symkin.estimate.solution import settled, together
+from symkin.estimate.wider_models import Alternative, Model, alternatives_of, model_of, models_of
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism
+from symkin.values import field, record
+
+__all__ = ["Examined"]
+
+Array = NDArray[np.float64]
+_Owner = TypeVar("_Owner")
+_Result = TypeVar("_Result")
+_OF_CROSS_VALIDATION = ("heights", "notes")  # computed from it, if there is one
+
+
+def once(function: Callable[[_Owner], _Result]) -> Callable[[_Owner], _Result]:
+    """Compute what follows from an estimate once, for its copies and for `replace` too."""
+    name = function.__name__
+
+    @functools.wraps(function)
+    def kept(found: _Owner) -> _Result:
+        known: dict[str, Any] = found.kept.known  # type: ignore[attr-defined]
+        if name not in known:
+            known[name] = function(found)
+        result: _Result = known[name]
+        return result
+
+    return kept
+
+
+class _Kept:
+    """What was computed of an estimate, and the fields that it was computed from."""
+
+    def __init__(self, basis: dict[str, object]) -> None:
+        self.basis = basis
+        self.known: dict[str, Any] = {}
+
+
+@record
+class Examined(Found[M]):
+    """The part of `Estimate` that is computed when it is first asked for."""
+
+    cross_validation: CrossValidation | None = field(private=True, default=None)
+    kept: _Kept | None = field(private=True, default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Keep what was computed from the same fields, as far as it follows from them."""
+        super().__post_init__()
+        made, before = _Kept(self._basis()), self.kept
+        if before is not None:
+            changed = {
+                name for name, value in made.basis.items() if value is not before.basis[name]
+            }
+            if changed <= {"cross_validation"}:
+                lost = _OF_CROSS_VALIDATION if changed else ()
+                made.known = {
+                    name: value for name, value in before.known.items() if name not in lost
+                }
+        object.__setattr__(self, "kept", made)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """What has been copied or unpickled has arrays of its own."""
+        super().__setstate__(state)
+        assert self.kept is not None
+        self.kept.basis = self._basis()
+
+    def _basis(self) -> dict[str, object]:
+        names = (each.name for each in dataclasses.fields(self))
+        return {name: getattr(self, name) for name in names if name != "kept"}
+
+    @property
+    @once
+    def seen(self) -> Latent:
+        """The latent poses and the observations; leg by leg the closures, see `rows`."""
+        if self.latent is not None:
+            return self.latent
+        alone, taken = self.nominal.replace(frames=None), self.measurements
+        try:
+            if self.estimator == "joint":
+                latent = together(alone, taken, self.options).latent
+                assert latent is not None
+                return latent
+            fit = self.predicting(taken)
+            poses, errors = fit.poses, fit.reading_errors
+        except SymkinError:
+            poses, errors = (np.full_like(each, np.nan) for each in (taken.poses, taken.readings))
+        used = np.concatenate([leg.rows for leg in self.legs])
+        count = np.bincount(used, minlength=len(taken.poses)) * self.nominal.closures
+        return Latent(poses, errors, count.astype(np.intp), closure_rows(self))
+
+    @property
+    @once
+    def _diagnosis(self) -> Diagnosis:
+        """Leg by leg."""
+        return diagnose(self)
+
+    @property
+    @once
+    def doubts(self) -> tuple[str, ...]:
+        """Reasons not to trust the estimate, apart from convergence; empty if there are none.
+
+        All tests together raise one in fewer than 1 of 100 sound robots.
+        """
+        if self.legs:
+            return self._diagnosis.doubts
+        return tuple(doubts_of(self, self.symptoms, self.hypotheses))
+
+    @property
+    @once
+    def symptoms(self) -> tuple[str, ...]:
+        """What speaks against the estimate, whatever the cause."""
+        if self.legs:
+            return self._diagnosis.symptoms
+        return tuple(symptoms_of(self, self.alternatives, self.model))
+
+    @property
+    def trustworthy(self) -> bool:
+        """Whether it converged and nothing speaks against it."""
+        return self.converged and not self.doubts
+
+    @property
+    @once
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the estimate and of the mechanism's settings, in sentences."""
+        if self.legs:
+            found: Iterable[str] = self._diagnosis.notes
+        else:
+            found = notes_of(self, self.heights, self.symptoms)
+        changed = changed_settings(self.nominal, self.mechanism)
+        return (*self.measurements.notes, *found, *changed)
+
+    @property
+    def tests(self) -> tuple[ResidualTest, ...]:
+        """Tests of the closures for what the model may lack; none where poses are latent."""
+        return self._diagnosis.tests if self.legs else ()
+
+    @property
+    @once
+    def outliers(self) -> tuple[Outlier, ...]:
+        """Poses, or observations, that do not fit the others, the worst first."""
+        return self._diagnosis.outliers if self.legs else tuple(outliers_of(self))
+
+    @property
+    @once
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """Wider models, and how much better they explain the same observations.
+
+        None leg by leg, where `tests` tell.
+        """
+        return () if self.legs else tuple(alternatives_of(self))
+
+    @property
+    @once
+    def models(self) -> tuple[Model, ...]:
+        """What else explains the observations, since something speaks against the estimate.
+
+        Empty if nothing does, if it did not converge, if nothing is to spare, and leg by leg.
+        """
+        if self.legs or not self.converged or self.degrees_of_freedom <= 0 or not self.symptoms:
+            return ()
+        return tuple(models_of(self, self.alternatives, self.model))
+
+    def model(self, what: str) -> Model | None:
+        """One of `models` by its `what`, fitted once; None if that has no solution."""
+        if what not in self._models:
+            self._models[what] = model_of(self, self.alternatives, what)
+        return self._models[what]
+
+    @property
+    @once
+    def _models(self) -> dict[str, Model | None]:
+        return {}
+
+    @property
+    @once
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """Corrections that were tried since something speaks against it; empty otherwise."""
+        if self.legs:
+            return self._diagnosis.hypotheses
+        if self.converged and not self.symptoms:
+            return ()
+        return hypotheses_of(self.nominal, self.measurements, self.options)
+
+    @property
+    @once
+    def influence(self) -> Influence | None:
+        """What each pose does to the estimate, to first order.
+
+        None if a loss has weighed the poses, and of the estimators `paper` and `inverse`.
+        """
+        if not self.converged:
+            return None
+        if self.legs and self.estimator != "joint":
+            return closure_influence(self)
+        return Influence.of(self)
+
+    @property
+    @once
+    def expected(self) -> Expected | None:
+        """Errors to expect over the workspace; None without one, or for curved sensors."""
+        return Expected.of(self)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """The combinations of unknowns that are known worst and best, in tolerances."""
+        return directions_of(self, np.array([each.tolerance for each in self.first_unknowns]))
+
+    @property
+    def correlations(self) -> tuple[Correlation, ...]:
+        """Pairs of unknowns that are told apart worst."""
+        return correlations_of(self.covariance, self.names)
+
+    @property
+    @once
+    def heights(self) -> Heights | None:
+        """What heights that a probe touched show, if nothing else was measured of poses in space.
+
+        None for platforms that turn, and if it did not converge.
+        """
+        return heights_of(self, self.cross_validation)
+
+    @property
+    def own_poses(self) -> Array:
+        """The measured poses in the robot's own frame, as the calibrated mechanism has it."""
+        poses = self.measurements.poses
+        return poses if self.legs else unframed(self.mechanism, poses)
+
+    @property
+    @once
+    def before(self) -> Evaluation | None:
+        """End-effector errors of the nominal mechanism at poses measured in full.
+
+        In the frames that were found, since no robot could do well in others. None if no such pose
+        has readings of all legs that the mechanism can take.
+        """
+        return self._evaluated(self.nominal)
+
+    @property
+    @once
+    def after(self) -> Evaluation | None:
+        """End-effector errors of the calibrated mechanism at poses measured in full, or None."""
+        return self._evaluated(self.mechanism)
+
+    def _evaluated(self, mechanism: Mechanism) -> Evaluation | None:
+        frames = None if self.legs else self.mechanism.frames
+        try:
+            return evaluate(mechanism.replace(frames=frames), measurements=self.measurements)
+        except SymkinError:
+            return None
+
+    @property
+    @once
+    def residual_rms(self) -> float:
+        """Closures of all legs at poses measured in full, m; NaN if there are none."""
+        return _rms(self.closures())
+
+    @property
+    @once
+    def residual_max(self) -> float:
+        """The largest of them."""
+        closures = self.closures()
+        known = np.abs(closures[np.isfinite(closures)])
+        return float(known.max()) if known.size else float("nan")
+
+    @property
+    @once
+    def nominal_residual_rms(self) -> float:
+        """Closures of the nominal mechanism, in the frames that were found."""
+        return _rms(self.closures(self.nominal))
+
+    def closures(self, mechanism: Mechanism | None = None) -> Array:
+        """Return the closures of a mechanism, by default the calibrated one, shape (N, legs).
+
+        At poses measured in full; NaN elsewhere, and where a leg was not read.
+        """
+        own = dataclasses.replace(self.measurements, poses=self.own_poses)
+        return closures_of(mechanism or self.mechanism, own)
+
+    def expected_accuracy(self, poses: ArrayLike | None = None) -> ExpectedAccuracy:
+        """Predict the end-effector error over poses in the robot's own frame.
+
+        By default those of the measurements. To first order, from what is uncertain of the
+        unknowns alone.
+        """
+        if poses is None:
+            known = np.isfinite(self.latent_poses).all(axis=1)
+            poses = self.measurements.poses if self.legs else self.latent_poses[known]
+        if self.legs:
+            return expected_accuracy(self.mechanism, poses, self.parameter_covariance)
+        return survey_of(self, self.mechanism).expected(poses, self.covariance)
+
+    def predicting(self, unseen: Measurements) -> _core.JointFit:
+        """Fit the latent poses of further observations alone, everything else as estimated.
+
+        `Rows.blunder` of it is what each observation differs by from what the others of its pose
+        predict.
+        """
+        robot = self.mechanism.replace(frames=None) if self.legs else self.mechanism
+        return settled(robot, self.noise, unseen).fit()
+
+
+def _rms(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")

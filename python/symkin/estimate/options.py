@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: MIT
+"""How an estimate is made: what is unknown, from what, by which estimator."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from symkin.errors import one_of
+from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.model.settings import NoiseSettings
+from symkin.values import Value, record
+
+__all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
+
+Estimator = Literal["paper", "inverse", "implicit", "joint"]
+Loss = Literal["none", "huber", "cauchy", "tukey"]
+PoseUse = Literal["all", "own"]
+
+
+@record
+class EstimateOptions(Value):
+    """What is unknown, and how it is estimated; the attributes are the arguments of `identify`."""
+
+    estimator: Estimator = "implicit"
+    poses: PoseUse = "all"
+    loss: Loss = "none"
+    loss_scale: float | None = None
+    noise: NoiseSettings | Literal["estimate"] | None = None
+    max_iterations: int = 100
+    free: tuple[str, ...] | None = None
+    fixed: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    prior: Priors | None = None
+    frames: tuple[str, ...] = ()
+    sensor: Sensor = "linear"
+    gauge: Gauge = "prior"
+    loss_per: LossPer = "pose"
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, naming those that do."""
+        choices = (("estimator", Estimator), ("poses", PoseUse), ("loss", Loss))
+        for name, words in (*choices, ("sensor", Sensor), ("gauge", Gauge), ("loss_per", LossPer)):
+            one_of(name, getattr(self, name), words)
+        if isinstance(self.noise, str):
+            one_of("noise", self.noise, ("estimate",))
+        for name in ("free", "fixed", "shared", "frames"):
+            value = getattr(self, name)
+            if value is not None:
+                many = (value,) if isinstance(value, str) else tuple(value)
+                object.__setattr__(self, name, many)
+        super().__post_init__()
+
+    def declared(self, noise: NoiseSettings) -> NoiseSettings:
+        """The noise that was given, or else this."""
+        return self.noise if isinstance(self.noise, NoiseSettings) else noise

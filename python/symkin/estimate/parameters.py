@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""The scalars of a robot as it is measured: what each was found to be, and how far it is shown."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.estimate.problem import UNSEEN
+from symkin.estimate.unknowns import CONSTANT, REDUNDANT, Layout
+from symkin.model.core_setup import core_setup, scalar_values
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Frames
+from symkin.values import Value, field, record
+
+__all__ = ["Status", "Unknown", "unknowns_of"]
+
+Array = NDArray[np.float64]
+
+# A deviation beyond this share of the prior's says that the data told next to nothing, and one
+# beyond the other that they told less than the prior did, or not much more.
+_SILENT = 0.9
+_SHOWN = 0.5
+
+
+Status = Literal[
+    "free",
+    "shared",
+    "held",
+    "held, a constant of the description",
+    "held, since the sensor's offset does the same",
+    "held by its prior: not shown by the data",
+    "shown by the data and priors together",
+    "shown by the data up to the gauge",
+]
+
+
+@record
+class Unknown(Value):
+    """A scalar of the robot as it is measured.
+
+    Attributes
+    ----------
+    name : str
+        ``leg2.distal_length``, ``base.x``, ``plane.c1``, ...
+    unit : str
+        "m", "rad", ...; empty for a number.
+    nominal : float
+        Of the drawing; NaN for what no drawing shows.
+    value, deviation : float
+        The estimate and its standard deviation; NaN if it is held. A frame's rotation is written as
+        a rotation vector, and its deviations are those of a small rotation about the axes outside.
+    tolerance, prior : float
+        Standard deviations of manufacturing and of the prior; NaN without.
+    status : str
+        "free", "shared" or "held", with the reason if it always is; or what the data do not show
+        by themselves.
+    column : int
+        Of the covariance; -1 if it is held.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    value: float
+    deviation: float
+    tolerance: float
+    prior: float
+    status: Status
+    column: int = field(private=True, default=-1)
+
+    derived: ClassVar[tuple[str, ...]] = ("change", "change_in_tolerances")
+
+    @property
+    def change(self) -> float:
+        """How far it is from the drawing; NaN without one, and if it is held."""
+        return self.value - self.nominal if self.column >= 0 else float("nan")
+
+    @property
+    def shown(self) -> bool:
+        """Whether the data determine it by themselves."""
+        return self.status in ("free", "shared")
+
+    @property
+    def change_in_tolerances(self) -> float:
+        """The same in tolerances."""
+        return self.change / self.tolerance
+
+
+def unknowns_of(
+    nominal: Mechanism, layout: Layout, values: Array, deviations: Array, unseen: Array
+) -> tuple[Unknown, ...]:
+    """Every scalar of the legs, and of the frames that there are.
+
+    `values` and `deviations` are of the layout's scalars, `unseen` the directions of its columns
+    that the observations alone do not show, one a column.
+    """
+    # What was not said to be anywhere has no nominal place.
+    curved = nominal.curvature is not None
+    straight = nominal.replace(curvature=None) if curved else nominal
+    drawn = scalar_values(core_setup(straight, nominal.curvature))
+    given = nominal.frames or Frames()
+    places = {"base": given.base, "target": given.target, "plane": given.plane}
+    hidden = np.linalg.norm(unseen, axis=1) if unseen.size else np.zeros(len(layout.names))
+    found = []
+    for i, name in enumerate(layout.scalars):
+        block, _, own = name.partition(".")
+        column = int(layout.column[i])
+        of_leg = block.startswith("leg")
+        curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        if not name or (column < 0 and curved and values[i] == 0):
+            continue
+        if not of_leg and column < 0 and not places.get(block, block[:5] in ("point", "ancho")):
+            continue
+        has_place = of_leg or places.get(block, True)
+        tolerance = layout.tolerances[i]
+        prior = layout.prior[column] if column >= 0 else np.nan
+        found.append(
+            Unknown(
+                name=name,
+                unit=layout.units[i],
+                nominal=float(drawn[i]) if has_place else float("nan"),
+                value=float(values[i]),
+                deviation=float(deviations[i]),
+                tolerance=float(tolerance) if tolerance > 0 else float("nan"),
+                prior=float(prior) if np.isfinite(prior) else float("nan"),
+                status=_status(layout, i, deviations[i], hidden),
+                column=column,
+            )
+        )
+    return tuple(found)
+
+
+def _status(layout: Layout, scalar: int, deviation: float, hidden: Array) -> Status:
+    column = layout.column[scalar]
+    if column < 0:
+        reasons: dict[str, Status] = {
+            CONSTANT: "held, a constant of the description",
+            REDUNDANT: "held, since the sensor's offset does the same",
+        }
+        return reasons.get(layout.always_held[scalar], "held")
+    prior = layout.prior[column]
+    if np.isfinite(prior) and deviation > _SILENT * prior:
+        return "held by its prior: not shown by the data"
+    if deviation > _SHOWN * prior:
+        return "shown by the data and priors together"
+    if hidden[column] > UNSEEN:
+        if np.isfinite(layout.prior).any():
+            return "shown by the data and priors together"
+        return "shown by the data up to the gauge"
+    return "shared" if len(layout.members(column)) > 1 else "free"

@@ -1,0 +1,512 @@
+# SPDX-License-Identifier: MIT
+"""What was estimated, from how well it fits to what to do next."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.parameters import Unknown
+from symkin.estimate.problem import KINDS
+from symkin.model.mechanism import Mechanism
+from symkin.present import Group, Headline, Image, Page, Section, Table, Verdict
+from symkin.show.check import symmetry_section
+from symkin.show.evaluation import (
+    ALIGNED,
+    before_and_after,
+    error_figures,
+    error_table,
+    heights_headlines,
+    heights_section,
+    left_out,
+)
+from symkin.show.images import plotted
+from symkin.show.mechanism import mechanism_section
+from symkin.show.observability import observability_section
+from symkin.show.observations import observation_section, rms
+from symkin.show.wording import (
+    NONE,
+    became,
+    chain_subtitle,
+    decimals_of,
+    fixed,
+    left_by_priors,
+    milli,
+    plural,
+    quoted,
+    ratio,
+    significant,
+    sources,
+)
+
+__all__ = ["estimate_page", "estimate_summary", "judgement", "parameter_section"]
+
+_INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
+_INFLUENTIAL = 8
+_NAMED_SHARE = 1e-3  # of a direction's square
+_BLOCKS = {
+    "base": "Base, in the frame of the measuring device",
+    "target": "Target, in the platform's frame",
+    "plane": "Plane, in the frame of the base",
+}
+
+
+def estimate_page(found: Estimate) -> Page:
+    """Tell an estimate."""
+    poses = found.latent_poses
+    known = np.asarray(np.isfinite(poses).all(axis=1))
+    read = np.isfinite(found.measurements.readings) & known[:, None]
+    sets = [found.measurements.poses[fit.rows] for fit in found.legs]
+    sections = [
+        parameter_section(found),
+        observation_section(found),
+        _accuracy_section(found),
+        *heights_section(found.heights),
+        _knowledge_section(found),
+        _pose_section(found),
+        observability_section(
+            found.nominal, sets or [poses[own] for own in read.T], symmetric=False
+        ),
+        symmetry_section(found.nominal),
+        mechanism_section(found.nominal, poses[known]),
+    ]
+    return dataclasses.replace(estimate_summary(found), sections=sections)
+
+
+def estimate_summary(found: Estimate) -> Page:
+    """Tell the answer, and whether to trust it."""
+    verdict, words = judgement(found)
+    if found.trustworthy and found.heights is None:
+        words += _known_before(found)
+    return Page(
+        title=f"{found.nominal.name}: identification from measurements",
+        subtitle=chain_subtitle(found.nominal),
+        headlines=list(_headlines(found)),
+        verdict=verdict,
+        judgement=words,
+        doubts=found.doubts if found.converged or found.legs else (),
+        notes=found.notes,
+        paragraphs=[_done(found), _degrees(found), *_left_out(found)],
+        next_step=_next_step(found),
+        inputs=sources(found.nominal.source, found.measurements.source),
+    )
+
+
+def judgement(found: Estimate) -> tuple[Verdict, str]:
+    """Whether an estimate can be trusted, for the eye and in words."""
+    if not found.converged:
+        return "bad", f"Not converged: {found.failure}."
+    if found.doubts:
+        return "doubtful", "Converged, with doubts."
+    return "good", "Converged; nothing speaks against the estimate."
+
+
+def _known_before(found: Estimate) -> str:
+    """What to add where much of the errors to expect is what the priors leave."""
+    expected = found.expected
+    if expected is None or expected.held is None:
+        return ""
+    parts = left_by_priors(found.nominal, expected.held, expected)
+    if not parts:
+        return ""
+    return (
+        f" But {' and '.join(parts)} is what the priors leave: the observations say next to "
+        "nothing of it."
+    )
+
+
+def _next_step(found: Estimate) -> str:
+    """What to do now: what keeps it from converging, what speaks against it, or where to go."""
+    if not found.converged:
+        return (
+            "look for what keeps the estimate from converging: units, frames, signs, the order of "
+            "the legs, the working mode; `symkin check` shows what the mechanism expects; fix what "
+            "is known, or give priors."
+        )
+    if found.doubts:
+        return "settle the doubts, beginning with the first, and identify again."
+    if found.heights is not None:
+        return "let the controller use the calibrated mechanism, print, and measure the print."
+    if found.cross_validation is None:
+        return (
+            "see how well poses are predicted that the fit did not see: identify with "
+            "--cross-validate 5."
+        )
+    return (
+        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew: "
+        "symkin evaluate calibrated.toml --measurements FILE."
+    )
+
+
+def _headlines(found: Estimate) -> Iterator[Headline]:
+    if found.heights is not None:
+        yield from heights_headlines(found.heights)
+    else:
+        yield from _error_headlines(found)
+    if found.degrees_of_freedom > 0:
+        low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
+        remark = f"{significant(low)} to {significant(high)} if noise and model are as declared"
+        if found.options.noise == "estimate":
+            remark = "by construction, since the noise was estimated"
+        yield "Chi-square per degree of freedom", significant(found.chi_square_ratio), remark
+
+
+def _error_headlines(found: Estimate) -> Iterator[Headline]:
+    """Errors of aligned frames, and beside them those as they are; and the closures."""
+    before, after, validation = found.before, found.after, found.cross_validation
+    if before is not None and after is not None:
+        raw = before_and_after(before, after, after)
+        if before.aligned is None or after.aligned is None:
+            yield from raw
+        else:
+            aligned = before_and_after(before.aligned, after.aligned, after)
+            for (label, value, remark), (_, as_it_is, _) in zip(aligned, raw, strict=True):
+                remark = f"{remark}; {as_it_is} without alignment"
+                yield f"{label}, frames aligned", value, remark
+    if math.isfinite(found.residual_rms):
+        unit = found.nominal.space.closure_unit
+        remark = ratio(found.nominal_residual_rms, found.residual_rms)
+        if validation is not None:
+            remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
+        value = became(found.nominal_residual_rms, found.residual_rms, unit)
+        yield "Closure of the legs, root mean square", value, remark
+
+
+def _done(found: Estimate) -> str:
+    measurements, nominal = found.measurements, found.nominal
+    source = f" ({measurements.source_name})" if measurements.source else ""
+    poses = len(measurements.poses)
+    shared = sum(each.status == "shared" for each in found.unknowns)
+    held = sum(each.status.partition(",")[0] == "held" for each in found.unknowns)
+    told = (
+        f"{plural(poses, 'measured pose')}{source} {'was' if poses == 1 else 'were'} used to "
+        f"identify {plural(len(found.names), 'unknown')} of the robot as it was measured, with the "
+        f"estimator {quoted(found.estimator)}"
+    )
+    if found.legs:
+        told += f", from the closures of {plural(len(nominal.legs), 'leg')}"
+    else:
+        told += ", all together by maximum likelihood, with the true poses unknown as well"
+    if shared:
+        told += f"; {plural(shared, 'parameter')} of the legs move as one with others"
+    if held:
+        told += f"; {plural(held, 'parameter')} {'is' if held == 1 else 'are'} held"
+    return f"{told}. What was observed: {_observed(found)}."
+
+
+def _observed(found: Estimate) -> str:
+    counts = np.bincount(found.rows.kind, minlength=len(KINDS))
+    coordinates = {"pose": "of poses", "points": "of points"}
+    coordinates["reported pose"] = "that a controller reported"
+    told = []
+    for kind, number in zip(KINDS, counts.tolist(), strict=True):
+        what = plural(number, "coordinate" if kind in coordinates else kind.removesuffix("s"))
+        told += [f"{what} {coordinates.get(kind, '')}".rstrip()] * bool(number)
+    return ", ".join(told) + f", at {plural(len(found.measurements.poses), 'pose')}"
+
+
+def _degrees(found: Estimate) -> str:
+    equations = int(found.conditions.sum())
+    priors = sum(1 for each in found.first_unknowns if math.isfinite(each.prior))
+    told = f"The poses leave {plural(equations, 'equation')}"
+    if priors:
+        told += f", priors add {priors}"
+    return (
+        f"{told}; {found.rank} independent combinations of the unknowns are estimated from them, "
+        f"which leaves {plural(round(found.degrees_of_freedom), 'degree')} of freedom. The "
+        f"observations alone show {found.data_rank} of {len(found.names)} combinations."
+    )
+
+
+def _left_out(found: Estimate) -> Iterator[str]:
+    """What the errors, of which headlines and tables tell, do not hold."""
+    if found.before is not None and found.after is not None:
+        yield from left_out({"before": found.before, "after": found.after})
+    if found.cross_validation is not None and not found.cross_validation.converged:
+        yield "Not every identification of the cross-validation converged."
+
+
+def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Section:
+    """Give the parameters with their uncertainty, compared with the truth where it is known."""
+    paragraphs = [f"Standard deviations follow {_origin_of_deviations(found)}."]
+    if found.gauge:
+        paragraphs.append(
+            f"They depend on how what the observations do not show was settled: {found.gauge}."
+        )
+    parts: list[Table | Image] = [_parameter_table(found, actual), *_noise_table(found)]
+    if actual is not None:
+        paragraphs.append(_coverage(_in_deviations(found, actual)))
+        parts.append(
+            Image(
+                "parameter_errors",
+                "Errors of all identified parameters in standard deviations, with the 95% "
+                "interval.",
+                "Errors of the identified parameters, each in its own standard deviations.",
+                plotted("parameter_errors", found, actual),
+            )
+        )
+    return Section("identification", "Identified parameters", paragraphs, parts)
+
+
+def _origin_of_deviations(found: Estimate) -> str:
+    if found.options.noise == "estimate":
+        return "from the estimated noise"
+    if found.options.loss != "none":
+        return "from the residuals that the loss keeps; their errors follow Student's t"
+    if not found.unexplained:
+        return "from the declared noise, which explains the residuals"
+    if found.estimator == "joint":
+        return (
+            "from the declared noise, scaled up by the root of chi-square per degree of freedom, "
+            "since the residuals are larger than it explains"
+        )
+    return "from the residuals, since these are larger than the declared noise explains"
+
+
+def _in_deviations(found: Estimate, actual: Mechanism) -> NDArray[np.float64]:
+    """Error of each parameter over its standard deviation, shape (legs, p); NaN without one."""
+    errors, deviations = found.mechanism.parameters - actual.parameters, found.deviations
+    scaled: NDArray[np.float64] = np.full_like(errors, np.nan)
+    np.divide(errors, deviations, out=scaled, where=deviations > 0)
+    # Of normal errors, so that the same interval holds 95% of all.
+    intervals = [leg.interval for leg in found.legs] or [found.interval] * len(scaled)
+    return scaled * (_INTERVAL / np.array(intervals))[:, None]
+
+
+def _coverage(errors: NDArray[np.float64]) -> str:
+    known = errors[np.isfinite(errors)]
+    inside = np.sum(np.abs(known) <= _INTERVAL)
+    return (
+        f"The 95% interval of {inside} of {known.size} parameters holds the true value; "
+        f"{significant(0.95 * known.size)} can be expected."
+    )
+
+
+def _parameter_table(found: Estimate, actual: Mechanism | None) -> Table:
+    columns = ["Parameter", "Unit", "Nominal", "Identified", "Standard deviation"]
+    columns += ["Over tolerance", "Change", "Status"]
+    columns += [] if actual is None else ["True", "Error / standard deviation"]
+    groups = []
+    for block in dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns):
+        own = [each for each in found.unknowns if each.name.partition(".")[0] == block]
+        rows = [_parameter_row(each) for each in own]
+        if actual is not None and block.startswith("leg"):
+            leg = int(block[3:]) - 1
+            errors = dict(
+                zip(actual.parameter_names, _in_deviations(found, actual)[leg], strict=True)
+            )
+            for each, row in zip(own, rows, strict=True):
+                name = each.name.partition(".")[2]
+                true = actual.legs[leg].parameters[name]
+                row += [fixed(true, decimals_of(each.deviation)), fixed(errors[name], 2)]
+        groups.append(Group(rows, _title(block)))
+    return Table("Identified parameters", columns, groups, brief=actual is None)
+
+
+def _parameter_row(each: Unknown) -> list[str]:
+    decimals = decimals_of(each.deviation)
+    return [
+        each.name.partition(".")[2],
+        each.unit,
+        fixed(each.nominal, decimals),
+        fixed(each.value, decimals),
+        significant(each.deviation, 2),
+        significant(each.deviation / each.tolerance, 2),
+        _change(each),
+        each.status,
+    ]
+
+
+def _change(each: Unknown) -> str:
+    """A change from the drawing as a person says it: in mm, degrees, or percent of a gain."""
+    if not math.isfinite(each.change):
+        return NONE
+    in_words = {"m": (1e3, " mm"), "rad": (180 / np.pi, "\N{DEGREE SIGN}")}
+    percent = 100 / abs(each.nominal) if each.nominal else 1.0
+    factor, name = in_words.get(each.unit, (percent, " %"))
+    text = fixed(factor * each.change, decimals_of(factor * each.deviation, 3))
+    return f"{'+' if each.change > 0 else ''}{text}{name}"
+
+
+def _title(block: str) -> str:
+    for start in ("leg", "point", "anchor"):
+        if block.startswith(start):
+            return f"{start.capitalize()} {block.removeprefix(start)}"
+    return _BLOCKS[block]
+
+
+def _noise_table(found: Estimate) -> list[Table]:
+    if found.options.noise != "estimate":
+        return []
+    declared, noise = found.nominal.noise, found.noise
+    unit = found.nominal.reading_unit
+    rows = [
+        (name, milli(getattr(declared, name), of), milli(getattr(noise, name), of))
+        for name, of in (*found.nominal.space.errors, ("reading", unit))
+    ]
+    columns = ("Noise of", "Declared", "Estimated")
+    return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]
+
+
+def _accuracy_section(found: Estimate) -> Section:
+    """Compare measured poses with those that the models calculate from the readings."""
+    before, after = found.before, found.after
+    tables = [*_closure_table(found), *_expected_table(found)]
+    if before is None or after is None:
+        text = (
+            "No end-effector error: at no pose that was measured in full are there readings of all "
+            "legs that both the nominal and the calibrated mechanism can take."
+        )
+        return Section("accuracy", "Errors", [text], tables)
+    paragraph = (
+        "The error is the distance between the measured pose and the one that the nominal (before) "
+        "or the calibrated (after) forward kinematics gives for the measured readings, both in the "
+        "frames that were found. It contains the noise of the measurements. "
+        f"{quoted('Expected')} is what the uncertainty of the identified parameters adds at these "
+        "poses by itself, to first order. " + ALIGNED
+    )
+    expected = None if found.mechanism.curvature is not None else found.expected_accuracy()
+    table = error_table({"Before": before, "After": after}, expected, found.cross_validation)
+    parts: list[Table | Image] = [table, *tables, *error_figures(before, after)]
+    return Section("accuracy", "End-effector error", [paragraph], parts)
+
+
+def _closure_table(found: Estimate) -> list[Table]:
+    validation, unit = found.cross_validation, found.nominal.space.closure_unit
+    if not math.isfinite(found.residual_rms):
+        return []
+    rows = [
+        ("nominal", milli(found.nominal_residual_rms, unit), NONE),
+        ("calibrated", milli(found.residual_rms, unit), milli(found.residual_max, unit)),
+    ]
+    if validation is not None:
+        label = f"{validation.name} (poses that the fit did not see)"
+        largest = milli(validation.residual_max, unit)
+        rows.append((label, milli(validation.residual_rms, unit), largest))
+    columns = ("Parameters", "Root mean square", "Maximum")
+    return [Table("Closure residual of all legs", columns, [Group(rows)], brief=True)]
+
+
+def _expected_table(found: Estimate) -> list[Table]:
+    """What covariance promises over the workspace."""
+    expected = found.expected
+    if expected is None:
+        return []
+    space = found.nominal.space
+    rows = [
+        (f"{kind}, root mean square", milli(getattr(expected, kind), unit))
+        for kind, unit in space.errors
+    ]
+    if space.moves:
+        where = ", ".join(significant(value) for value in expected.where)
+        rows.append(("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"))
+    caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
+    return [Table(caption, ("", "Error"), [Group(rows)], brief=True)]
+
+
+def _knowledge_section(found: Estimate) -> Section:
+    """What the observations show, in words, and what they do not."""
+    parts: list[Table | Image] = []
+    paragraphs = ["The observations by themselves show every combination of the unknowns."]
+    if found.unseen:
+        paragraphs = [
+            f"The observations by themselves do not show "
+            f"{plural(len(found.unseen), 'combination')} of the unknowns. The fit, the residuals "
+            "and the poses as measured do not depend on them; single parameters do."
+        ]
+        together = [_moving(found.names, each) for each in found.unseen_directions.T]
+        for caption, column, said in (
+            (
+                "What no observation shows",
+                "Unknowns that can move together, the strongest first",
+                together,
+            ),
+            (
+                "The same in numbers",
+                "Combination, in tolerances (of frames, in mm and mrad)",
+                found.unseen,
+            ),
+        ):
+            rows = [(str(i), each) for i, each in enumerate(said, 1)]
+            brief = said is together
+            parts.append(Table(caption, ("", column), [Group(rows)], wordy=True, brief=brief))
+    known = [
+        (which, significant(each.deviation, 2), each.combination)
+        for which, each in zip(("worst", "best"), found.directions, strict=False)
+    ]
+    columns = ("Known", "Deviation, in tolerances", "Combination, in tolerances")
+    parts.append(Table("Combinations known worst and best", columns, [Group(known)], wordy=True))
+    rows = [(", ".join(each.unknowns), fixed(each.correlation, 3)) for each in found.correlations]
+    caption = "Unknowns that are told apart worst"
+    parts.append(Table(caption, ("Unknowns", "Correlation"), [Group(rows)], wordy=True))
+    return Section("knowledge", "What the observations show", paragraphs, parts)
+
+
+def _moving(names: Sequence[str], direction: NDArray[np.float64]) -> str:
+    """Name the unknowns of a direction, those of several legs as one: ``base.z, base_radius``."""
+    weights: dict[str, float] = {}
+    legs: dict[str, list[str]] = {}
+    for name, value in zip(names, direction.tolist(), strict=True):
+        block, _, own = name.rpartition(".")
+        if value**2 < _NAMED_SHARE:
+            continue
+        key = own if block.startswith("leg") or not block else name
+        weights[key] = weights.get(key, 0.0) + value**2
+        if block.startswith("leg"):
+            legs.setdefault(key, []).append(block.replace("leg", ""))
+    told = [
+        f"{key} of leg{'s' * (len(legs[key]) > 1)} {', '.join(legs[key])}" if key in legs else key
+        for key in sorted(weights, key=lambda key: -weights[key])
+    ]
+    return "; ".join(told)
+
+
+def _pose_section(found: Estimate) -> Section:
+    poses, errors, unit = found.latent_poses, found.reading_errors, found.nominal.reading_unit
+    known = np.asarray(np.isfinite(poses).all(axis=1))
+    rows = [
+        (f"leg {leg}", milli(rms(own[np.isfinite(own)]), unit))
+        for leg, own in enumerate(errors.T, 1)
+    ]
+    parts: list[Table | Image] = [
+        Table("Estimated errors of the readings", ("", "Root mean square"), [Group(rows)])
+    ]
+    if known.any():
+        sets, of = [], found.measurements.leg_sets
+        if (of >= 0).any():
+            sets = [poses[(of == leg) & known] for leg in range(len(found.nominal.legs))]
+        parts.append(
+            Image(
+                "latent_poses",
+                "Scatter plots of the estimated poses.",
+                "Where the platform was, by all observations together, in the robot's own frame.",
+                plotted("poses", poses[known], sets, pose_space=found.nominal.pose_space),
+            )
+        )
+    paragraph = (
+        f"The true pose was estimated at {int(known.sum())} of {plural(len(known), 'row')} of the "
+        "measurements."
+    )
+    return Section("poses", "Poses", [paragraph], [*parts, *_influence_table(found)])
+
+
+def _influence_table(found: Estimate) -> list[Table]:
+    """The poses that matter most."""
+    influence = found.influence
+    if influence is None or not np.isfinite(influence.moves).any():
+        return []
+    rows = []
+    for pose in np.argsort(-np.nan_to_num(influence.moves), kind="stable")[:_INFLUENTIAL].tolist():
+        if math.isfinite(influence.moves[pose]):
+            name, by = influence.unknown[pose], significant(influence.by[pose], 2)
+            figures = map(significant, (influence.residual[pose], influence.moves[pose]))
+            number = str(found.measurements.row_numbers[pose])
+            rows.append((number, *figures, f"{name} by {by}" if name else NONE))
+    columns = ("Row", "Off the others' prediction", "Estimate moves by", "Single unknown")
+    caption = "If a pose were left out, in standard deviations: the most influential"
+    return [Table(caption, columns, [Group(rows)])]
