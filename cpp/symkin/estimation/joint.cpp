@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "symkin/estimation/detail/latent_problem.hpp"
@@ -21,28 +22,21 @@ namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<LinearPose> linear_poses(const LatentProblem& problem) {
-  std::vector<LinearPose> poses;
-  for (std::size_t k = 0; k < problem.counts().size(); ++k) {
-    poses.push_back(problem.linear(static_cast<Index>(k)));
-  }
-  return poses;
-}
-
 // The rows of all poses, weighted by the loss, and below them those of the priors.
-RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& weights,
-                       const Vector& priors) {
+RowMatrix stacked_rows(const LatentProblem& problem, const Vector& priors) {
+  std::vector<RowMatrix> poses;
   Index count = 0;
-  for (const LinearPose& pose : poses) {
-    count += pose.count();
+  for (std::size_t k = 0; k < problem.counts().size(); ++k) {
+    const auto pose = static_cast<Index>(k);
+    poses.push_back(std::sqrt(problem.weights()[pose]) * problem.as_eliminated(pose).jacobian);
+    count += poses.back().rows();
   }
   const Index columns = priors.size();
   RowMatrix rows = RowMatrix::Zero(count + columns, columns);
   Index first = 0;
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Index n = poses[k].count();
-    rows.middleRows(first, n) = std::sqrt(weights[static_cast<Index>(k)]) * poses[k].jacobian;
-    first += n;
+  for (const RowMatrix& pose : poses) {
+    rows.middleRows(first, pose.rows()) = pose;
+    first += pose.rows();
   }
   rows.bottomRows(columns).diagonal() = priors.cwiseInverse();
   return rows;
@@ -50,8 +44,8 @@ RowMatrix stacked_rows(const std::vector<LinearPose>& poses, const Vector& weigh
 
 // Whether squaring the rows into an information matrix has cost half of the digits at most; else
 // they have to be asked.
+constexpr double kLeastPivot = 1e-6;
 bool well_determined(const RowMatrix& information, ScaledCholesky& cholesky) {
-  constexpr double kLeastPivot = 1e-6;
   cholesky.compute(information);
   return information.size() > 0 && cholesky.least_pivot() > kLeastPivot;
 }
@@ -71,6 +65,15 @@ Sight sight_of(const RowMatrix& rows, const Vector& scale) {
   const Index rank =
       svd.values.size() == 0 ? 0 : (svd.values.array() > kRank * svd.values[0]).count();
   return {rank, svd.vectors.rightCols(p - rank)};
+}
+
+// The same from their square, where that shows it clearly.
+std::optional<RowMatrix> clearly_unseen(const RowMatrix& information, const Vector& scale) {
+  std::optional<RowMatrix> null = clear_null_space(information, kLeastPivot);
+  if (!null || null->cols() == 0) {
+    return null;
+  }
+  return column_space(scale.cwiseInverse().asDiagonal() * *null).basis;
 }
 
 // Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
@@ -144,18 +147,21 @@ void check_options(const Mechanism& mechanism, const Observations& observations,
                         named_directions(unseen, scale));
 }
 
-// Statistics of the rows of one pose.
-void add_rows(Index index, const PoseRows& pose, std::vector<RowFit>& rows) {
+// Statistics of the rows of one pose, for estimates of this covariance of the columns.
+void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
+              std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
-  const RowMatrix& e = pose.conditions;
+  const RowMatrix& e = pose.elimination.conditions;
+  const RowMatrix explained =
+      product(product(pose.jacobian, covariance), pose.jacobian.transpose());
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
     if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {
       continue;  // of a leg's bond, which is not observed
     }
-    const double multiplier = e.row(k) * pose.multipliers;
-    const double all = e.row(k) * pose.precision * e.row(k).transpose();
-    const double variance = e.row(k) * pose.left * e.row(k).transpose();
+    const double multiplier = e.row(k).dot(pose.conditions);
+    const double all = e.row(k).squaredNorm();
+    const double variance = all - e.row(k) * explained * e.row(k).transpose();
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
     RowFit row{index,        static_cast<int>(origin.kind),
@@ -202,9 +208,12 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
   ScaledCholesky cholesky;
   if (well_determined(information, cholesky)) {
     unscaled = cholesky.inverse();
-    if (priors == 0 || well_determined(data, cholesky)) {
-      fit.rank = fit.data_rank = columns;
-      fit.unseen.resize(columns, 0);
+    const std::optional<RowMatrix> unseen =
+        priors == 0 ? std::optional(RowMatrix(columns, 0)) : clearly_unseen(data, scale);
+    if (unseen) {
+      fit.rank = columns;
+      fit.data_rank = columns - unseen->cols();
+      fit.unseen = unseen->cols() > 0 ? named_directions(*unseen, Vector::Ones(columns)) : *unseen;
       const double factor = judge(fit.rank, priors, losses, fit);
       if (factor == 1) {
         fit.covariance = unscaled;
@@ -218,7 +227,7 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
       }
     }
   }
-  const RowMatrix rows = stacked_rows(linear_poses(problem), problem.weights(), layout.prior);
+  const RowMatrix rows = stacked_rows(problem, layout.prior);
   const Index of_data = rows.rows() - columns;
   const Sight data_sight = sight_of(rows.topRows(of_data), scale);
   const Sight all_sight = sight_of(rows, scale);
@@ -271,9 +280,10 @@ void describe(const LatentProblem& problem, const RowMatrix& information, const 
   fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
   RowMatrix unscaled;
   determine(problem, information, layout, tolerances, scale, losses, fit, unscaled);
-  if (rows) {
-    problem.each_rows(
-        unscaled, [&](Index pose, const PoseRows& of_pose) { add_rows(pose, of_pose, fit.rows); });
+  for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
+    if (!problem.aside()[static_cast<std::size_t>(pose)]) {
+      add_rows(pose, problem.as_eliminated(pose), unscaled, fit.rows);
+    }
   }
 }
 
@@ -337,8 +347,13 @@ bool JointSolver::hold_unseen() {
   if (well_determined(problem_->information(), cholesky)) {
     return false;
   }
-  const Sight sight =
-      sight_of(stacked_rows(linear_poses(*problem_), problem_->weights(), layout_->prior), scale_);
+  if (options_->gauge == Gauge::refuse) {
+    const auto unseen = clearly_unseen(problem_->information(), scale_);
+    if (unseen && unseen->cols() > 0) {
+      refuse(*unseen, scale_);
+    }
+  }
+  const Sight sight = sight_of(stacked_rows(*problem_, layout_->prior), scale_);
   const bool open = sight.unseen.cols() > 0;
   if (open && options_->gauge == Gauge::refuse) {
     refuse(sight.unseen, scale_);
@@ -350,8 +365,9 @@ bool JointSolver::hold_unseen() {
 
 void JointSolver::solve(const BlockLosses& losses) {
   constexpr int kMaxPasses = 20;
-  constexpr double kStill = 1e-9;  // of the columns, in their typical sizes
-  constexpr int kRobustSteps = 5;  // times those without a loss, whose weights settle afterwards
+  constexpr double kNothing = 1e-13;  // a pivot of a diagonal of ones
+  constexpr double kStill = 1e-9;     // of the columns, in their typical sizes
+  constexpr int kRobustSteps = 5;     // times those without a loss, whose weights settle afterwards
   problem_->set_losses(losses);
   SolverRoom room;
   // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
@@ -366,8 +382,15 @@ void JointSolver::solve(const BlockLosses& losses) {
     if (problem_->starts_near()) {
       solver.damping = 0;  // two steps less
     }
+    // What is refused in the end is refused at once.
+    solver.least_pivot = options_->gauge == Gauge::refuse && pass == 0 ? kNothing : -1;
     const int iterations = outcome_.iterations;
     outcome_ = minimise(*problem_, solver, room);
+    if (outcome_.undetermined) {
+      hold_unseen();  // unless what the square does not show is there after all
+      solver.least_pivot = -1;
+      outcome_ = minimise(*problem_, solver, room);
+    }
     outcome_.iterations += iterations;
     cost_ = room.now.cost;
     if (problem_->information().size() == 0) {
@@ -399,10 +422,11 @@ void JointSolver::solve(const BlockLosses& losses) {
 ConditionBlocks JointSolver::blocks() const {
   ConditionBlocks blocks;
   std::vector<LinearPose> poses;
-  for (const LinearPose& pose : linear_poses(*problem_)) {
+  for (std::size_t k = 0; k < problem_->counts().size(); ++k) {
+    LinearPose pose = problem_->linear(static_cast<Index>(k));
     if (pose.count() > 0) {
-      poses.push_back(pose);
-      blocks.first.push_back(blocks.rows() + pose.count());
+      poses.push_back(std::move(pose));
+      blocks.first.push_back(blocks.rows() + poses.back().count());
     }
   }
   std::vector<Index> with_prior;

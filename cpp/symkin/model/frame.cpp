@@ -60,7 +60,7 @@ Frame frame_of_pose(PoseSpace space, const double* pose) {
   Frame frame;
   frame.position.head(position_size(space)) = Eigen::Map<const Vector>(pose, position_size(space));
   if (space == PoseSpace::planar) {
-    frame.rotation = rotation_of({0, 0, pose[2]});
+    frame.rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(pose[2]).toRotationMatrix();
   } else if (has_quaternion(space)) {
     frame.rotation = rotation_matrix(pose + position_size(space));
   }

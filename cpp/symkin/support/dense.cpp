@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace symkin {
@@ -224,6 +225,50 @@ RowMatrix lower_root(const RowMatrix& matrix) {
 
 RowMatrix lower_inverse(const RowMatrix& lower) {
   return lower_solution(lower, RowMatrix::Identity(lower.rows(), lower.cols()));
+}
+
+std::optional<RowMatrix> clear_null_space(const RowMatrix& matrix, double least) {
+  constexpr double kRounding = 1e-13;
+  const Index n = matrix.rows();
+  const Vector diagonal = matrix.diagonal();
+  const Vector scale = (diagonal.array() > 0).select(diagonal, 1).cwiseSqrt().cwiseInverse();
+  RowMatrix rest = scale.asDiagonal() * matrix * scale.asDiagonal();
+  rest.triangularView<Eigen::StrictlyUpper>() = rest.transpose();
+  RowMatrix upper = RowMatrix::Zero(n, n);  // rows of the factor, columns of the matrix
+  std::vector<Index> pivots, others(static_cast<std::size_t>(n));
+  std::iota(others.begin(), others.end(), Index{0});
+  while (!others.empty()) {
+    const auto largest = std::max_element(
+        others.begin(), others.end(), [&](Index i, Index j) { return rest(i, i) < rest(j, j); });
+    const Index k = *largest;
+    if (!(rest(k, k) > least)) {
+      if (!(rest(k, k) < kRounding)) {
+        return std::nullopt;
+      }
+      break;
+    }
+    const auto row = static_cast<Index>(pivots.size());
+    upper.row(row) = rest.row(k) / std::sqrt(rest(k, k));
+    pivots.push_back(k);
+    others.erase(largest);
+    for (const Index i : others) {
+      rest.row(i) -= upper(row, i) * upper.row(row);
+    }
+  }
+  RowMatrix null = RowMatrix::Zero(n, static_cast<Index>(others.size()));
+  for (Index j = 0; j < null.cols(); ++j) {
+    const Index other = others[static_cast<std::size_t>(j)];
+    null(other, j) = 1;
+    for (std::size_t k = pivots.size(); k-- > 0;) {
+      const auto row = static_cast<Index>(k);
+      double value = upper(row, other);
+      for (std::size_t i = k + 1; i < pivots.size(); ++i) {
+        value += upper(row, pivots[i]) * null(pivots[i], j);
+      }
+      null(pivots[k], j) = -value / upper(row, pivots[k]);
+    }
+  }
+  return scale.asDiagonal() * null;
 }
 
 Vector inverse_column_lengths(const RowMatrix& matrix) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
 #include "symkin/support/types.hpp"
 
 namespace symkin {
@@ -98,6 +100,11 @@ PseudoInverse pseudo_inverse(const RowMatrix& matrix, double threshold);
 
 // The shortest x of those with the least |A x - b|, ranks as above.
 Vector least_squares(const RowMatrix& matrix, const Vector& right, double threshold);
+
+// What a positive semidefinite matrix, of which the lower triangle is read, takes to zero: columns
+// that span it, by Cholesky with pivots. Of a diagonal of ones the pivots are above `least` or
+// rounding; nothing where one is neither, and the square of something has to be asked itself.
+std::optional<RowMatrix> clear_null_space(const RowMatrix& matrix, double least);
 
 // 1 / length of each column, 1 for a column of zeros: makes parameters of all units comparable.
 Vector inverse_column_lengths(const RowMatrix& matrix);

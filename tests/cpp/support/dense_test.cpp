@@ -66,6 +66,19 @@ TEST(Dense, CholeskyOfDependentColumnsHasNoPivotLeft) {
   EXPECT_GT(cholesky.least_pivot(), 1e-5);
 }
 
+TEST(Dense, WhatASquareTakesToZeroIsFoundWhereItIsClear) {
+  RowMatrix matrix = rows(6);
+  matrix.col(5) = matrix.col(1) - 10 * matrix.col(0);
+  const RowMatrix square = matrix.transpose() * matrix;
+  const auto null = clear_null_space(square, 1e-6);
+  ASSERT_TRUE(null.has_value());
+  ASSERT_EQ(null->cols(), 1);
+  EXPECT_LT((matrix * *null).norm(), 1e-9 * matrix.norm() * null->norm());
+  EXPECT_EQ(clear_null_space(rows(4).transpose() * rows(4), 1e-6)->cols(), 0);
+  matrix.col(5) += 1e-4 * matrix.col(5).norm() * Vector::Unit(20, 3);  // neither
+  EXPECT_FALSE(clear_null_space(matrix.transpose() * matrix, 1e-6).has_value());
+}
+
 TEST(Dense, PseudoInverseObeysPenroseWhateverTheRank) {
   for (const auto& [m, n] : {std::pair<Index, Index>{7, 4}, {4, 7}, {5, 5}, {1, 3}}) {
     for (Index rank = 0; rank <= std::min(m, n); ++rank) {

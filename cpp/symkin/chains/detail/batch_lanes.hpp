@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <utility>
 #include <xsimd/xsimd.hpp>
 
 #include "symkin/model/jet.hpp"
@@ -50,11 +51,7 @@ struct Lanes<xsimd::batch<double, Arch>> {
   static bool lane(const Mask& mask, int lane) { return mask.get(static_cast<std::size_t>(lane)); }
 
   static Batch gather(const double* from, const Index* offsets) {
-    alignas(Batch) double values[kCount];
-    for (int i = 0; i < kCount; ++i) {
-      values[i] = from[offsets[i]];
-    }
-    return Batch::load_aligned(values);
+    return gather(from, offsets, std::make_integer_sequence<int, kCount>());
   }
   static void scatter(const Batch& value, double* to, const Index* offsets) {
     alignas(Batch) double values[kCount];
@@ -62,6 +59,14 @@ struct Lanes<xsimd::batch<double, Arch>> {
     for (int i = 0; i < kCount; ++i) {
       to[offsets[i]] = values[i];
     }
+  }
+
+  // Put together in registers: a batch that is read where its numbers were just written one by one
+  // waits for them.
+  template <int... kLanes>
+  static Batch gather(const double* from, const Index* offsets,
+                      std::integer_sequence<int, kLanes...> /*lanes*/) {
+    return Batch{from[offsets[kLanes]]...};
   }
 
   // By the polynomials of fdlibm. xsimd's own reduce the angle in one of four ways, by the largest

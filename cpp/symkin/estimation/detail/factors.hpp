@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "symkin/estimation/unknowns.hpp"
 #include "symkin/model/jet.hpp"
 
 namespace symkin::factors {
@@ -13,8 +12,8 @@ namespace symkin::factors {
 // What was observed of a pose beside the readings. A kind of observation is one struct:
 //   kRows                     rows that it brings, 1 or 3
 //   kOwn                      whether it has three scalars of its own
-//   misfit(scene, own, m)     kRows misfits, true less measured, at the measured values m (of a
-//                             frame: its 12, position and then the rotation's rows)
+//   kValues                   measured values that it takes (of an orientation: its matrix by rows)
+//   misfit(scene, own, m)     kRows misfits, true less measured, at the measured values m
 // Derivatives are by autodiff in all directions of the pose, the frames and its own scalars.
 
 template <typename T>
@@ -32,11 +31,39 @@ struct Scene {
   Mat3<T> target_rotation;
 };
 
-// Directions: the pose's six, the base's, the target's, the kind's own three.
-inline constexpr int kDirections = 21;
-using Scalar = Jet<double, kDirections>;
+// Directions: the pose's six, the kind's own three, the base's and the target's six. Those behind a
+// jet's last are held.
+inline constexpr int kPose = 0, kOwn = 6, kBase = 9, kTarget = 15, kDirections = 21;
 
-Scene<Scalar> scene_of(const Frame& pose, const Frame& base, const Frame& target);
+template <typename T, typename S = typename T::Scalar>
+T variable(const S& value, int direction) {
+  return direction < T::DIMENSION ? T(value, direction) : T(value);
+}
+
+template <typename T, typename S = typename T::Scalar>
+Vec3<T> variable_position(const S* position, int first) {
+  return {variable<T>(position[0], first), variable<T>(position[1], first + 1),
+          variable<T>(position[2], first + 2)};
+}
+
+// exp([w]) R = R + [w] R to first order, at w = 0; the matrix by rows.
+template <typename T, typename S = typename T::Scalar>
+Mat3<T> variable_rotation(const S* rows, int first) {
+  Mat3<T> variable;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const int k = (i + 2) % 3;
+    for (int column = 0; column < 3; ++column) {
+      T value(rows[3 * i + column]);
+      if (first < T::DIMENSION) {
+        value.v[first + j] = rows[3 * k + column];
+        value.v[first + k] = -rows[3 * j + column];
+      }
+      variable[static_cast<std::size_t>(i)][static_cast<std::size_t>(column)] = value;
+    }
+  }
+  return variable;
+}
 
 template <typename T>
 Vec3<T> operator+(const Vec3<T>& a, const Vec3<T>& b) {
@@ -66,7 +93,7 @@ Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
   return product;
 }
 template <typename T>
-Mat3<T> times_transposed(const Mat3<T>& a, const double* rows) {
+Mat3<T> times_transposed(const Mat3<T>& a, const typename T::Scalar* rows) {
   Mat3<T> product;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
@@ -76,28 +103,46 @@ Mat3<T> times_transposed(const Mat3<T>& a, const double* rows) {
   return product;
 }
 
+// angle / sin(angle) of angles up to half a turn, a lane at a time.
+template <typename S>
+S angle_by_sine(const S& sine, const S& cosine) {
+  constexpr int kCount = Lanes<S>::kCount;
+  Index lanes[kCount];
+  double sines[kCount], cosines[kCount];
+  for (int lane = 0; lane < kCount; ++lane) {
+    lanes[lane] = lane;
+  }
+  Lanes<S>::scatter(sine, sines, lanes);
+  Lanes<S>::scatter(cosine, cosines, lanes);
+  for (int lane = 0; lane < kCount; ++lane) {
+    sines[lane] = std::atan2(sines[lane], cosines[lane]) / sines[lane];
+  }
+  return Lanes<S>::gather(sines, lanes);
+}
+
 // The rotation vector of a rotation matrix less than half a turn away from none. Exact to first
 // order at none, where the general formula is 0 / 0.
-template <typename T>
+template <typename T, typename S = typename T::Scalar>
 Vec3<T> rotation_vector(const Mat3<T>& r) {
+  using std::sqrt;
   // Twice the quaternion's vector part times its scalar part, and the angle from both.
   const Vec3<T> axis{0.5 * (r[2][1] - r[1][2]), 0.5 * (r[0][2] - r[2][0]),
                      0.5 * (r[1][0] - r[0][1])};
   const T cosine = 0.5 * (r[0][0] + r[1][1] + r[2][2] - 1.0);
   const T square = dot(axis, axis);
-  const double sine = std::sqrt(square.a);
   // angle / sin(angle) as a function of the square of the sine, on either side of a quarter turn.
-  T factor = cosine;
-  if (square.a < 1e-6 && cosine.a > 0) {
-    factor = 1.0 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336)));
-  } else {
-    const double angle = std::atan2(sine, cosine.a);
+  T factor = 1.0 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336)));
+  const S far = Lanes<S>::select(cosine.a > S(0.0), square.a, S(1.0));
+  const auto is_far = far >= S(1e-4);
+  if (Lanes<S>::any(is_far)) {
+    const S sine = sqrt(square.a);
+    const S value = angle_by_sine(sine, cosine.a);
     // d angle = cos d(sin) - sin d(cos)
-    factor = jet_of<typename T::Scalar, T::DIMENSION>(angle / sine, [&](int i) {
-      const double by_sine = square.v[i] / (2 * sine);
-      const double by_angle = cosine.a * by_sine - sine * cosine.v[i];
-      return (by_angle - angle / sine * by_sine) / sine;
-    });
+    const S by_square = (cosine.a - value) / (2.0 * square.a);
+    factor.a = Lanes<S>::select(is_far, value, factor.a);
+    for (int i = 0; i < T::DIMENSION; ++i) {
+      factor.v[i] = Lanes<S>::select(is_far, by_square * square.v[i] - cosine.v[i], factor.v[i]);
+    }
   }
   return {factor * axis[0], factor * axis[1], factor * axis[2]};
 }
@@ -109,68 +154,74 @@ Vec3<T> seen(const Scene<T>& scene, const Vec3<T>& point) {
 }
 
 struct MeasuredPosition {
-  static constexpr int kRows = 3;
+  static constexpr int kRows = 3, kValues = 3;
   static constexpr bool kOwn = false;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/, const double* measured) {
-    return seen(scene, scene.target_position) - Vec3<double>{measured[0], measured[1], measured[2]};
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                        const typename T::Scalar* measured) {
+    return seen(scene, scene.target_position) -
+           Vec3<typename T::Scalar>{measured[0], measured[1], measured[2]};
   }
 };
 
 struct MeasuredOrientation {
-  static constexpr int kRows = 3;
+  static constexpr int kRows = 3, kValues = 9;
   static constexpr bool kOwn = false;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/, const double* measured) {
-    return rotation_vector(times_transposed(
-        scene.base_rotation * (scene.rotation * scene.target_rotation), measured + 3));
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                        const typename T::Scalar* measured) {
+    return rotation_vector(
+        times_transposed(scene.base_rotation * (scene.rotation * scene.target_rotation), measured));
   }
 };
 
 struct ReportedPosition {
-  static constexpr int kRows = 3;
+  static constexpr int kRows = 3, kValues = 3;
   static constexpr bool kOwn = false;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/, const double* measured) {
-    return scene.position - Vec3<double>{measured[0], measured[1], measured[2]};
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                        const typename T::Scalar* measured) {
+    return scene.position - Vec3<typename T::Scalar>{measured[0], measured[1], measured[2]};
   }
 };
 
 struct ReportedOrientation {
-  static constexpr int kRows = 3;
+  static constexpr int kRows = 3, kValues = 9;
   static constexpr bool kOwn = false;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/, const double* measured) {
-    return rotation_vector(times_transposed(scene.rotation, measured + 3));
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                        const typename T::Scalar* measured) {
+    return rotation_vector(times_transposed(scene.rotation, measured));
   }
 };
 
 struct TargetPoint {  // own: the point in the platform's frame
-  static constexpr int kRows = 3;
+  static constexpr int kRows = 3, kValues = 3;
   static constexpr bool kOwn = true;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& own, const double* measured) {
-    return seen(scene, own) - Vec3<double>{measured[0], measured[1], measured[2]};
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& own,
+                        const typename T::Scalar* measured) {
+    return seen(scene, own) - Vec3<typename T::Scalar>{measured[0], measured[1], measured[2]};
   }
 };
 
 struct Distance {  // own: the fixed point in the device's frame
-  static constexpr int kRows = 1;
+  static constexpr int kRows = 1, kValues = 1;
   static constexpr bool kOwn = true;
   template <typename T>
   static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& own,
-                                 const double* measured) {
+                                 const typename T::Scalar* measured) {
     const Vec3<T> way = seen(scene, scene.target_position) - own;
     return {sqrt(dot(way, way)) - measured[0]};
   }
 };
 
 struct Height {  // own: the plane, c0, c1, c2
-  static constexpr int kRows = 1;
+  static constexpr int kRows = 1, kValues = 1;
   static constexpr bool kOwn = true;
   template <typename T>
   static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& own,
-                                 const double* measured) {
+                                 const typename T::Scalar* measured) {
     const Vec3<T> target = scene.position + scene.rotation * scene.target_position;
     const T above = target[2] - own[0] - own[1] * target[0] - own[2] * target[1];
     return {above / sqrt(1.0 + own[1] * own[1] + own[2] * own[2]) - measured[0]};

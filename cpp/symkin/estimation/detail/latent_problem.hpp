@@ -4,27 +4,13 @@
 #include <limits>
 #include <vector>
 
-#include "symkin/estimation/detail/full_poses.hpp"
+#include "symkin/estimation/detail/latent_poses.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
-#include "symkin/estimation/detail/pose_elimination.hpp"
-#include "symkin/estimation/detail/pose_rows.hpp"
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/unknowns.hpp"
 
 namespace symkin {
-
-// One latent pose, linearised at the present state, and what is left of it (see PoseElimination).
-struct LinearPose {
-  std::vector<RowOrigin> origins;  // of its m rows
-  Vector misfit, variances;        // y and V
-  RowMatrix by_unknowns;           // C, m x columns
-  PoseElimination elimination;
-  Vector conditions;   // rho
-  RowMatrix jacobian;  // J
-
-  Index count() const { return conditions.size(); }
-};
 
 // Maximum likelihood of all columns of a layout, the poses and the errors of their readings, which
 // move together: poses converged for fixed parameters need not exist.
@@ -68,19 +54,11 @@ class LatentProblem {
   const Vector& weights() const { return now_.weights; }
   // Its linearised rows, empty where it was set aside.
   LinearPose linear(Index pose) const;
-  // Of each pose that is not set aside, for estimates of this covariance of the columns.
-  template <typename Take>
-  void each_rows(const RowMatrix& covariance, const Take& take) const {
-    const RowMatrix own =
-        now_.full.any() ? now_.full.own_covariance(covariance, width_) : RowMatrix();
-    for (std::size_t k = 0; k < aside_.size(); ++k) {
-      const auto pose = static_cast<Index>(k);
-      if (now_.general[k]) {
-        take(pose, rows_of(now_.poses[k], covariance));
-      } else if (!aside_[k]) {
-        take(pose, now_.full.rows_of({state_.poses, state_.errors, now_.legs}, pose, own));
-      }
-    }
+  // The same with the conditions as they were eliminated: of a row that was not taken there may be
+  // one that says nothing.
+  LinearPose as_eliminated(Index pose) const {
+    const auto at = static_cast<std::size_t>(pose);
+    return aside_[at] || now_.general[at] ? linear(pose) : now_.rows.conditions(pose);
   }
 
  private:
@@ -89,7 +67,7 @@ class LatentProblem {
   static constexpr double kRounding = 1e-8;
 
   double extent_of_pose(const Vector& move) const;
-  static PoseRows rows_of(const LinearPose& pose, const RowMatrix& covariance);
+  LinearPose general(Index pose) const;
 
   struct State {
     Setup setup;
@@ -100,33 +78,25 @@ class LatentProblem {
 
   // What a linearisation leaves behind.
   struct Linearisation {
-    // Of each leg, zero where it was not read: by_parameters is by the first `width_` scalars that
-    // the leg has in the UnknownList.
-    std::vector<ClosureRows> legs;
-    FullPoses full;
-    std::vector<bool> general;      // poses that `full` does not take
+    LatentPoses rows;
+    std::vector<bool> general;      // poses that were not eliminated with the others
     std::vector<LinearPose> poses;  // of which these are, empty where there are none
     std::vector<Index> counts;
     Vector chi_squares, weights;
     RowMatrix information;
   };
 
-  void linearise_leg(Index leg, ClosureRows& rows) const;
-  void assemble(Index pose, LinearPose& linear) const;
-
   const Mechanism& mechanism_;
   const Observations& observations_;
   const Layout& layout_;
-  UnknownList list_;
-  Index width_;  // scalars of a leg that may be free: without its sensor's curvature if held
   BlockLosses losses_{RobustLoss{}};
   std::vector<bool> aside_;
   RowMatrix constraints_;
   State state_, saved_;
   Linearisation now_;
-  FullPoses::Moves moves_;
-  double length_;  // the robot's longest
-  Vector sizes_;   // natural ones of the columns
+  RowMatrix tangents_, errors_;  // room for moves
+  double length_;                // the robot's longest
+  Vector sizes_;                 // natural ones of the columns
   // Of the poses, by the last step and by the one before.
   double largest_move_ = std::numeric_limits<double>::infinity();
   double last_move_ = largest_move_;

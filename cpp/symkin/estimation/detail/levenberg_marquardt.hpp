@@ -16,7 +16,8 @@ namespace symkin {
 
 struct SolverOutcome {
   bool converged = false;
-  int iterations = 0;  // accepted steps
+  bool undetermined = false;  // stopped because of SolverOptions::least_pivot
+  int iterations = 0;         // accepted steps
   std::string failure;
 };
 
@@ -26,6 +27,9 @@ struct SolverOptions {
   // A step that would move no estimate by more than this, of its standard deviation or of the root
   // of the cost, is not taken any more.
   double enough = 1e-12;
+  // Where no pivot of the equations is above this after a step either, some direction is not shown
+  // at any state, and there is nothing to come to rest.
+  double least_pivot = -1;
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -138,6 +142,11 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       decrease = newton.decrease;
       if (tried == 0) {
         room.start_pivot = steps.cholesky().least_pivot();
+      }
+      if (outcome.iterations > 0 && steps.cholesky().least_pivot() <= options.least_pivot) {
+        outcome.undetermined = true;
+        outcome.failure = "the normal equations are singular";
+        return outcome;
       }
       if constexpr (detail::HasOrthogonalStep<Problem>::value) {
         if (!newton.accurate && problem.orthogonal_step(step)) {

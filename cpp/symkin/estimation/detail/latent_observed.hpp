@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <type_traits>
+
+#include "symkin/estimation/detail/factors.hpp"
+#include "symkin/estimation/detail/latent_pack.hpp"
+
+namespace symkin::detail {
+
+// y, V, B and C of the observations beside the readings, by jets: of orientations in the directions
+// that turn something, of all else in the first N of a Scene.
+template <typename T, int N>
+class ObservedLanes {
+  static constexpr bool kFrames = N > factors::kBase;  // whether they may be free
+  using Placed = Jet<T, N>;
+  using Turned = Jet<T, kFrames ? 9 : 3>;
+  template <typename D>
+  using Scene = factors::Scene<D>;
+
+ public:
+  static void fill(const LatentRows& in) {
+    T base[12], target[12];
+    for (Index i = 0; i < 12; ++i) {
+      base[i] = T(in.surroundings[i]);
+      target[i] = T(in.surroundings[12 + i]);
+    }
+    Scene<Placed> placed;
+    placed.base_position = factors::variable_position<Placed>(base, factors::kBase);
+    placed.base_rotation = factors::variable_rotation<Placed>(base + 3, factors::kBase + 3);
+    placed.target_position = factors::variable_position<Placed>(target, factors::kTarget);
+    placed.target_rotation = factors::variable_rotation<Placed>(target + 3, factors::kTarget + 3);
+    Scene<Turned> turned;
+    turned.base_rotation = factors::variable_rotation<Turned>(base + 3, 3);
+    turned.target_rotation = factors::variable_rotation<Turned>(target + 3, 6);
+    bool turns = false;  // whether the rotation moves anything but orientations
+    for (Index k = 0; k < in.observation_count; ++k) {
+      const LatentRows::Kind kind = in.observations[k].kind;
+      turns = turns || (kind != LatentRows::Kind::reported_position &&
+                        kind != LatentRows::Kind::reported_orientation);
+    }
+    for (Index pack = 0; pack < packs<T>(in); ++pack) {
+      const LaneRows<T> at(pack * Lanes<T>::kCount, in.count);
+      T frame[12];
+      for (Index i = 0; i < 12; ++i) {
+        frame[i] = at.read(in.frames + i, 12);
+      }
+      placed.position = factors::variable_position<Placed>(frame, factors::kPose);
+      if (turns) {
+        placed.rotation = factors::variable_rotation<Placed>(frame + 3, factors::kPose + 3);
+      }
+      turned.rotation = factors::variable_rotation<Turned>(frame + 3, 0);
+      for (Index k = 0; k < in.observation_count; ++k) {
+        any(in, pack, at, placed, turned, in.observations[k]);
+      }
+    }
+  }
+
+ private:
+  static void any(const LatentRows& in, Index pack, const LaneRows<T>& at,
+                  const Scene<Placed>& placed, const Scene<Turned>& turned,
+                  const LatentRows::Observation& observation) {
+    switch (observation.kind) {
+      case LatentRows::Kind::position:
+        return one<factors::MeasuredPosition>(in, pack, at, placed, observation);
+      case LatentRows::Kind::orientation:
+        return one<factors::MeasuredOrientation>(in, pack, at, turned, observation);
+      case LatentRows::Kind::reported_position:
+        return one<factors::ReportedPosition>(in, pack, at, placed, observation);
+      case LatentRows::Kind::reported_orientation:
+        return one<factors::ReportedOrientation>(in, pack, at, turned, observation);
+      case LatentRows::Kind::point:
+        return one<factors::TargetPoint>(in, pack, at, placed, observation);
+      case LatentRows::Kind::distance:
+        return one<factors::Distance>(in, pack, at, placed, observation);
+      case LatentRows::Kind::height:
+        return one<factors::Height>(in, pack, at, placed, observation);
+    }
+  }
+
+  // Where a direction of a scalar (of the pose, or of both frames from 6 on) is among the jet's;
+  // -1: it has none.
+  template <typename D>
+  static int direction(int scalar) {
+    if (std::is_same_v<D, Placed>) {
+      const int first = scalar < 6 ? factors::kPose : factors::kBase - 6;
+      return first + scalar < N ? first + scalar : -1;
+    }
+    const int turn = scalar % 6 - 3 + scalar / 6 * 3;
+    return scalar % 6 >= 3 && turn < D::DIMENSION ? turn : -1;
+  }
+
+  template <typename Factor, typename D>
+  SYMKIN_FLATTEN static void one(const LatentRows& in, Index pack, const LaneRows<T>& at,
+                                 const Scene<D>& scene,
+                                 const LatentRows::Observation& observation) {
+    const Pack<T> y(in, pack, in.places.misfits), v(in, pack, in.places.variances);
+    const Pack<T> b(in, pack, in.places.by_pose), c(in, pack, in.places.by_shared);
+    T measured[Factor::kValues];
+    for (Index i = 0; i < Factor::kValues; ++i) {
+      measured[i] = at.read(in.values + observation.values + i, in.value_count);
+    }
+    factors::Vec3<D> own{};
+    if (Factor::kOwn) {
+      T values[3];
+      for (Index i = 0; i < 3; ++i) {
+        values[i] = T(in.scalars[observation.own + i]);
+      }
+      own = factors::variable_position<D>(values, factors::kOwn);
+    }
+    const auto misfits = Factor::misfit(scene, own, measured);
+    const T zero(0.0);
+    for (Index k = 0; k < Factor::kRows; ++k) {
+      const Index row = observation.rows[k];
+      if (row < 0) {
+        continue;
+      }
+      const D& misfit = misfits[static_cast<std::size_t>(k)];
+      const T variance = at.read(in.variances + row, in.rows);
+      const auto taken = variance >= zero;
+      const auto where_taken = [&](const T& value) { return Lanes<T>::select(taken, value, zero); };
+      y.set(row, where_taken(misfit.a));
+      v.set(row, where_taken(variance));
+      for (Index i = 0; i < in.dof; ++i) {
+        const int along = direction<D>(static_cast<int>(in.slots[i]));
+        b.set(row * in.dof + i, along < 0 ? zero : where_taken(misfit.v[along]));
+      }
+      const Index first = (row - in.legs * in.closures) * in.shared;
+      for (Index i = 0; i < in.shared; ++i) {
+        c.set(first + i, zero);
+      }
+      for (int i = 0; kFrames && i < 12; ++i) {
+        const int along = direction<D>(6 + i);
+        if (in.shared_of[i] >= 0 && along >= 0) {
+          c.set(first + in.shared_of[i], where_taken(misfit.v[along]));
+        }
+      }
+      for (int i = 0; Factor::kOwn && N > factors::kOwn && i < 3; ++i) {
+        const Index shared = in.shared_of[12 + observation.own + i];
+        if (shared >= 0) {
+          c.set(first + shared, where_taken(misfit.v[factors::kOwn + i]));
+        }
+      }
+    }
+  }
+};
+
+}  // namespace symkin::detail

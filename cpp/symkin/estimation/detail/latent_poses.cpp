@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/latent_poses.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "symkin/estimation/detail/factors.hpp"
+#include "symkin/model/sensor.hpp"
+#include "symkin/support/dense.hpp"
+
+namespace symkin {
+namespace {
+
+std::size_t at_index(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observations,
+                         const Layout& layout, const Setup& setup)
+    : mechanism_(mechanism),
+      observations_(observations),
+      list_(setup),
+      width_(mechanism.parameter_count()),
+      column_count_(layout.columns()),
+      directions_(factors::kOwn),
+      legs_(at_index(mechanism.leg_count())),
+      of_legs_(legs_.size()) {
+  const auto column = [&](Index scalar) { return layout.column[at_index(scalar)]; };
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (Index i = 0; i < UnknownList::kCurvature; ++i) {
+      if (column(list_.curvature(leg) + i) >= 0) {
+        width_ = mechanism.parameter_count() + UnknownList::kCurvature;
+      }
+    }
+  }
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (Index i = 0; i < width_; ++i) {
+      columns_.push_back(column(list_.leg(leg) + i));
+    }
+  }
+  for (Index scalar = list_.base(); scalar < list_.size(); ++scalar) {
+    const bool free = column(scalar) >= 0;
+    shared_of_.push_back(free ? shared_++ : -1);
+    if (free) {
+      columns_.push_back(column(scalar));
+      const bool own = scalar >= list_.point(0);
+      directions_ = std::max(directions_, own ? factors::kBase : factors::kDirections);
+    }
+  }
+  plan_ = planned_rows(mechanism, observations, setup, directions_ < factors::kDirections);
+  const Index lanes = latent_kernels().lanes;
+  const Index packs = (observations.count() + lanes - 1) / lanes;
+  set_places();
+  room_.setZero(packs * places_.size * lanes);  // rows that no pose has stay so
+  chi_squares_.setZero(observations.count());
+  clear_.setZero(observations.count());
+}
+
+Index LatentPoses::count(Index pose) const {
+  return plan_.taken[at_index(pose)] - mechanism_.dof();
+}
+
+void LatentPoses::set_places() {
+  const Index m = plan_.variances.cols(), dof = mechanism_.dof(), r = m - dof;
+  const Index bound = mechanism_.leg_count() * mechanism_.closures();
+  const auto place = [&](Index count) {
+    const Index here = places_.size;
+    places_.size += count;
+    return here;
+  };
+  places_.misfits = place(m);
+  places_.variances = place(m);
+  places_.by_pose = place(m * dof);
+  places_.by_unknowns = place(bound * width_);
+  places_.by_shared = place((m - bound) * shared_);
+  places_.reflectors = place(m * dof);
+  places_.diagonal = place(dof);
+  places_.factors = place(dof);
+  places_.lengths = place(m);
+  places_.conditions = place(m * r);
+  places_.rho = place(r);
+  places_.jacobian = place(r * shared_);
+}
+
+LatentRows LatentPoses::kernel_rows(const double* errors) {
+  for (std::size_t leg = 0; leg < of_legs_.size(); ++leg) {
+    const ClosureRows& rows = legs_[leg];
+    of_legs_[leg] = {rows.closure.data(), rows.by_parameters.data(), rows.by_pose.data(),
+                     rows.by_reading.data()};
+  }
+  return {observations_.count(),
+          mechanism_.leg_count(),
+          mechanism_.closures(),
+          mechanism_.dof(),
+          width_,
+          plan_.variances.cols(),
+          shared_,
+          position_size(mechanism_.pose_space()),
+          plan_.basis,
+          of_legs_.data(),
+          errors,
+          plan_.variances.data(),
+          plan_.observations.data(),
+          static_cast<Index>(plan_.observations.size()),
+          plan_.values.data(),
+          plan_.values.cols(),
+          frames_.data(),
+          surroundings_.data(),
+          scalars_.data(),
+          shared_of_.data(),
+          pose_slots(mechanism_.pose_space()).data(),
+          directions_,
+          places_,
+          room_.data(),
+          chi_squares_.data(),
+          clear_.data()};
+}
+
+double LatentPoses::at(Index pose, Index place, Index i) const {
+  const Index lanes = latent_kernels().lanes;
+  return room_[((pose / lanes) * places_.size + place + i) * lanes + pose % lanes];
+}
+
+void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
+                                Index leg, const std::vector<bool>& aside) {
+  const LegModel& model = mechanism_.model(leg);
+  ClosureRows& rows = legs_[at_index(leg)];
+  const Index n = observations_.count();
+  const Index closures = model.info().closures;
+  const Index parameters = mechanism_.parameter_count();
+  const CurvedSensor sensor = setup.sensor(leg);
+  Vector straight = setup.parameters.row(leg);
+  Vector readings = observations_.readings.values.col(leg) + errors.col(leg);
+  readings = readings.unaryExpr([](double value) { return std::isfinite(value) ? value : 0; });
+  if (width_ == parameters && setup.curvature.row(leg).isZero(0)) {
+    model.linearise(straight, poses, readings, rows);
+  } else {
+    // By the rows of a sensor that shows q itself.
+    const Index geometry = parameters - LinearSensor::kParameters;
+    straight.tail<LinearSensor::kParameters>() << 1, 0;
+    ClosureRows own;
+    model.linearise(straight, poses,
+                    readings.unaryExpr([&](double psi) { return sensor.active_joint(psi); }), own);
+    rows.closure = own.closure;
+    rows.by_pose = own.by_pose;
+    rows.by_reading.resize(n * closures);
+    rows.by_parameters.resize(n * closures, width_);
+    rows.by_parameters.leftCols(geometry) = own.by_parameters.leftCols(geometry);
+    for (Index at = 0; at < n * closures; ++at) {
+      const double psi = readings[at / closures];
+      const auto by_sensor = CurvedSensor::by_parameters(psi);
+      rows.by_reading[at] = own.by_reading[at] * sensor.by_reading(psi);
+      for (Index i = geometry; i < width_; ++i) {
+        rows.by_parameters(at, i) = own.by_reading[at] * by_sensor[at_index(i - geometry)];
+      }
+    }
+  }
+  // The errors of a leg's rows are independent then: the reading is in one of them.
+  rows.part_from_reading(closures);
+  for (Index i = 0; i < n; ++i) {
+    if (aside[at_index(i)] || !std::isfinite(observations_.readings.values(i, leg))) {
+      rows.closure.segment(i * closures, closures).setZero();
+      rows.by_parameters.middleRows(i * closures, closures).setZero();
+      rows.by_pose.middleRows(i * closures, closures).setZero();
+      rows.by_reading.segment(i * closures, closures).setZero();
+    }
+  }
+}
+
+void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
+                            const std::vector<bool>& aside) {
+  for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
+    linearise_leg(setup, poses, errors, leg, aside);
+  }
+  frames_.resize(poses.rows(), 12);
+  for (Index i = 0; i < poses.rows(); ++i) {
+    write_frame(frame_of_pose(mechanism_.pose_space(), poses.row(i).data()), &frames_(i, 0));
+  }
+  surroundings_.resize(24);
+  write_frame(setup.base, surroundings_.data());
+  write_frame(setup.target, surroundings_.data() + 12);
+  scalars_.resize(setup.points.size() + setup.anchors.size() + 3);
+  scalars_ << Eigen::Map<const Vector>(setup.points.data(), setup.points.size()),
+      Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane;
+  latent_kernels().eliminate(kernel_rows(errors.data()));
+}
+
+void LatentPoses::add_to(NormalEquations& equations, const Vector& weights) {
+  const auto size = static_cast<Index>(columns_.size());
+  RowMatrix information(size, size);
+  Vector gradient(size);
+  latent_kernels().add(kernel_rows(nullptr), weights.data(), information.data(), gradient.data());
+  for (Index i = 0; i < size; ++i) {
+    const Index row = columns_[at_index(i)];
+    if (row < 0) {
+      continue;
+    }
+    equations.gradient[row] += gradient[i];
+    for (Index j = 0; j <= i; ++j) {
+      const Index column = columns_[at_index(j)];
+      if (column >= 0) {
+        equations.information(row, column) += information(i, j);
+        if (j < i) {
+          equations.information(column, row) += information(i, j);
+        }
+      }
+    }
+  }
+}
+
+void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) {
+  Vector step(static_cast<Index>(columns_.size()));
+  for (Index i = 0; i < step.size(); ++i) {
+    const Index column = columns_[at_index(i)];
+    step[i] = column < 0 ? 0 : d[column];
+  }
+  tangents.resize(observations_.count(), mechanism_.dof());
+  errors.resize(observations_.count(), mechanism_.leg_count());
+  latent_kernels().move(kernel_rows(nullptr), step.data(), tangents.data(), errors.data());
+}
+
+LinearPose LatentPoses::rows(Index pose) const {
+  const Index bound = mechanism_.leg_count() * mechanism_.closures();
+  const Index dof = mechanism_.dof();
+  LinearPose linear;
+  linear.misfit.resize(plan_.taken[at_index(pose)]);
+  linear.variances.resize(linear.misfit.size());
+  linear.by_pose.resize(linear.misfit.size(), dof);
+  linear.by_unknowns.setZero(linear.misfit.size(), column_count_);
+  for (Index i = 0; i < plan_.variances.cols(); ++i) {
+    if (!(plan_.variances(pose, i) >= 0)) {
+      continue;
+    }
+    const auto row = static_cast<Index>(linear.origins.size());
+    RowOrigin origin = plan_.origins[at_index(i)];
+    const bool closure = i < bound;
+    if (closure) {
+      const Index closures = mechanism_.closures();
+      origin.by_error = legs_[at_index(origin.index)].by_reading[pose * closures + i % closures];
+    }
+    linear.origins.push_back(origin);
+    linear.misfit[row] = at(pose, places_.misfits, i);
+    linear.variances[row] = at(pose, places_.variances, i);
+    for (Index k = 0; k < dof; ++k) {
+      linear.by_pose(row, k) = at(pose, places_.by_pose, i * dof + k);
+    }
+    const Index width = closure ? width_ : shared_;
+    const Index first = closure ? origin.index * width_ : mechanism_.leg_count() * width_;
+    for (Index k = 0; k < width; ++k) {
+      const Index column = columns_[at_index(first + k)];
+      if (column >= 0) {
+        linear.by_unknowns(row, column) +=
+            closure ? at(pose, places_.by_unknowns, i * width + k)
+                    : at(pose, places_.by_shared, (i - bound) * width + k);
+      }
+    }
+  }
+  return linear;
+}
+
+LinearPose LatentPoses::conditions(Index pose) const {
+  LinearPose linear = rows(pose);
+  const Index r = plan_.variances.cols() - mechanism_.dof();
+  RowMatrix& g = linear.elimination.conditions;
+  g.resize(linear.misfit.size(), r);
+  Index row = 0;
+  for (Index i = 0; i < plan_.variances.cols(); ++i) {
+    if (plan_.variances(pose, i) >= 0) {
+      for (Index k = 0; k < r; ++k) {
+        g(row, k) = at(pose, places_.conditions, i * r + k);
+      }
+      ++row;
+    }
+  }
+  linear.conditions = g.transpose() * linear.misfit;
+  linear.jacobian = product(g.transpose(), linear.by_unknowns);
+  return linear;
+}
+
+}  // namespace symkin

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/estimation/detail/levenberg_marquardt.hpp"
+#include "symkin/estimation/detail/pose_elimination.hpp"
+#include "symkin/estimation/detail/row_plan.hpp"
+
+namespace symkin {
+
+// The m rows of one latent pose, linearised, and what is left of them (see PoseElimination).
+struct LinearPose {
+  std::vector<RowOrigin> origins;
+  Vector misfit, variances;  // y and V
+  RowMatrix by_pose;         // B, m x dof
+  RowMatrix by_unknowns;     // C, m x columns
+  PoseElimination elimination;
+  Vector conditions;   // rho
+  RowMatrix jacobian;  // J
+
+  Index count() const { return conditions.size(); }
+};
+
+// The rows of all latent poses, linearised and eliminated a pose a lane. Where that loses digits,
+// as where a pose has fewer rows than degrees of freedom, its rows are there for whoever takes more
+// care.
+class LatentPoses {
+ public:
+  LatentPoses(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
+              const Setup& setup);
+
+  // At a setup, poses (N x coordinates) and errors of the readings (N x legs); poses that are set
+  // aside have rows of no meaning.
+  void eliminate(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
+                 const std::vector<bool>& aside);
+  // Of a pose: whether it was eliminated; the number of its conditions and their sum of squares.
+  bool eliminated(Index pose) const { return clear_[pose] != 0; }
+  Index count(Index pose) const;
+  double chi_square(Index pose) const { return chi_squares_[pose]; }
+
+  // Adds what those poses say at their weights, none of which may be that of a pose set aside.
+  void add_to(NormalEquations& equations, const Vector& weights);
+  // Of every pose the tangent (N x dof), and the new errors of its readings (N x legs), for a step
+  // d of the columns.
+  void move(const Vector& d, RowMatrix& tangents, RowMatrix& errors);
+
+  // The rows of a pose; and, of one that was eliminated, what is left of them: of a row that was
+  // not taken there may be a condition that says nothing.
+  LinearPose rows(Index pose) const;
+  LinearPose conditions(Index pose) const;
+
+ private:
+  void linearise_leg(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors, Index leg,
+                     const std::vector<bool>& aside);
+  void set_places();
+  LatentRows kernel_rows(const double* errors);
+  double at(Index pose, Index place, Index i) const;
+
+  const Mechanism& mechanism_;
+  const Observations& observations_;
+  UnknownList list_;
+  Index width_;                 // scalars of a leg that may be free: no curvature where it is held
+  std::vector<Index> columns_;  // of the legs' scalars and of the shared
+  std::vector<Index> shared_of_;  // see LatentRows
+  Index column_count_, shared_ = 0;
+  int directions_;
+  RowPlan plan_;
+  LatentRows::Places places_{};
+  // Of the last linearisation: of each leg, zero where it was not read, by_parameters by its first
+  // `width_` scalars in the UnknownList.
+  std::vector<ClosureRows> legs_;
+  RowMatrix frames_;
+  Vector surroundings_, scalars_, room_, chi_squares_, clear_;
+  std::vector<LatentRows::OfLeg> of_legs_;
+};
+
+}  // namespace symkin

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/row_plan.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace symkin {
+namespace {
+
+using Kind = LatentRows::Kind;
+
+class Planner {
+ public:
+  Planner(PoseSpace space, Index count) : space_(space), axes_(to_index(position_size(space))) {
+    std::iota(axes_.begin(), axes_.end(), Index{0});
+    plan.variances.resize(count, 0);
+    plan.values.resize(count, 0);
+  }
+
+  // Rows of `observed`, columns from `first` on, that are those components of an observation with
+  // the values from there on.
+  void add(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
+           const std::vector<Index>& components, Index values, Index own) {
+    LatentRows::Observation observation{how, values, own, {-1, -1, -1}};
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      const Index column = first + static_cast<Index>(k);
+      if (add_row({kind, column, 0}, observed.values.col(column),
+                  observed.deviations.col(column))) {
+        observation.rows[components[k]] = plan.variances.cols() - 1;
+      }
+    }
+    if (std::any_of(observation.rows, observation.rows + 3, [](Index row) { return row >= 0; })) {
+      plan.observations.push_back(observation);
+    }
+  }
+
+  // The same of all coordinates of a point, or of one number.
+  void add_vector(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
+                  const std::vector<Index>& components, Index own) {
+    const Index values = room(how == Kind::point ? 3 : 1);
+    const auto size = static_cast<Index>(components.size());
+    plan.values.middleCols(values, size) = observed.values.middleCols(first, size);
+    add(kind, how, observed, first, components, values, own);
+  }
+
+  void add_pose(RowOrigin::Kind kind, bool reported, const Observed& observed) {
+    if (!observed.any()) {
+      return;
+    }
+    const Index dimensions = position_size(space_);
+    const Index turns = observed.values.cols() - dimensions;
+    const Index values = room(12);
+    // By the components of the tangent: an orientation is there as a whole or not at all.
+    Observed tangent{RowMatrix::Zero(observed.values.rows(), degrees_of_freedom(space_)),
+                     observed.deviations};
+    tangent.values.leftCols(dimensions) = observed.values.leftCols(dimensions);
+    for (Index i = 0; i < observed.values.rows(); ++i) {
+      Vector known = observed.values.row(i);
+      if (!known.tail(turns).allFinite()) {
+        known.tail(turns) = identity_pose(space_).tail(turns);
+        tangent.values.row(i)
+            .tail(tangent.values.cols() - dimensions)
+            .setConstant(std::numeric_limits<double>::quiet_NaN());
+      }
+      write_frame(frame_of_pose(space_, known.data()), &plan.values(i, values));
+    }
+    std::vector<Index> angles;
+    for (const Index slot : pose_slots(space_)) {
+      if (slot >= 3) {
+        angles.push_back(slot - 3);
+      }
+    }
+    add(kind, reported ? Kind::reported_position : Kind::position, tangent, 0, axes_, values, 0);
+    add(kind, reported ? Kind::reported_orientation : Kind::orientation, tangent, dimensions,
+        angles, values + 3, 0);
+  }
+
+  // Whether it was taken anywhere.
+  bool add_row(const RowOrigin& origin, const Vector& values, const Vector& deviations) {
+    const auto taken = values.array().isFinite() && deviations.array().isFinite();
+    if (!taken.any() && origin.kind != RowOrigin::Kind::closure) {
+      return false;
+    }
+    plan.origins.push_back(origin);
+    plan.variances.conservativeResize(Eigen::NoChange, plan.variances.cols() + 1);
+    plan.variances.rightCols(1) = taken.select(deviations.cwiseAbs2(), -1);
+    return true;
+  }
+
+  const std::vector<Index>& axes() const { return axes_; }
+
+  RowPlan plan;
+
+ private:
+  static std::size_t to_index(Index i) { return static_cast<std::size_t>(i); }
+
+  Index room(Index count) {
+    const Index first = plan.values.cols();
+    plan.values.conservativeResize(Eigen::NoChange, first + count);
+    plan.values.rightCols(count).setZero();
+    return first;
+  }
+
+  PoseSpace space_;
+  std::vector<Index> axes_;
+};
+
+}  // namespace
+
+RowPlan planned_rows(const Mechanism& mechanism, const Observations& observations,
+                     const Setup& setup, bool held) {
+  const UnknownList list(setup);
+  Planner planner(mechanism.pose_space(), observations.count());
+  RowPlan& plan = planner.plan;
+  // Of a leg that was read, all closures; the further ones bind exactly.
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    for (Index k = 0; k < mechanism.closures(); ++k) {
+      planner.add_row({RowOrigin::Kind::closure, leg, 0}, observations.readings.values.col(leg),
+                      observations.readings.deviations.col(leg));
+    }
+  }
+  const Index bound = plan.variances.cols();
+  // Where the device measures the robot's own frames, it is as if the robot reported the pose.
+  const auto own = [](const Frame& frame) {
+    return frame.position.isZero(0) && frame.rotation.isIdentity(0);
+  };
+  planner.add_pose(RowOrigin::Kind::pose, held && own(setup.base) && own(setup.target),
+                   observations.poses);
+  planner.add_pose(RowOrigin::Kind::reported, true, observations.reported);
+  const Index dimensions = position_size(mechanism.pose_space());
+  const Index scalars = list.point(0);
+  for (Index i = 0; observations.points.any() && i < setup.points.rows(); ++i) {
+    planner.add_vector(RowOrigin::Kind::point, Kind::point, observations.points, i * dimensions,
+                       planner.axes(), list.point(i) - scalars);
+  }
+  for (Index i = 0; observations.distances.any() && i < setup.anchors.rows(); ++i) {
+    planner.add_vector(RowOrigin::Kind::distance, Kind::distance, observations.distances, i, {0},
+                       list.anchor(i) - scalars);
+  }
+  if (observations.heights.any()) {
+    planner.add_vector(RowOrigin::Kind::height, Kind::height, observations.heights, 0, {0},
+                       list.plane() - scalars);
+  }
+  // A pose that was measured in full everywhere comes first.
+  const Index dof = mechanism.dof();
+  const auto first = plan.origins.begin() + bound;
+  const bool whole =
+      plan.variances.cols() >= bound + dof &&
+      (first->kind == RowOrigin::Kind::pose || first->kind == RowOrigin::Kind::reported) &&
+      std::all_of(first, first + dof, [&](const RowOrigin& origin) {
+        return origin.kind == first->kind && origin.index == &origin - &*first;
+      });
+  if (whole && (plan.variances.middleCols(bound, dof).array() >= 0).all()) {
+    plan.basis = bound;
+  }
+  for (Index i = 0; i < observations.count(); ++i) {
+    plan.taken.push_back((plan.variances.row(i).array() >= 0).count());
+  }
+  while (plan.variances.cols() < dof) {  // the kernels have so many rows all the same
+    plan.variances.conservativeResize(Eigen::NoChange, plan.variances.cols() + 1);
+    plan.variances.rightCols(1).setConstant(-1);
+    plan.origins.emplace_back();
+  }
+  return std::move(planner.plan);
+}
+
+void write_frame(const Frame& frame, double* to) {
+  std::copy_n(frame.position.data(), 3, to);
+  const Eigen::Matrix3d by_rows = frame.rotation.transpose();
+  std::copy_n(by_rows.data(), 9, to + 3);
+}
+
+}  // namespace symkin
