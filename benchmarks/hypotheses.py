@@ -197,7 +197,7 @@ def robot_of(case: int, flipped: tuple[int, ...]) -> tuple[symkin.Mechanism, sym
     sample = symkin.sample_workspace(robot, 3000, seed=1)
     for symmetric in (True, False):  # of a five-bar the images of poses may lie outside its box
         with contextlib.suppress(symkin.SymkinError):
-            return robot, symkin.make_plan(robot, sample, per_leg, use_symmetry=symmetric)
+            return robot, symkin.make_plan(robot, sample, per_leg, symmetry=symmetric)
     return None
 
 

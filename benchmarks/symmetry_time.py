@@ -35,15 +35,15 @@ def times_of(mechanism: symkin.Mechanism, poses: np.ndarray) -> tuple[float, ...
     def select(leg: int) -> None:
         symkin.select_poses(LegRows(mechanism, leg, poses, "noise_aware"), 24, threads=1)
 
-    def plan(*, use_symmetry: bool) -> None:
-        symkin.make_plan(mechanism, poses, 24, use_symmetry=use_symmetry, threads=1)
+    def plan(*, symmetry: bool) -> None:
+        symkin.make_plan(mechanism, poses, 24, symmetry=symmetry, threads=1)
 
     legs = range(len(mechanism.legs))
     return (
         seconds(lambda: select(0)),
         seconds(lambda: [select(leg) for leg in legs]),
-        seconds(lambda: plan(use_symmetry=True)),
-        seconds(lambda: plan(use_symmetry=False)),
+        seconds(lambda: plan(symmetry=True)),
+        seconds(lambda: plan(symmetry=False)),
     )
 
 

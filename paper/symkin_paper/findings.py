@@ -68,6 +68,7 @@ TRADITIONAL, EQUAL_EFFORT = "traditional, 24 poses", "traditional, 72 poses"
 
 # How the paper chooses poses.
 _PROTOCOL: dict[str, Any] = {"rows": "paper", "method": "sun_hollerbach", "margin_sigmas": 0.0}
+_PROTOCOL["visit"] = "sets"
 
 
 @record
@@ -395,10 +396,8 @@ def _selection_figures(plan: Plan, seed: int) -> dict[str, Any]:
             rows = LegRows(mechanism, leg, candidates, "paper")
             select_poses(rows, 24, seed=seed, method="sun_hollerbach", threads=1)
 
-    def whole(*, use_symmetry: bool) -> None:
-        make_plan(
-            mechanism, candidates, seed=seed, use_symmetry=use_symmetry, threads=1, **_PROTOCOL
-        )
+    def whole(*, symmetry: bool) -> None:
+        make_plan(mechanism, candidates, seed=seed, symmetry=symmetry, threads=1, **_PROTOCOL)
 
     count = len(mechanism.parameter_names)
     basis = plan.basis
@@ -410,7 +409,7 @@ def _selection_figures(plan: Plan, seed: int) -> dict[str, Any]:
     worths = [_worth(mechanism, candidates, factor * count, seed) for factor in (1, 2, 3, 10)]
     return {
         "selection_saving": _saving(lambda: search(len(mechanism.legs)), lambda: search(1)),
-        "plan_saving": _saving(lambda: whole(use_symmetry=False), lambda: whole(use_symmetry=True)),
+        "plan_saving": _saving(lambda: whole(symmetry=False), lambda: whole(symmetry=True)),
         "selection_gap": max(0.0, -float(np.expm1(gap))),
         "selection_bound": 1 - chosen.certificate.o1_efficiency,
         "efficiencies": tuple(worth / worths[-1] for worth in worths[:-1]),

@@ -7,7 +7,9 @@ The flow, each arrow one function::
 
 `run_protocol` is all of it, and a `Robot`, which `load` returns, has these stages as methods. Units
 are metres and radians throughout; poses are arrays with one pose a row (see `Mechanism`). Legs and
-rows count from 0 in Python, from 1 in files and on the command line.
+rows count from 0 in Python, from 1 in files and on the command line. Wherever a mechanism is asked
+for, the path of its file or a shipped name will do, and a file for measurements and plans; what an
+argument cannot be is refused as a `SymkinError`, in one sentence.
 
 The rooms have more, each above those that it is made of: `symkin.model` (a mechanism, its settings,
 its symmetry), `symkin.data` (measurements), `symkin.files`, `symkin.analysis` (workspace,
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from symkin.model.symmetry import compare_symmetry, detect_symmetry
     from symkin.pipeline import run_protocol
     from symkin.planning import Plan, make_plan, pose_count_curve, predict_accuracy
+    from symkin.planning.making import plan
     from symkin.planning.plan import write_plan
     from symkin.planning.plan_files import read_plan
     from symkin.planning.selection import select_poses
@@ -80,6 +83,7 @@ __all__ = [
     "load_mechanism",
     "make_plan",
     "mechanism_schema",
+    "plan",
     "pose_count_curve",
     "predict_accuracy",
     "read_estimate",
@@ -118,6 +122,7 @@ _MODULES = {
     "model.symmetry": ("compare_symmetry", "detect_symmetry"),
     "pipeline": ("run_protocol",),
     "planning": ("Plan", "make_plan", "pose_count_curve", "predict_accuracy"),
+    "planning.making": ("plan",),
     "planning.plan": ("write_plan",),
     "planning.plan_files": ("read_plan",),
     "planning.selection": ("select_poses",),

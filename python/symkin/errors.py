@@ -94,6 +94,18 @@ def printable(text: str) -> str:
     )
 
 
+def shown(value: object) -> str:
+    """Return a value as a message has it: a number or a short text as it is, else its kind."""
+    if value is None or isinstance(value, bool | int | float | str | bytes | Path):
+        text = repr(value)
+        return text if len(text) <= 60 else f"{text[:57]}..."
+    if isinstance(value, list | tuple) and len(value) < 4:
+        left, right = "[]" if isinstance(value, list) else "()"
+        return f"{left}{', '.join(map(shown, value))}{right}"
+    name = getattr(value, "__name__", "") if isinstance(value, type) else type(value).__name__
+    return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
+
+
 def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
     """Return ``'; did you mean "x"?'`` for the nearest valid name, or an empty string."""
     # Only an error needs difflib: importing it here keeps `import symkin` fast.
@@ -130,6 +142,6 @@ def one_of(name: str, value: object, choices: Any) -> Any:
     valid = get_args(choices) or tuple(choices)
     if not isinstance(value, str) or value not in valid:
         *others, last = (f'"{each}"' for each in valid)
-        shown = " or ".join([", ".join(others), last] if others else [last])
-        raise SymkinError(f"{name} is {value!r}; expected {shown}")
+        words = " or ".join([", ".join(others), last] if others else [last])
+        raise SymkinError(f"{name} is {shown(value)}; expected {words}")
     return choices[value] if isinstance(choices, Mapping) else value

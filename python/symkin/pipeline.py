@@ -17,8 +17,11 @@ from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify_legs
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.model.framing import framed
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
+from symkin.options import checks
 from symkin.planning import Design, Plan, make_plan
+from symkin.planning.making import for_all_parameters
 from symkin.planning.plan import write_plan
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate_observed
@@ -167,12 +170,13 @@ class ProtocolResult(FolderResult):
         return EstimatorFigures(estimator, poses, found.converged, reached, expected)
 
 
+@checks()
 def run_protocol(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     *,
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     poses: PoseUse = "all",
-    design: Design = "legs",
+    design: Design | None = None,
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
@@ -187,7 +191,7 @@ def run_protocol(
     mechanism : Mechanism
         The nominal one, with its workspace, noise, tolerances and protocol settings.
     estimator, poses
-        See `identify`; the paper identifies each leg from its own set.
+        See `identify`, by default "implicit"; the paper identifies each leg from its own set.
     design, rows, criterion, method, margin_sigmas
         See `make_plan`.
     seed : int, optional
@@ -195,7 +199,8 @@ def run_protocol(
     progress : callable, optional
         Called with a short description before each stage.
     """
-    one_of("estimator", estimator, Estimator)
+    mechanism = as_mechanism(mechanism)
+    estimator = one_of("estimator", estimator or "implicit", Estimator)
     one_of("poses", poses, PoseUse)
     progress = progress or (lambda _stage: None)
     seed = mechanism.protocol.seed if seed is None else seed
@@ -203,7 +208,7 @@ def run_protocol(
     candidates = sample_workspace(mechanism, seed=seed)
     progress("selecting poses for the reference leg")
     plan = make_plan(
-        mechanism,
+        for_all_parameters(mechanism),  # whose legs are identified one by one
         candidates,
         seed=seed,
         design=design,
@@ -211,6 +216,7 @@ def run_protocol(
         criterion=criterion,
         method=method,
         margin_sigmas=margin_sigmas,
+        visit="sets",
     )
     progress("simulating measurements")
     simulation = simulate_observed(mechanism, plan, seed)

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Literal, Self, Unpack
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from symkin.analysis.checks import CheckResult, check_mechanism
@@ -15,9 +14,7 @@ from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
-from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured
-from symkin.errors import MechanismError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.estimate_file import loaded
 from symkin.estimate.identification import identify
@@ -26,13 +23,16 @@ from symkin.estimate.survey import Observing, Unknowns
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
+from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
+from symkin.options import Visit, checks
 from symkin.pipeline import ProtocolResult, run_protocol
-from symkin.planning.making import make_plan
+from symkin.planning.making import plan
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
+from symkin.storage.tables import TableSource
 
 __all__ = ["Robot", "load", "load_mechanism", "read_estimate"]
 
@@ -53,44 +53,40 @@ class Robot(Mechanism):
         return check_mechanism(self, seed)
 
     def sample_workspace(
-        self, count: int | None = None, seed: int | None = None
+        self, candidates: int | None = None, seed: int | None = None
     ) -> WorkspaceSample:
         """Return `symkin.sample_workspace` of it."""
-        return sample_workspace(self, count, seed)
+        return sample_workspace(self, candidates, seed)
 
     def plan(
         self,
-        count: int | None = None,
+        pose_count: int | None = None,
         *,
+        candidates: int | ArrayLike | WorkspaceSample | None = None,
         seed: int | None = None,
-        design: Design = "legs",
+        design: Design | None = None,
         rows: RowKind = "noise_aware",
         criterion: Criterion = "O1",
         method: SelectionMethod = "exchange",
-        required: ArrayLike | WorkspaceSample | None = None,
-        measured: Measurements | None = None,
+        required: ArrayLike | WorkspaceSample | TableSource | None = None,
+        measured: Measured | None = None,
         avoid: Sequence[Region] = (),
         minimum_distance: float = 0.0,
         margin_sigmas: float = 3.0,
-        use_symmetry: bool = True,
-        visit: Literal["sets", "travel"] = "sets",
+        symmetry: bool = True,
+        visit: Visit = "travel",
         spares: int | None = None,
-        time_limit: float = 10.0,
+        time_limit: float | None = None,
         threads: int = 0,
         observe: Observing | None = None,
         **unknowns: Unpack[Unknowns],
     ) -> Plan:
-        """Return `symkin.make_plan` of `count` poses out of its workspace."""
-        if count is not None and not isinstance(count, int | np.integer):
-            raise MechanismError(
-                f"count is a {type(count).__name__}; expected a number of poses (to choose among "
-                "poses of your own: make_plan(mechanism, poses, count))"
-            )
-        return make_plan(
+        """Return `symkin.plan` of `pose_count` poses out of its workspace."""
+        return plan(
             self,
-            self.sample_workspace(seed=seed),
-            count,
-            seed,
+            pose_count,
+            candidates=candidates,
+            seed=seed,
             design=design,
             rows=rows,
             criterion=criterion,
@@ -100,7 +96,7 @@ class Robot(Mechanism):
             avoid=avoid,
             minimum_distance=minimum_distance,
             margin_sigmas=margin_sigmas,
-            use_symmetry=use_symmetry,
+            symmetry=symmetry,
             visit=visit,
             spares=spares,
             time_limit=time_limit,
@@ -111,9 +107,9 @@ class Robot(Mechanism):
 
     def simulate(
         self,
-        plan: Plan,
+        plan: Plan | TableSource,
         seed: int | None = None,
-        actual: Mechanism | None = None,
+        actual: MechanismGiven | None = None,
         *,
         observe: Observed | Observable = "pose",
     ) -> Simulation:
@@ -162,7 +158,7 @@ class Robot(Mechanism):
     def evaluate(
         self,
         *,
-        actual: Mechanism | None = None,
+        actual: MechanismGiven | None = None,
         poses: ArrayLike | WorkspaceSample | None = None,
         measurements: Measured | None = None,
     ) -> Evaluation:
@@ -172,9 +168,9 @@ class Robot(Mechanism):
     def run(
         self,
         *,
-        estimator: Estimator = "implicit",
+        estimator: Estimator | None = None,
         poses: PoseUse = "all",
-        design: Design = "legs",
+        design: Design | None = None,
         rows: RowKind = "noise_aware",
         criterion: Criterion = "O1",
         method: SelectionMethod = "exchange",
@@ -203,6 +199,7 @@ class Robot(Mechanism):
         save_mechanism(self, path, header=header, overwrite=overwrite)
 
 
+@checks()
 def load_mechanism(path_or_name: str | os.PathLike[str], *, require_symmetry: bool = True) -> Robot:
     """Read a mechanism from a TOML file, or one of the shipped mechanisms by name.
 
@@ -231,6 +228,7 @@ def load_mechanism(path_or_name: str | os.PathLike[str], *, require_symmetry: bo
 load = load_mechanism
 
 
+@checks()
 def read_estimate(path: str | os.PathLike[str]) -> Estimate[Robot]:
     """Read what `identify` found from the folder or the results file that it was written to.
 

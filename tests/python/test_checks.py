@@ -285,7 +285,7 @@ def test_a_parameter_that_no_pose_shows_makes_the_check_bad_and_more_poses_no_re
 
 def test_a_mechanism_of_no_file_is_planned_in_python(paper):
     result = check_mechanism(paper.replace(source=None))
-    assert result.next_step == "symkin.make_plan(mechanism, poses, design='orbits')"
+    assert result.next_step == "symkin.plan(mechanism, design='orbits')"
 
 
 def test_the_rooms_form_no_circle():

@@ -24,7 +24,7 @@ LONG = {
     "active calibration": (
         "symkin.select_poses(numpy.tile(rows, (20, 1)), 1500, method='sun_hollerbach')"
     ),
-    "sampling": "symkin.sample_workspace(paper, 20_000_000)",
+    "sampling": "symkin.sample_workspace(paper, 10_000_000)",
     "forward kinematics": (
         "p = numpy.tile(symkin.sample_workspace(paper, 1000).poses, (5000, 1));"
         "paper.forward_kinematics(paper.inverse_kinematics(p) + 0.01, p)"

@@ -142,5 +142,5 @@ def test_every_public_name_is_offered_for_completion_and_is_there():
 
 
 def test_a_plan_of_poses_where_their_number_belongs_is_refused_in_words(paper):
-    with pytest.raises(MechanismError, match=r"count is a WorkspaceSample; .* make_plan\("):
+    with pytest.raises(symkin.SymkinError, match="pose_count is a WorkspaceSample; expected"):
         paper.plan(symkin.sample_workspace(paper, 20, seed=1))

@@ -14,7 +14,7 @@ from symkin.model.mechanism import Mechanism
 VERBS = {
     "check": symkin.check_mechanism,
     "sample_workspace": symkin.sample_workspace,
-    "plan": symkin.make_plan,
+    "plan": symkin.plan,
     "simulate": symkin.simulate,
     "identify": symkin.identify,
     "evaluate": symkin.evaluate,
@@ -24,10 +24,9 @@ VERBS = {
 
 
 def options(function: Callable) -> dict[str, tuple[object, object]]:
-    """Defaults and annotations by name, but of the mechanism and of what `plan` samples itself."""
+    """Defaults and annotations by name, but of the mechanism."""
     parameters = list(inspect.signature(function).parameters.values())[1:]
-    kept = [each for each in parameters if each.name != "candidates"]
-    return {each.name: (each.default, each.annotation) for each in kept}
+    return {each.name: (each.default, each.annotation) for each in parameters}
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -12,8 +12,15 @@ from typing import NamedTuple
 PACKAGE = Path(__file__).parents[2] / "python" / "symkin"
 # The front door, which imports what is asked for, and names it for tools that look for types.
 FRONT_DOOR = "symkin"
-# Where rooms below the pages ask for them, and pages for figures, which take a while to import.
-SEAMS = {"symkin.present", "symkin.show.images", "symkin.show.mechanism", FRONT_DOOR}
+# Where rooms below the pages ask for them, and pages for figures, which take a while to import;
+# and where a file is read for a mechanism, as a robot, whose verbs are of the rooms above.
+SEAMS = {
+    "symkin.present",
+    "symkin.model.given",
+    "symkin.show.images",
+    "symkin.show.mechanism",
+    FRONT_DOOR,
+}
 
 
 class Import(NamedTuple):

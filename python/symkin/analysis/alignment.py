@@ -33,6 +33,7 @@ from symkin.model.poses import (
     transforms,
 )
 from symkin.model.settings import Frames, MeasurementColumns
+from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.tables import Table, TableSource
 from symkin.values import Value, field, record
@@ -182,6 +183,7 @@ class Alignment(Result):
         return dict(zip(names, self.differences.T, strict=True))
 
 
+@checks()
 def align_frames(
     measured: ArrayLike,
     robot: ArrayLike,

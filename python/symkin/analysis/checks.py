@@ -16,6 +16,7 @@ from symkin.analysis.observability import Observability, analyse_observability
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, named_legs
 from symkin.files.mechanism_file import read_mechanism, shipped_mechanisms
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import (
     NamedGroup,
@@ -26,6 +27,7 @@ from symkin.model.symmetry import (
     symmetry_group,
 )
 from symkin.model.symmetry.groups import mechanism_groups
+from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
@@ -219,9 +221,12 @@ class CheckResult(Result):
                 "help"
             )
         if self.mechanism.source is None:
-            return f"symkin.make_plan(mechanism, poses, design={self.design!r})"
+            return f"symkin.plan(mechanism, design={self.design!r})"
         named = shlex.quote(_typed_name(self.mechanism))
-        return f"symkin plan {named} --design {self.design} --out planned"
+        asked = self.mechanism.identification
+        other = asked is not None and asked.unusual  # for which there is one design alone
+        design = "" if other else f" --design {self.design}"
+        return f"symkin plan {named}{design} --out planned"
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 1, as in all tables."""
@@ -292,7 +297,8 @@ class CheckResult(Result):
         return plain_document
 
 
-def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResult:
+@checks()
+def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> CheckResult:
     """Check what a mechanism file describes: symmetry, home pose, workspace, identifiability.
 
     Parameters
@@ -308,6 +314,7 @@ def check_mechanism(mechanism: Mechanism, seed: int | None = None) -> CheckResul
         If home is not in the workspace, or hardly any pose of its box is, without a sample and what
         rests on it; `CheckResult.unusable` says why.
     """
+    mechanism = as_mechanism(mechanism)
     sample, unusable = None, None
     if mechanism.workspace is not None:
         try:

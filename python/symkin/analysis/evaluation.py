@@ -18,6 +18,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
 from symkin.model.framing import unframed
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.poses import (
     POSE_SPACES,
@@ -28,6 +29,7 @@ from symkin.model.poses import (
     rotations_from_vectors,
     transforms,
 )
+from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
@@ -104,6 +106,8 @@ class Evaluation(Result):
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
         not read. None for a robot that was not measured.
+    notes : tuple of str
+        What to know of the table that was measured, such as columns that nothing was read from.
     """
 
     position_rms: float = field(unit="m")
@@ -121,6 +125,7 @@ class Evaluation(Result):
     unread: int = field(private=True, default=0)
     partial: int = field(private=True, default=0)
     closures: Array | None = field(private=True, default=None)
+    notes: tuple[str, ...] = field(compare=False, default=())
 
     @classmethod
     def of(
@@ -257,10 +262,11 @@ def _figures(differences: Array, space: PoseSpace) -> _Figures:
     return figures[0], figures[1], figures[2], figures[3], len(good)
 
 
+@checks("poses")
 def evaluate(
-    model: Mechanism,
+    model: MechanismGiven,
     *,
-    actual: Mechanism | None = None,
+    actual: MechanismGiven | None = None,
     poses: ArrayLike | WorkspaceSample | None = None,
     measurements: Measured | None = None,
 ) -> Evaluation:
@@ -287,6 +293,8 @@ def evaluate(
     SymkinError
         If no pose can be evaluated, or the robot is of another kind than the model.
     """
+    model = as_mechanism(model, "model")
+    actual = None if actual is None else as_mechanism(actual, "actual")
     numbers = None
     if measurements is not None:
         measurements = as_measurements(measurements, model)
@@ -333,6 +341,7 @@ def evaluate(
         unread=whole.size - partial - len(rows),
         partial=partial,
         closures=closures_of(model, measurements),
+        notes=measurements.notes,
     )
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.tolerances import noise_of, parameter_tolerances
+from symkin.options import RowKind
 from symkin.results import Result
 from symkin.values import Value, field, record
 
@@ -29,8 +30,6 @@ __all__ = [
     "observability_rows",
     "with_combinations",
 ]
-
-RowKind = Literal["paper", "noise_aware"]
 
 
 @record

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
+from symkin.data.observables import OBSERVABLES, words_with
 from symkin.errors import SymkinError, one_of
 from symkin.model.poses import (
     POSE_SPACES,
@@ -21,13 +22,11 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.model.settings import Frames, NoiseSettings
+from symkin.options import Observable
 
 __all__ = ["Observable", "Observed"]
 
 Array = NDArray[np.float64]
-Observable = Literal[
-    "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
-]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
 
 
@@ -92,9 +91,8 @@ class Observed:
             )
         if "readings" in kinds and len(kinds) > 1:
             raise SymkinError("observe has readings, which means nothing else, beside other kinds")
-        for kind, what, values in (
-            ("points", "points", self.points), ("distance", "anchors", self.anchors)
-        ):  # fmt: skip
+        for what, values in (("points", self.points), ("anchors", self.anchors)):
+            (kind,) = words_with(what)
             if (kind in kinds) != bool(len(values)):
                 raise SymkinError(
                     f'{what} are {"" if values else "not "}given, but "{kind}" is '
@@ -143,25 +141,25 @@ class Observed:
         rows = len(taken.poses)
         deviations: dict[str, Any] = {}
 
-        def noisy(name: str, values: Array, deviation: Any) -> Array:
-            return values + errors(name, deviation, values.shape)
+        def noisy(name: str, values: Array) -> Array:
+            return values + errors(name, values.shape)
 
-        def errors(name: str, deviation: Any, shape: tuple[int, ...]) -> Array:
+        def errors(name: str, shape: tuple[int, ...]) -> Array:
+            deviation = OBSERVABLES[name].noise(noise, POSE_SPACES[space])
             factor = np.exp(self.spread * random.normal(size=(rows, *[1] * (len(shape) - 1))))
             own = np.broadcast_to(np.asarray(deviation), shape) * factor
             if self.spread:
-                deviations[name] = own
+                deviations[OBSERVABLES[name].deviations] = own
             return np.asarray(own * random.normal(size=shape))
 
-        scale = np.repeat([noise.position, noise.orientation], [size, dof - size])
-        poses = _pose_array(space, seen, errors("pose_deviations", scale, (rows, dof)))
+        poses = _pose_array(space, seen, errors("poses", (rows, dof)))
         if not {"pose", "position"}.intersection(self.kinds):
             poses[:, :size] = np.nan
         if not {"pose", "orientation"}.intersection(self.kinds):
             poses[:, size:] = np.nan
         if np.isnan(poses).all():
             deviations.pop("pose_deviations", None)
-        readings = noisy("reading_deviations", taken.readings, noise.reading)
+        readings = noisy("readings", taken.readings)
         readings[self._missing(readings.shape, random)] = np.nan
         found: dict[str, Any] = {}
         if self.points:
@@ -172,11 +170,11 @@ class Observed:
                 ],
                 axis=1,
             )[:, :, :size]
-            found["points"] = noisy("point_deviations", points, noise.position)
+            found["points"] = noisy("points", points)
         if self.anchors:
             away = seen.translation[:, None] - np.array(self._of("anchors", size))
             distances = np.linalg.norm(away, axis=2)
-            found["distances"] = noisy("distance_deviations", distances, noise.position)
+            found["distances"] = noisy("distances", distances)
         if "reported" in self.kinds:
             found["reported"] = taken.poses
         if "height" in self.kinds:
@@ -187,7 +185,7 @@ class Observed:
             normal = np.array([-self.plane[1], -self.plane[2], 1.0])
             above = in_base.translation @ normal - self.plane[0]
             heights = above / np.linalg.norm(normal)
-            found["heights"] = noisy("height_deviations", heights, noise.position)
+            found["heights"] = noisy("heights", heights)
         return replace(taken, poses=poses, readings=readings, **found, **deviations)
 
     def exact(self, taken: Measurements) -> Measurements:

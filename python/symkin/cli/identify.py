@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -16,12 +16,15 @@ from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
     EstimatorOption,
+    GaugeOption,
     IgnoreOption,
     JsonOption,
     LossOption,
+    LossPerOption,
+    LossScaleOption,
     MaxIterationsOption,
     MechanismArgument,
-    OptionalEstimatorOption,
+    NoiseOption,
     OverwriteOption,
     PoseUseOption,
     SchedulerOption,
@@ -32,15 +35,16 @@ from symkin.cli.options import (
     columns_of,
     command,
     folder_of,
+    of,
     option,
     printed_length_of,
     refuse_unless,
     with_sensor_table,
 )
-from symkin.estimate import Estimate, EstimateOptions
-from symkin.estimate.fleet import Fleet, fleet_of_files
-from symkin.estimate.unknowns import Gauge, LossPer
+from symkin.estimate import Estimate
+from symkin.estimate.fleet import fleet_of_files, identify_robots
 from symkin.model.mechanism import require_same_shape
+from symkin.options import Format
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import read_table
 
@@ -64,13 +68,11 @@ def identify(
     ],
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
-    estimator: OptionalEstimatorOption = None,
-    use: PoseUseOption = "all",
+    estimator: EstimatorOption = None,
+    poses: PoseUseOption = "all",
     loss: LossOption = "none",
-    loss_per: Annotated[
-        LossPer | None,
-        typer.Option(help="Whether a blunder spoils its pose, or is found and left out alone."),
-    ] = None,
+    loss_scale: LossScaleOption = None,
+    loss_per: LossPerOption = None,
     unknown: Unknown,
     sensor_table: Annotated[
         Path | None,
@@ -90,17 +92,8 @@ def identify(
             "(by default 0.05 mm).",
         ),
     ] = None,
-    gauge: Annotated[
-        Gauge | None,
-        typer.Option(
-            help="What settles combinations that no observation shows: the tolerances as priors; "
-            "the nearest to the drawing; or as few held parameters as will do."
-        ),
-    ] = None,
-    noise: Annotated[
-        Literal["declared", "estimate"],
-        typer.Option(help="The noise: the mechanism's, or estimated with the unknowns."),
-    ] = "declared",
+    gauge: GaugeOption = None,
+    noise: NoiseOption = None,
     cross_validate: Annotated[
         int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
     ] = None,
@@ -137,7 +130,7 @@ def identify(
         seed is None or not cross_validate_blocks,
         "--seed draws parts at random, and --cross-validate-blocks says that they are blocks",
     )
-    refuse_unless(loss_per != "pose" or loss != "none", "--loss-per pose goes with a --loss alone")
+    _refuse_no_loss(loss, loss_scale, loss_per)
     if printed and (unknown.free or unknown.frames):
         raise typer.BadParameter(
             "--printed leaves open where bed and ruler lay, which --free and --frames would say; "
@@ -158,13 +151,14 @@ def identify(
                 nominal,
                 measured,
                 estimator,
-                poses=use,
+                poses=poses,
                 loss=loss,
+                loss_scale=loss_scale,
                 loss_per=loss_per,
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
-                noise=None if noise == "declared" else noise,
+                noise=noise,
             )
             if cross_validate is not None:
                 stage("cross-validating")
@@ -177,12 +171,19 @@ def identify(
         not_converged(found.failure)
 
 
+def _refuse_no_loss(loss: str, loss_scale: float | None, loss_per: str | None) -> None:
+    """Refuse what says how a loss is, without one."""
+    refuse_unless(loss_per != "pose" or loss != "none", "--loss-per pose goes with a --loss alone")
+    refuse_unless(loss_scale is None or loss != "none", "--loss-scale goes with a --loss alone")
+
+
 @command(
     "symkin run 3RRR --out out",
     "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
     "symkin identify-batch 3RRR out/measurements.csv second/measurements.csv --out fleet",
 )
 def identify_batch(
+    *,
     mechanism: MechanismArgument,
     files: Annotated[
         list[Path],
@@ -194,13 +195,16 @@ def identify_batch(
     ],
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
-    estimator: EstimatorOption = "implicit",
-    use: PoseUseOption = "all",
+    estimator: EstimatorOption = None,
+    poses: PoseUseOption = "all",
     loss: LossOption = "none",
+    loss_scale: LossScaleOption = None,
+    loss_per: LossPerOption = None,
+    unknown: Unknown,
+    gauge: GaugeOption = None,
+    noise: NoiseOption = None,
     out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
-    table: Annotated[
-        Literal["csv", "parquet"], typer.Option(help="What the table is written as.")
-    ] = "csv",
+    table: Annotated[Format, of("table")] = "csv",
     max_iterations: MaxIterationsOption = 100,
     threads: ThreadsOption = 0,
     workers: WorkersOption = 1,
@@ -208,7 +212,11 @@ def identify_batch(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify many robots of one drawing into one table, a row a robot."""
+    """Identify many robots of one drawing into one table, a row a robot.
+
+    What is unknown is said as for identify, by options or the mechanism's file.
+    """
+    _refuse_no_loss(loss, loss_scale, loss_per)
     refuse_unless(
         table == "csv" or out is not None, "--table says what is written in --out; expected both"
     )
@@ -228,10 +236,18 @@ def identify_batch(
             mapping = columns_of(columns)
             robots = fleet_of_files(nominal, files, mapping, ignore=ignore or ())
             stage(f"identifying {len(robots)} robots")
-            found = Fleet.of(
+            found = identify_robots(
                 nominal,
                 robots,
-                EstimateOptions(estimator, use, loss, None, None, max_iterations),
+                estimator,
+                poses=poses,
+                loss=loss,
+                loss_scale=loss_scale,
+                loss_per=loss_per,
+                max_iterations=max_iterations,
+                **unknown.arguments(),
+                gauge=gauge,
+                noise=noise,
                 threads=threads,
                 workers=workers,
                 scheduler=scheduler,
@@ -286,9 +302,7 @@ def align(
         Convention | None,
         typer.Option(help="How the device's poses are meant; by default what fits best, and said."),
     ] = None,
-    length: Annotated[
-        float, option("M", "At which a rotation counts as much as a translation, m.", min=1e-09)
-    ] = 1.0,
+    length: Annotated[float, of("length")] = 1.0,
     out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,

@@ -23,6 +23,7 @@ from symkin.cli.options import (
     angles_of,
     command,
     folder_of,
+    of,
     option,
     quantity_of,
 )
@@ -32,6 +33,7 @@ from symkin.data.sensor_tables import read_all_readings, shown_readings
 from symkin.exports.reading import import_mechanism
 from symkin.files.template import mechanism_template
 from symkin.model.file_frames import as_drawn
+from symkin.options import Platform
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import csv_text, read_table, write_table
 
@@ -55,13 +57,7 @@ def new(
     legs: Annotated[
         int | None, option("N", "By default as few as the platform needs.", min=1)
     ] = None,
-    platform: Annotated[
-        Literal["rigid", "point", "translating", "spherical"],
-        typer.Option(
-            help="A platform that turns, a point that only moves in the plane (five-bar), one "
-            "that moves in space and never turns (delta), or one that only turns (Agile Eye)."
-        ),
-    ] = "rigid",
+    platform: Annotated[Platform, of("platform")] = "rigid",
 ) -> None:
     """Print a mechanism file to begin with: symmetrical legs, every key explained.
 
@@ -169,20 +165,9 @@ def workspace(
             "home's, and 0.4 and 0.6 rad from there.",
         ),
     ] = None,
-    count: Annotated[
-        int,
-        option(
-            "N",
-            "Poses of the total workspace, and poses tested for each symmetry element.",
-            min=1,
-            max=10**8,
-        ),
-    ] = 100_000,
-    resolution: Annotated[int, option("N", "Grid cells a side.", min=2, max=4000)] = 201,
-    both_modes: Annotated[
-        bool,
-        typer.Option("--both-modes", help="Show the legs' other working mode too, for comparison."),
-    ] = False,
+    count: Annotated[int, of("count")] = 100_000,
+    resolution: Annotated[int, of("resolution")] = 201,
+    both_modes: Annotated[bool, of("both_modes")] = False,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -310,9 +295,7 @@ def export(
         str | None,
         option("MECHANISM", "What the controller computes with, for a correction table."),
     ] = None,
-    grid: Annotated[
-        int, option("N", "Poses of a table along each coordinate; 0: 21 or 5.", min=0, max=1000)
-    ] = 0,
+    grid: Annotated[int, of("grid")] = 0,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -13,25 +13,36 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
 
 import symkin
-from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observed
 from symkin.analysis.probing import CALIPER, PrintedLength
+from symkin.data.observables import words_with
 from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import QuantityError
-from symkin.estimate.options import Estimator, Loss, PoseUse
 from symkin.estimate.survey import Unknowns
-from symkin.estimate.unknowns import Priors, Sensor
+from symkin.estimate.unknowns import Priors
 from symkin.files.mechanism_file import load_columns
 from symkin.model.file_frames import drawn_frames, own_frames
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames, MeasurementColumns
-from symkin.planning import Design, Region
-from symkin.planning.selection import Criterion, SelectionMethod
+from symkin.options import (
+    OPTIONS,
+    Criterion,
+    Design,
+    Estimator,
+    Gauge,
+    Loss,
+    LossPer,
+    PoseUse,
+    RowKind,
+    SelectionMethod,
+    Sensor,
+)
+from symkin.planning import Region
 from symkin.storage.quantities import evaluate_quantity, unit_factor
 
 Command = Callable[..., None]
@@ -81,6 +92,17 @@ def option(metavar: str, help: str, **limits: Any) -> Any:  # noqa: A002  # as t
     return typer.Option(metavar=metavar, help=help, **limits)
 
 
+def of(name: str, *flags: str) -> Any:
+    """An option of the table: its help, what stands for a value, and its limits."""
+    known = OPTIONS[name]
+    if known.kind is bool:
+        return typer.Option(*(flags or (known.flag,)), help=known.help)
+    limits: dict[str, Any] = {"min": known.least, "max": known.most} if not known.unit else {}
+    if known.metavar:
+        limits["metavar"] = known.metavar
+    return typer.Option(*flags, help=known.help, **limits)
+
+
 def refuse_unless(goes: bool, sentence: str) -> None:
     """Refuse an option that would be passed over in silence beside the others."""
     if not goes:
@@ -109,23 +131,9 @@ MechanismArgument = Annotated[
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document instead of text.")
 ]
-SeedOption = Annotated[
-    int | None,
-    option(
-        "N",
-        "Of all that is random; by default the mechanism's. Same seed, same bytes.",
-        min=0,
-        max=2**63 - 1,
-    ),
-]
-OverwriteOption = Annotated[
-    bool,
-    typer.Option("--overwrite", help="Replace output files that exist; never one that is read."),
-]
-CandidatesOption = Annotated[
-    int | None,
-    option("N", "Poses drawn from the workspace; by default the mechanism's.", min=1, max=10**7),
-]
+SeedOption = Annotated[int | None, of("seed")]
+OverwriteOption = Annotated[bool, of("overwrite")]
+CandidatesOption = Annotated[int | None, of("candidates")]
 ColumnsOption = Annotated[
     Path | None,
     option(
@@ -134,49 +142,19 @@ ColumnsOption = Annotated[
         "the section of the mechanism's file, or symkin's own column names.",
     ),
 ]
-IgnoreOption = Annotated[
-    list[str] | None,
-    option(
-        "COLUMN",
-        "A column of the measurements that is left out on purpose. May be given several times.",
-    ),
-]
-PoseCountOption = Annotated[
-    int | None,
-    option(
-        "N", "Poses that each leg is identified from; by default the mechanism's.", min=1, max=10**6
-    ),
-]
-EstimatorOption = Annotated[
-    Estimator,
-    typer.Option(
-        help="Whitened closures of each leg; the paper's Gauss-Newton on g - psi; the same cost by "
-        "Levenberg-Marquardt; or all legs together."
-    ),
-]
-OptionalEstimatorOption = Annotated[
-    Estimator | None,
-    typer.Option(
-        help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi; the "
-        "same cost by Levenberg-Marquardt; or all together, the default where it is needed."
-    ),
-]
-PoseUseOption = Annotated[
-    PoseUse,
-    typer.Option(help="Whether a leg uses all poses, or only its own set, as in the paper."),
-]
-LossOption = Annotated[Loss, typer.Option(help="Robust loss against outliers.")]
-MaxIterationsOption = Annotated[int, option("N", "Steps after which a solver gives up.", min=1)]
-ThreadsOption = Annotated[
-    int, option("N", "0 for all; the result is always the same.", min=0, max=1024)
-]
-WorkersOption = Annotated[
-    int, option("N", "Processes on this machine; more than 1 need Dask.", min=1, max=1024)
-]
-SchedulerOption = Annotated[
-    str | None,
-    option("ADDRESS", "A running Dask scheduler, whose workers compute: tcp://host:8786."),
-]
+IgnoreOption = Annotated[list[str] | None, of("ignore")]
+PoseCountOption = Annotated[int | None, of("pose_count")]
+EstimatorOption = Annotated[Estimator | None, of("estimator")]
+PoseUseOption = Annotated[PoseUse, of("poses")]
+LossOption = Annotated[Loss, of("loss")]
+LossScaleOption = Annotated[float | None, of("loss_scale")]
+LossPerOption = Annotated[LossPer | None, of("loss_per")]
+GaugeOption = Annotated[Gauge | None, of("gauge")]
+NoiseOption = Annotated[Literal["estimate"] | None, of("noise")]
+MaxIterationsOption = Annotated[int, of("max_iterations")]
+ThreadsOption = Annotated[int, of("threads")]
+WorkersOption = Annotated[int, of("workers")]
+SchedulerOption = Annotated[str | None, of("scheduler")]
 AccuracyOption = Annotated[
     list[str] | None,
     option(
@@ -191,60 +169,24 @@ AccuracyOption = Annotated[
 class Choosing:
     """How poses are chosen, as `make_plan` and `pose_count_curve` take it."""
 
-    design: Annotated[
-        Design,
-        typer.Option(
-            help="A set of poses for each leg; whole orbits of poses under the symmetry, N in all, "
-            "which every leg uses; or N poses in all, chosen for all legs at once."
-        ),
-    ] = "legs"
-    rows: Annotated[
-        RowKind,
-        typer.Option(
-            help="What a pose is worth to the selection: the paper's dg/dparam, or the closures' "
-            "derivatives weighted by the declared noise."
-        ),
-    ] = "noise_aware"
-    criterion: Annotated[
-        Criterion,
-        typer.Option(
-            help="Observability index to maximise, or the expected end-effector error to minimise."
-        ),
-    ] = "O1"
+    design: Annotated[Design | None, of("design")] = None
+    rows: Annotated[RowKind, of("rows")] = "noise_aware"
+    criterion: Annotated[Criterion, of("criterion")] = "O1"
 
 
 @dataclasses.dataclass(frozen=True)
 class ChoosingForPlan(Choosing):
     """And where a plan is made."""
 
-    method: Annotated[
-        SelectionMethod,
-        typer.Option(help="Exchange; Sun and Hollerbach's; exchange with a proof; or a baseline."),
-    ] = "exchange"
-    margin_sigmas: Annotated[
-        float,
-        option(
-            "K",
-            "Keep poses K standard deviations of what the tolerances do away from the end of "
-            "a leg's reach and from singularities, if that is more than the mechanism's "
-            "margins.",
-            min=0,
-        ),
-    ] = 3.0
+    method: Annotated[SelectionMethod, of("method")] = "exchange"
+    margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Observing:
     """What is observed."""
 
-    observe: Annotated[
-        list[str] | None,
-        option(
-            "KIND",
-            "pose (the default), position, orientation, points, distance, height, reported "
-            "(the platform's pose by the controller), or readings alone; may be repeated.",
-        ),
-    ] = None
+    observe: Annotated[list[str] | None, of("observe")] = None
     base: Annotated[
         str | None,
         option(
@@ -255,10 +197,10 @@ class Observing:
     target: Annotated[str | None, option("FRAME", "What is measured, in the platform's frame.")] = (
         None
     )
-    point: Annotated[
+    points: Annotated[
         list[str] | None, option("POINT", "A target point in the platform's frame; several.")
     ] = None
-    anchor: Annotated[
+    anchors: Annotated[
         list[str] | None, option("POINT", "Where distances are measured from; several.")
     ] = None
     plane: Annotated[
@@ -276,8 +218,8 @@ class Observing:
         given = Frames(
             base=quantities_of(self.base, frame, "--base") if self.base else (),
             target=quantities_of(self.target, frame, "--target") if self.target else (),
-            points=tuple(quantities_of(e, frame[:size], "--point") for e in self.point or ()),
-            anchors=tuple(quantities_of(e, frame[:size], "--anchor") for e in self.anchor or ()),
+            points=tuple(quantities_of(e, frame[:size], "--points") for e in self.points or ()),
+            anchors=tuple(quantities_of(e, frame[:size], "--anchors") for e in self.anchors or ()),
             plane=quantities_of(self.plane or "0, 0, 0", ("m", "1", "1"), "--plane"),
         )
         given = own_frames_of(mechanism, given)
@@ -294,15 +236,11 @@ class Observing:
 
     def _refuse_unused(self, wanted: Sequence[str]) -> None:
         """Refuse frames that nothing observed depends on; Observed refuses points and anchors."""
-        device = {"pose", "position", "orientation", "distance"}
-        for option, given, kinds in (
-            ("--base", self.base, device | {"points"}),
-            ("--target", self.target, device | {"height"}),
-            ("--plane", self.plane, {"height"}),
-        ):
+        for frame in ("base", "target", "plane"):
+            kinds = words_with(frame)
             refuse_unless(
-                given is None or not kinds.isdisjoint(wanted),
-                f"{option} says nothing of what is observed, {', '.join(wanted)}; it goes with "
+                getattr(self, frame) is None or not kinds.isdisjoint(wanted),
+                f"--{frame} says nothing of what is observed, {', '.join(wanted)}; it goes with "
                 f"--observe {' or '.join(sorted(kinds))}",
             )
 
@@ -315,36 +253,12 @@ class Observing:
 class Unknown:
     """What is unknown."""
 
-    free: Annotated[
-        list[str] | None,
-        option(
-            "PATTERN",
-            "Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
-            "?; without a dot, in any leg. By default all parameters of all legs.",
-        ),
-    ] = None
-    fixed: Annotated[list[str] | None, option("PATTERN", "Held, whatever else says so.")] = None
-    shared: Annotated[
-        list[str] | None, option("PATTERN", "Changed by the same amount in all legs that match.")
-    ] = None
-    prior: Annotated[
-        list[str] | None,
-        option(
-            "PRIOR", "'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."
-        ),
-    ] = None
-    frames: Annotated[
-        list[str] | None,
-        option(
-            "FRAME",
-            "Unknown: base, target, points, anchors or plane. May be given several times, as "
-            "may the patterns, or several in one, with commas.",
-        ),
-    ] = None
-    sensor: Annotated[
-        Sensor | None,
-        typer.Option(help="What sensors may do besides a straight line: bend, or err once a turn."),
-    ] = None
+    free: Annotated[list[str] | None, of("free")] = None
+    fixed: Annotated[list[str] | None, of("fixed")] = None
+    shared: Annotated[list[str] | None, of("shared")] = None
+    prior: Annotated[list[str] | None, of("prior")] = None
+    frames: Annotated[list[str] | None, of("frames")] = None
+    sensor: Annotated[Sensor | None, of("sensor")] = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""

@@ -7,7 +7,7 @@ import dataclasses
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -24,7 +24,6 @@ from symkin.cli.options import (
     JsonOption,
     MechanismArgument,
     Observing,
-    OptionalEstimatorOption,
     OverwriteOption,
     PoseCountOption,
     PoseUseOption,
@@ -38,11 +37,13 @@ from symkin.cli.options import (
     command,
     folder_of,
     length_of,
+    of,
     option,
     refuse_unless,
     region_of,
 )
 from symkin.data.pose_tables import read_pose_list
+from symkin.options import Format, Visit
 from symkin.pipeline import ProtocolResult
 from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.planning.observing import is_probing
@@ -90,29 +91,11 @@ def plan(
             "an open end has no limit). May be given several times.",
         ),
     ] = None,
-    minimum_distance: Annotated[
-        str,
-        option("LENGTH", "Between the positions of any two poses of a set, such as 0.05 or 5cm."),
-    ] = "0",
-    symmetry: Annotated[
-        bool,
-        typer.Option(
-            "--symmetry/--no-symmetry",
-            help="Choose for the reference leg alone, or for every leg by itself.",
-        ),
-    ] = True,
-    visit: Annotated[
-        Literal["sets", "travel"],
-        typer.Option(help="Order of the rows: a short way from home, or set by set."),
-    ] = "travel",
-    spares: Annotated[
-        int | None,
-        option("N", "Spares of each selection; by default half as many as poses.", min=0),
-    ] = None,
-    time_limit: Annotated[
-        float | None,
-        option("S", "Seconds for the proof of the method exhaustive; by default 10.", min=0),
-    ] = None,
+    minimum_distance: Annotated[str, of("minimum_distance")] = "0",
+    symmetry: Annotated[bool, of("symmetry", "--symmetry/--no-symmetry")] = True,
+    visit: Annotated[Visit, of("visit")] = "travel",
+    spares: Annotated[int | None, of("spares")] = None,
+    time_limit: Annotated[float | None, of("time_limit")] = None,
     threads: ThreadsOption = 0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -156,7 +139,7 @@ def plan(
         observe = seen.planned(loaded)
         probing = observe is not None and is_probing(loaded, observe)
         refuse_unless(
-            symmetry or (choosing.design == "legs" and not probing),
+            symmetry or (choosing.design in (None, "legs") and not probing),
             "--no-symmetry chooses a set of poses for every leg by itself; it goes with --design "
             "legs alone",
         )
@@ -175,10 +158,10 @@ def plan(
                 measured=taken,
                 avoid=limits,
                 minimum_distance=distance,
-                use_symmetry=symmetry,
+                symmetry=symmetry,
                 visit=visit,
                 spares=spares,
-                time_limit=10.0 if time_limit is None else time_limit,
+                time_limit=time_limit,
                 threads=threads,
                 observe=observe,
                 **vars(choosing),
@@ -199,12 +182,9 @@ def pose_count(
     mechanism: MechanismArgument,
     out: Annotated[Path | None, folder_of("pose-count.json and pose-count.html")] = None,
     accuracy: AccuracyOption = None,
-    least_gain: Annotated[
-        float,
-        option("SHARE", "Of the position error, that another pose must save to be worth while."),
-    ] = 0.02,
-    estimator: OptionalEstimatorOption = None,
-    use: PoseUseOption = "all",
+    least_gain: Annotated[float, of("least_gain")] = 0.02,
+    estimator: EstimatorOption = None,
+    poses: PoseUseOption = "all",
     candidates: CandidatesOption = None,
     choosing: Choosing,
     seen: Observing,
@@ -235,7 +215,7 @@ def pose_count(
                 sample,
                 seed=seed,
                 estimator=estimator,
-                poses=use,
+                poses=poses,
                 least_gain=least_gain,
                 observe=seen.planned(loaded),
                 **vars(choosing),
@@ -277,13 +257,8 @@ def simulate(
     plan: Annotated[Path, option("FILE", "A plan of `symkin plan`.")],
     out: Annotated[Path, folder_of("measurements.csv and actual.toml, the robot")],
     seen: Observing,
-    missing: Annotated[float, option("FRACTION", "Of the readings, that are not taken.")] = 0.0,
-    spread: Annotated[
-        float,
-        option(
-            "S", "Times exp(S z), z normal, the noise differs from row to row; the table says it."
-        ),
-    ] = 0.0,
+    missing: Annotated[float, of("missing")] = 0.0,
+    spread: Annotated[float, of("spread")] = 0.0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
@@ -313,8 +288,8 @@ def run(
     *,
     mechanism: MechanismArgument,
     out: Annotated[Path, folder_of("all files of the run")],
-    estimator: EstimatorOption = "implicit",
-    use: PoseUseOption = "all",
+    estimator: EstimatorOption = None,
+    poses: PoseUseOption = "all",
     choosing: ChoosingForPlan,
     pose_count: PoseCountOption = None,
     candidates: CandidatesOption = None,
@@ -337,7 +312,12 @@ def run(
         with OutputFiles(nominal.files, overwrite) as outputs:
             target = outputs.folder(out, *ProtocolResult.FILES)
             result = symkin.run_protocol(
-                nominal, estimator=estimator, poses=use, **vars(choosing), seed=seed, progress=stage
+                nominal,
+                estimator=estimator,
+                poses=poses,
+                **vars(choosing),
+                seed=seed,
+                progress=stage,
             )
             stage("writing the report")
             result.write(target)
@@ -383,15 +363,11 @@ def study(
             "Instead of those of the study; a file or a name. May be given several times.",
         ),
     ] = None,
-    robots: Annotated[
-        int | None, option("N", "In each cell, instead of the study's.", min=1, max=10**7)
-    ] = None,
+    robots: Annotated[int | None, of("robots")] = None,
     accuracy: AccuracyOption = None,
     workers: WorkersOption = 1,
     scheduler: SchedulerOption = None,
-    format: Annotated[  # noqa: A002  # the option's name
-        Literal["csv", "parquet"], typer.Option(help="Of the table, a row a robot and cell.")
-    ] = "csv",
+    format: Annotated[Format, of("format")] = "csv",  # noqa: A002  # the option's name
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:

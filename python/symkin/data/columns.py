@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.data.observables import OBSERVABLES, REPORTED, Sizes
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
@@ -415,18 +416,6 @@ def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
 
 
 _Array = NDArray[np.float64]
-REPORTED = "reported_"
-_PURPOSES = {
-    "pose_deviations": "standard deviation of a pose",
-    "reading_deviations": "standard deviation of a reading",
-    "reported_deviations": "standard deviation of a reported pose",
-    "points": "target point",
-    "point_deviations": "standard deviation of a target point",
-    "distances": "distance",
-    "distance_deviations": "standard deviation of a distance",
-    "heights": "height above the plane",
-    "height_deviations": "standard deviation of a height",
-}
 
 
 def read_observed(
@@ -445,74 +434,69 @@ def read_observed(
     whole = table
     if columns.names is not None:
         table = table.renamed(columns.names)
-    points, distances = _counts(table, pose_space)
-    stems_of = observed_stems(pose_space, leg_count, points, distances, reading_unit)
+    sizes = _sizes(table, pose_space)._replace(legs=leg_count, reading_unit=reading_unit)
+    stems_of = observed_stems(sizes)
     for name in columns.names or ():
         _check_name(name, pose_space, stems_of)
     pose = own_pose_columns(table, pose_space, REPORTED, partial=True)
     found: dict[str, _Array] = {}
     if has_pose(pose):
         found["reported"] = read_pose_values(table, pose, pose_space).poses()
-    for name, stems in stems_of.items():
-        present = [is_present(table, stem, None) for stem, _ in stems]
-        if any(present):
-            found[name] = np.full((table.row_count, len(stems)), np.nan)
-        for index in np.flatnonzero(present):
-            stem, unit = stems[index]
-            if stem.endswith("_sd"):
-                _require_value(table, whole, stem, columns, pose)
-            found[name][:, index] = scaled_column(
-                table, stem, None, unit, _PURPOSES[name], empty_allowed=True,
-                negative_allowed=not stem.endswith("_sd"),
-            )  # fmt: skip
-    shapes = {"points": (-1, points, POSE_SPACES[pose_space].size), "heights": (-1,)}
-    shapes |= {"point_deviations": shapes["points"], "height_deviations": (-1,)}
-    return {name: values.reshape(shapes.get(name, values.shape)) for name, values in found.items()}
+    for each in OBSERVABLES.values():
+        what = each.kind.removesuffix("s")
+        for name, purpose, negative_allowed in (
+            (each.name, what, True),
+            (each.deviations, f"standard deviation of a {what}", False),
+        ):
+            stems = stems_of[name]
+            present = [is_present(table, stem, None) for stem, _ in stems]
+            if not any(present):
+                continue
+            values = np.full((table.row_count, len(stems)), np.nan)
+            for index in np.flatnonzero(present):
+                stem, unit = stems[index]
+                if not negative_allowed:
+                    _require_value(table, whole, stem, columns, pose)
+                values[:, index] = scaled_column(
+                    table, stem, None, unit, purpose, empty_allowed=True,
+                    negative_allowed=negative_allowed,
+                )  # fmt: skip
+            found[name] = values if each.is_pose else values.reshape(each.shape(sizes))
+    return found
 
 
 def has_observed_columns(table: Table, pose_space: str) -> bool:
     """Whether a table has columns of what is observed besides poses and readings."""
-    points, distances = _counts(table, pose_space)
+    stems = observed_stems(_sizes(table, pose_space))
     reported = own_pose_columns(table, pose_space, REPORTED, partial=True)
-    heights = POSE_SPACES[pose_space].size == 3 and is_present(table, "height", None)
-    return bool(points or distances or heights or has_pose(reported))
+    further = [
+        stem
+        for each in OBSERVABLES.values()
+        if each.is_further and not each.is_pose
+        for stem, _ in (*stems[each.name], *(stems[each.deviations] if each.numbered else ()))
+    ]
+    return has_pose(reported) or any(is_present(table, stem, None) for stem in further)
 
 
-def observed_stems(
-    pose_space: str, leg_count: int, points: int, distances: int, reading_unit: str
-) -> dict[str, list[tuple[str, str]]]:
+def observed_stems(of: Sizes) -> dict[str, list[tuple[str, str]]]:
     """The columns' names without their unit, and the SI unit; reported poses are read as poses."""
-    space = POSE_SPACES[pose_space]
-    axes, pose = space.position, [*space.units.items()]
-    targets = [(f"p{point + 1}_{axis}", "m") for point in range(points) for axis in axes]
-    ranges = [(f"distance_{number + 1}", "m") for number in range(distances)]
-    height = [("height", "m")] if space.size == 3 else []
-
-    def deviations(stems: list[tuple[str, str]], prefix: str = "") -> list[tuple[str, str]]:
-        return [(f"{prefix}{stem}_sd", unit) for stem, unit in stems]
-
-    return {
-        "pose_deviations": deviations(pose),
-        "reading_deviations": [(f"psi_{leg + 1}_sd", reading_unit) for leg in range(leg_count)],
-        "reported_deviations": deviations(pose, REPORTED),
-        "points": targets,
-        "point_deviations": deviations(targets),
-        "distances": ranges,
-        "distance_deviations": deviations(ranges),
-        "heights": height,
-        "height_deviations": deviations(height),
-    }
+    found = {}
+    for each in OBSERVABLES.values():
+        found[each.name] = each.columns(of)
+        found[each.deviations] = each.deviation_columns(of)
+    return found
 
 
-def _counts(table: Table, pose_space: str) -> tuple[int, int]:
+def _sizes(table: Table, pose_space: str) -> Sizes:
     """How many points and distances there are columns of, all those from 1."""
-    if not POSE_SPACES[pose_space].moves:
-        return 0, 0
-    units = "|".join(unit_names())
-    axes = "".join(POSE_SPACES[pose_space].position)
-    counts = []
-    for start, end in (("p", f"_[{axes}]"), ("distance_", "")):
-        pattern = re.compile(rf"{start}(0|[1-9][0-9]*){end}(?:_sd)?_(?:{units})", re.ASCII)
+    space = POSE_SPACES[pose_space]
+    if not space.moves:
+        return Sizes(space)
+    units, counts = "|".join(unit_names()), {}
+    for each in OBSERVABLES.values():
+        if not each.numbered:
+            continue
+        pattern = each.numbers(space, units)
         numbers = {match[1]: name for name in table.names if (match := pattern.fullmatch(name))}
         for number, name in numbers.items():
             if len(number) > 6 or not 1 <= int(number) <= len(numbers):
@@ -520,8 +504,8 @@ def _counts(table: Table, pose_space: str) -> tuple[int, int]:
                     f'column "{name}" has number {number}; expected 1 to {len(numbers)}, since '
                     f"there are {len(numbers)} of the kind"
                 )
-        counts.append(len(numbers))
-    return counts[0], counts[1]
+        counts[each.name] = len(numbers)
+    return Sizes(space, points=counts["points"], distances=counts["distances"])
 
 
 def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[str, str]]]) -> None:

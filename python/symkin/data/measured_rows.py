@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.data.observables import OBSERVABLES
 from symkin.errors import MeasurementError, NotIdentifiableError, printable
 from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.model.sensor_table import SensorTable
@@ -24,16 +25,8 @@ from symkin.values import Value, field, record
 __all__ = ["ALL_LEGS", "MeasuredRows"]
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
-# What may have been observed besides poses and readings, and the dimensions of its array.
-_FURTHER = {"reported": 2, "points": 3, "distances": 2, "heights": 1}
-DEVIATIONS = {  # in the order of the core's observations
-    "readings": "reading_deviations",
-    "poses": "pose_deviations",
-    "reported": "reported_deviations",
-    "points": "point_deviations",
-    "distances": "distance_deviations",
-    "heights": "height_deviations",
-}
+# What may have been observed besides poses and readings.
+_FURTHER = tuple(each for each in OBSERVABLES.values() if each.is_further)
 
 
 @record
@@ -71,8 +64,9 @@ class MeasuredRows(Result):
         )
         space = space_named(self.pose_space, self.poses.shape[1])
         object.__setattr__(self, "pose_space", space.name)
-        further = {name: size for name, size in _FURTHER.items() if getattr(self, name) is not None}
-        make_arrays(self, **{name: (size, "float") for name, size in further.items()})
+        given = [each for each in _FURTHER if getattr(self, each.name) is not None]
+        make_arrays(self, **{each.name: (each.dimensions, "float") for each in given})
+        further = [each.name for each in given]
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers", *further):
             count = len(getattr(self, name))
@@ -80,8 +74,8 @@ class MeasuredRows(Result):
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
         for name in ("poses", *further):
             self._check_values(name)
-        for name, deviations in DEVIATIONS.items():
-            self._check_deviations(name, deviations)
+        for each in OBSERVABLES.values():
+            self._check_deviations(each.name, each.deviations)
         for what, poses in (("", self.poses), ("reported ", self.reported)):
             wrong = None if poses is None else wrong_quaternion(poses)
             if wrong is not None:
@@ -162,7 +156,7 @@ class MeasuredRows(Result):
 
     def _deviation_shape(self, name: str) -> tuple[int, ...]:
         shape: tuple[int, ...] = getattr(self, name).shape
-        return (shape[0], self.space.dof) if name in ("poses", "reported") else shape
+        return (shape[0], self.space.dof) if OBSERVABLES[name].is_pose else shape
 
     @property
     def space(self) -> PoseSpace:
@@ -189,12 +183,13 @@ class MeasuredRows(Result):
             name = (*self.space.position, *self.space.orientation)[coordinate]
             name = "orientation" if name.startswith("q") else name
             return f"row {self.row_numbers[row]} has no measured {name}"
-        for name in _FURTHER:
-            row = _first_row(getattr(self, name))
+        for each in _FURTHER:
+            row = _first_row(getattr(self, each.name))
             if row is not None:
-                return f"row {self.row_numbers[row]} has more than a pose and readings: {name}"
-        for name in DEVIATIONS.values():
-            row = _first_row(getattr(self, name))
+                more = f"more than a pose and readings: {each.name}"
+                return f"row {self.row_numbers[row]} has {more}"
+        for each in OBSERVABLES.values():
+            row = _first_row(getattr(self, each.deviations))
             if row is not None:
                 return f"row {self.row_numbers[row]} has standard deviations of its own"
         return ""
@@ -242,21 +237,12 @@ class MeasuredRows(Result):
         dict
             Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
         """
-        space = self.space
-        typical: dict[str, Any] = {
-            "poses": np.repeat(
-                [noise.position, noise.orientation], [space.size, len(space.rotation)]
-            ),
-            "readings": noise.reading,
-            "reported": 0.0,
-        }
         found = {}
-        for name, deviations in DEVIATIONS.items():
-            values, own = getattr(self, name), getattr(self, deviations)
-            if values is not None:
-                usual = np.broadcast_to(
-                    typical.get(name, noise.position), self._deviation_shape(name)
-                )
+        for name, each in OBSERVABLES.items():
+            if getattr(self, name) is not None:
+                own = getattr(self, each.deviations)
+                shape = self._deviation_shape(name)
+                usual = np.broadcast_to(each.noise(noise, self.space), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 
@@ -271,7 +257,7 @@ class MeasuredRows(Result):
             tables = (_flat(each) for each in (values, deviations[name]))
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
-        return _core.Observations(*map(observed, DEVIATIONS))
+        return _core.Observations(*map(observed, OBSERVABLES))
 
     @property
     def source_name(self) -> str:
@@ -356,7 +342,8 @@ class MeasuredRows(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""
-        optional = {*_FURTHER, *DEVIATIONS.values()}
+        optional = {each.name for each in _FURTHER}
+        optional |= {each.deviations for each in OBSERVABLES.values()}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 

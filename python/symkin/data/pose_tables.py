@@ -3,18 +3,26 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.columns import own_columns, read_pose_values
 from symkin.model.file_frames import from_drawing
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.options import checks
 from symkin.storage.tables import TableSource, read_table
 
-__all__ = ["read_pose_list"]
+__all__ = ["as_poses", "read_pose_list"]
 
 
-def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.float64]:
+@checks()
+def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> NDArray[np.float64]:
     """Read poses from a table with pose columns as `write_plan` names them, any unit.
 
     Parameters
@@ -35,6 +43,15 @@ def read_pose_list(source: TableSource, mechanism: Mechanism) -> NDArray[np.floa
     MeasurementError
         Naming the file, the row and the column.
     """
+    mechanism = as_mechanism(mechanism)
     table = read_table(source)
     columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
     return from_drawing(mechanism, read_pose_values(table, columns).poses())
+
+
+def as_poses(given: Any, mechanism: Mechanism) -> NDArray[np.float64]:
+    """Return poses, from the path of a table or as `pose_rows` takes them."""
+    is_array = hasattr(given, "poses") or not (
+        isinstance(given, str | os.PathLike | Mapping) or hasattr(given, "columns")
+    )
+    return pose_rows(given) if is_array else read_pose_list(given, mechanism)

@@ -26,14 +26,18 @@ from symkin.data.columns import (
     stated_units,
 )
 from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.observables import OBSERVABLES
 from symkin.data.sensor_tables import read_straight_readings
 from symkin.data.unread import refuse_what_is_missed, unread_columns
 from symkin.data.writing import LOST_ORIENTATION, lost_row
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import from_drawing
 from symkin.model.framing import unframed
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import MeasurementColumns
+from symkin.options import checks
+from symkin.results import Result
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table, TableSource, read_table
 
@@ -60,9 +64,10 @@ _BETTER_THAN_MIXED_UP = 5.0
 _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm", "inch")}
 
 
+@checks()
 def read_measurements(
     source: TableSource,
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     columns: MeasurementColumns | None = None,
     *,
     ignore: Sequence[str] = (),
@@ -102,6 +107,7 @@ def read_measurements(
         units are evidently others than stated, or nothing observed but the readings of a
         mechanism without redundant legs.
     """
+    mechanism = as_mechanism(mechanism)
     return _measurements_of(read_table(source, mechanism.step), mechanism, columns, ignore)
 
 
@@ -125,19 +131,27 @@ def as_measurements(measured: Measured, mechanism: Mechanism) -> Measurements:
     held = getattr(measured, "measurements", None)
     if isinstance(held, Measurements):
         return held
-    is_table = isinstance(measured, str | os.PathLike | Mapping) or hasattr(measured, "read")
-    if isinstance(measured, Mechanism) or not (is_table or hasattr(measured, "columns")):
-        kind = type(measured).__name__
+    table = require_table(measured, "measurements", "Measurements, a simulation")
+    return read_measurements(table, mechanism)
+
+
+def require_table(given: object, what: str, others: str) -> TableSource:
+    """Refuse what no table can be read from; `others` it could have been, too."""
+    is_table = isinstance(given, str | os.PathLike | Mapping) or hasattr(given, "read")
+    own = isinstance(given, Result | Mechanism)  # which have columns, but of something else
+    if own or not (is_table or hasattr(given, "columns")):
+        article = "" if what.endswith("s") else "the "
         raise MeasurementError(
-            f"{kind} is given as measurements; expected Measurements, a simulation, a path, a "
+            f"{type(given).__name__} is given as {article}{what}; expected {others}, a path, a "
             "stream or a table of columns"
         )
-    return read_measurements(cast(TableSource, measured), mechanism)
+    return cast(TableSource, given)
 
 
+@checks()
 def read_fleet(
     source: TableSource,
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     columns: MeasurementColumns | None = None,
     *,
     ignore: Sequence[str] = (),
@@ -159,6 +173,7 @@ def read_fleet(
     MeasurementError
         As `read_measurements`, and for a missing or empty column ``robot``.
     """
+    mechanism = as_mechanism(mechanism)
     table = read_table(source, mechanism.step)
     table.require(ROBOT, "the name or number of the robot that the row belongs to")
     labels = np.array(table.labels(ROBOT))
@@ -221,10 +236,11 @@ def _measurements_of(
     return measurements
 
 
+@checks()
 def write_measurements(
     measurements: Measurements,
     path: str | os.PathLike[str],
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     *,
     overwrite: bool = False,
 ) -> None:
@@ -232,6 +248,7 @@ def write_measurements(
 
     A file that exists is replaced only with `overwrite`. The same as `Measurements.save`.
     """
+    mechanism = as_mechanism(mechanism)
     measurements.save(path, mechanism, overwrite=overwrite)
 
 
@@ -275,8 +292,7 @@ def _check_observed(table: Table, measurements: Measurements, mechanism: Mechani
 
     They do with more legs than degrees of freedom.
     """
-    observed = [measurements.poses, measurements.reported, measurements.points]
-    observed += [measurements.distances, measurements.heights]
+    observed = [getattr(measurements, name) for name in OBSERVABLES if name != "readings"]
     if not mechanism.core.redundant and not any(
         each is not None and np.isfinite(each).any() for each in observed
     ):

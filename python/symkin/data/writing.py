@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.data.columns import REPORTED, observed_stems, pose_column_names, reading_column_names
+from symkin.data.columns import observed_stems, pose_column_names, reading_column_names
 from symkin.data.measured_rows import ALL_LEGS, MeasuredRows
+from symkin.data.observables import REPORTED, Sizes
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import POSE_SPACES
 
 __all__ = ["as_shown", "measurement_columns", "observed_columns"]
 
@@ -115,15 +117,17 @@ def observed_columns(
         columns |= dict(zip(names, reported.T, strict=True))
     points, distances = measurements.points, measurements.distances
     stems = observed_stems(
-        measurements.pose_space,
-        measurements.readings.shape[1],
-        0 if points is None else points.shape[1],
-        0 if distances is None else distances.shape[1],
-        reading_unit,
+        Sizes(
+            POSE_SPACES[measurements.pose_space],
+            measurements.readings.shape[1],
+            reading_unit,
+            0 if points is None else points.shape[1],
+            0 if distances is None else distances.shape[1],
+        )
     )
     for name, own in stems.items():
         values = getattr(measurements, name)
-        if values is not None:
+        if own and values is not None:
             names = [f"{stem}_{unit}" if unit else stem for stem, unit in own]
             table = values.reshape(len(values), len(names))
             columns |= dict(zip(names, table.T, strict=True))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.data.measured_rows import DEVIATIONS
 from symkin.data.measurements import Measurements
+from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.options import Loss
@@ -159,7 +159,7 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
     """Which rows have no standard deviation of their own."""
     free = np.ones(len(rows.pose), dtype=bool)
-    for kind, name in enumerate(DEVIATIONS.values()):
+    for kind, name in enumerate(each.deviations for each in OBSERVABLES.values()):
         own = getattr(taken, name)
         if own is not None:
             of_kind = rows.kind == kind

@@ -3,47 +3,44 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from statistics import NormalDist
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin import _core, present
-from symkin.cluster import dask_client, require_version, spread
+from symkin import present
 from symkin.data.measurements import Measurements
 from symkin.data.reading import ROBOT, read_fleet, read_measurements
-from symkin.errors import FailedFitError, MeasurementError, SymkinError, named_legs
-from symkin.estimate.fit import (
-    FALSE_ALARMS,
-    UNKNOWN,
-    as_mechanism,
-)
-from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
+from symkin.errors import MeasurementError, SymkinError, one_of
+from symkin.estimate.fleet_doubts import doubts_of, impossible, suspects
+from symkin.estimate.fleet_jobs import Job, Robots, identified
+from symkin.estimate.fleet_together import surroundings_of
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.unknowns import Priors, with_file_settings
 from symkin.model.canonical import canonical
-from symkin.model.framing import unframed
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import MeasurementColumns, NoiseSettings
-from symkin.model.tolerances import noise_of, parameter_tolerances
+from symkin.model.settings import (
+    IdentificationSettings,
+    MeasurementColumns,
+    NoiseSettings,
+    unusual,
+)
+from symkin.options import Estimator, Gauge, Loss, LossPer, PoseUse, Sensor, checks
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import TableSource, read_table, write_table
 from symkin.values import field, record
-from symkin.version import version
 
 __all__ = ["Fleet", "identify_many"]
 
 Array = NDArray[np.float64]
-Robots = Mapping[str, Measurements | str]
-
-_OPTIONS = ("estimator", "poses", "loss", "loss_scale", "noise", "max_iterations")
-_CHUNK = 250  # robots that travel to a worker together
-_LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
 
 
 @record
@@ -60,6 +57,10 @@ class Fleet(Result):
         What speaks against an estimate; empty where nothing does. See `verdicts`.
     parameters, deviations : ndarray, shape (robots, legs, p)
         The estimates and their standard deviations; NaN of those that are held.
+    surroundings : tuple of (str, str)
+        Names and units of what was estimated besides, such as ``base.x``.
+    surrounding, surrounding_deviations : ndarray, shape (robots, surroundings)
+        Their estimates and standard deviations.
     chi_square, degrees_of_freedom : ndarray, shape (robots, fits)
         Of each leg, or of all legs together with the estimator `joint`.
     residual_rms : ndarray, shape (robots,)
@@ -72,6 +73,8 @@ class Fleet(Result):
         How.
     seconds : float
         That it took.
+    notes : tuple of str
+        What to know of the tables, such as columns that nothing was read from.
     """
 
     robots: tuple[str, ...]
@@ -79,6 +82,9 @@ class Fleet(Result):
     doubts: tuple[str, ...]
     parameters: Array = field(private=True)
     deviations: Array = field(private=True)
+    surroundings: tuple[tuple[str, str], ...]
+    surrounding: Array = field(private=True)
+    surrounding_deviations: Array = field(private=True)
     chi_square: Array = field(private=True)
     degrees_of_freedom: Array = field(private=True)
     residual_rms: Array = field(private=True)
@@ -86,6 +92,7 @@ class Fleet(Result):
     nominal: Mechanism = field(private=True)
     options: EstimateOptions
     seconds: float = field(private=True)
+    notes: tuple[str, ...] = field(compare=False, default=())
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
@@ -131,6 +138,10 @@ class Fleet(Result):
                     name = self.nominal.parameter_names[index]
                     unit = f"_{units[index]}" if units[index] in ("m", "rad") else ""
                     columns[f"{name}_{leg}{what}{unit}"] = values[:, leg - 1, index]
+        for at, (name, unit) in enumerate(self.surroundings):
+            stem, end = name.replace(".", "_"), f"_{unit}" if unit else ""
+            columns[f"{stem}{end}"] = self.surrounding[:, at]
+            columns[f"{stem}_deviation{end}"] = self.surrounding_deviations[:, at]
         return columns
 
     def write(
@@ -171,30 +182,39 @@ class Fleet(Result):
         scheduler: str | None = None,
     ) -> Self:
         """Identify robots; those without measurements have a reason in their place."""
-        _refuse_further(options)
+        asked = _asked(nominal, options)
+        if asked or nominal.curvature is not None:
+            options = dataclasses.replace(options, estimator="joint")
         start = time.perf_counter()
         size = len(nominal.legs), len(nominal.parameter_names)
-        failures, found = _identified(
-            _Job(nominal, options, threads), robots, workers=workers, scheduler=scheduler
+        failures, found, together = identified(
+            Job(nominal, options, asked, threads), robots, workers=workers, scheduler=scheduler
         )
+        surroundings, surrounding = surroundings_of(len(robots), together)
         parameters = found["parameters"].reshape(-1, *size)
         shown = np.flatnonzero(np.isfinite(parameters).all(axis=(1, 2)))
         values, _ = canonical(nominal, parameters[shown].reshape(-1, size[1]))
         parameters[shown] = values.reshape(-1, *size)
         deviations = found["deviations"].reshape(-1, *size)
-        for robot in _suspects(nominal, parameters, deviations):
+        for robot in suspects(nominal, parameters, deviations):
             if not failures[robot]:
-                failures[robot] = _impossible(nominal, parameters[robot], deviations[robot])
+                failures[robot] = impossible(nominal, parameters[robot], deviations[robot])
         for robot in np.flatnonzero([bool(failure) for failure in failures]):
-            for values in (parameters, *found.values()):
+            for values in (parameters, *found.values(), surrounding):
                 values[robot] = np.nan
-        doubts = _doubts(nominal, options, parameters, deviations, found)
+        doubts = doubts_of(nominal, options, parameters, deviations, found)
+        for number, each in together.items():
+            doubts[number] = each.doubt
+        estimated = deviations > 0 if asked else nominal.is_estimated
         return cls(
             robots=tuple(robots),
             failures=tuple(failures),
             doubts=tuple(doubts),
             parameters=parameters,
-            deviations=np.where(nominal.is_estimated, deviations, np.nan),
+            deviations=np.where(estimated, deviations, np.nan),
+            surroundings=surroundings,
+            surrounding=surrounding[..., 0],
+            surrounding_deviations=surrounding[..., 1],
             chi_square=found["chi_square"],
             degrees_of_freedom=found["degrees_of_freedom"],
             residual_rms=found["residual_rms"],
@@ -202,20 +222,31 @@ class Fleet(Result):
             nominal=nominal,
             options=options,
             seconds=time.perf_counter() - start,
+            notes=_notes(robots),
         )
 
 
+@checks()
 def identify_many(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     measurements: Mapping[str, Measurements] | Sequence[Measurements] | TableSource,
-    estimator: Estimator = "implicit",
+    estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
     loss: Loss = "none",
     loss_scale: float | None = None,
-    noise: NoiseSettings | None = None,
+    noise: NoiseSettings | Literal["estimate"] | None = None,
     max_iterations: int = 100,
+    free: Sequence[str] | None = None,
+    fixed: Sequence[str] | None = None,
+    shared: Sequence[str] | None = None,
+    prior: Priors | None = None,
+    frames: Sequence[str] | None = None,
+    sensor: Sensor | None = None,
+    gauge: Gauge | None = None,
+    loss_per: LossPer | None = None,
     columns: MeasurementColumns | None = None,
+    ignore: Sequence[str] = (),
     threads: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
@@ -230,10 +261,15 @@ def identify_many(
     measurements : mapping of str to Measurements, sequence of Measurements, or table
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
-    estimator, poses, loss, loss_scale, noise, max_iterations
-        As for `identify`.
+    estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, prior, frames, \
+sensor, gauge, loss_per
+        As for `identify`; by default what the mechanism's `identification` says. Where that is not
+        all parameters of all legs, robots are identified as `identify` does, in seconds rather than
+        milliseconds each.
     columns : MeasurementColumns, optional
         Which columns of the table hold what.
+    ignore : sequence of str
+        Columns of the table that are left out on purpose.
     threads : int
         Of this process, 0 for all; the result is the same.
     workers : int
@@ -253,27 +289,69 @@ def identify_many(
         For what is wrong with all robots: options that contradict each other, a table that cannot
         be read, no Dask where it is needed.
     """
-    options = EstimateOptions(estimator, poses, loss, loss_scale, noise, max_iterations)
-    return Fleet.of(
+    mechanism = as_mechanism(mechanism)
+    return identify_robots(
         mechanism,
-        _by_name(mechanism, measurements, columns),
-        options,
+        _by_name(mechanism, measurements, columns, ignore),
+        estimator,
+        poses=poses,
+        loss=loss,
+        loss_scale=loss_scale,
+        noise=noise,
+        max_iterations=max_iterations,
+        free=free,
+        fixed=fixed,
+        shared=shared,
+        prior=prior,
+        frames=frames,
+        sensor=sensor,
+        gauge=gauge,
+        loss_per=loss_per,
         threads=threads,
         workers=workers,
         scheduler=scheduler,
     )
 
 
-def _refuse_further(options: EstimateOptions) -> None:
-    """Refuse what is asked of estimates from other than full poses, leg by leg."""
-    usual = {name: getattr(options, name) for name in _OPTIONS}
-    asked = EstimateOptions(**usual)
-    further = [name for name, value in vars(options).items() if value != getattr(asked, name)]
-    further += ["noise"] if options.noise == "estimate" else []
+def identify_robots(
+    mechanism: Mechanism,
+    robots: Robots,
+    estimator: Estimator | None = None,
+    *,
+    poses: PoseUse = "all",
+    loss: Loss = "none",
+    loss_scale: float | None = None,
+    noise: NoiseSettings | Literal["estimate"] | None = None,
+    max_iterations: int = 100,
+    threads: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    **given: Any,
+) -> Fleet:
+    """Identify robots by their names, see `identify_many`; a text says why there is none."""
+    if not robots:
+        raise MeasurementError("there are no measurements of any robot; expected some")
+    asked = with_file_settings(given, mechanism.identification)
+    further = unusual(asked | {"noise": noise if isinstance(noise, str) else None})
+    reason = "" if mechanism.curvature is None else "the sensors are curved"
     if further:
+        reason = f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
+    if reason and estimator not in (None, "joint"):
+        one_of("estimator", estimator, Estimator)
         raise SymkinError(
-            f"{' and '.join(further)} cannot be asked of many robots at once; identify each"
+            f'the estimator "{estimator}" looks at each leg by itself, from full poses; expected '
+            f'"joint" here, since {reason}'
         )
+    how = "joint" if reason else estimator or "implicit"
+    options = EstimateOptions(how, poses, loss, loss_scale, noise, max_iterations, **asked)
+    return Fleet.of(
+        mechanism,
+        robots,
+        options,
+        threads=threads,
+        workers=workers,
+        scheduler=scheduler,
+    )
 
 
 def fleet_of_files(
@@ -302,53 +380,35 @@ def fleet_of_files(
     return robots
 
 
-class _Job:
-    """How robots are identified, wherever that is."""
-
-    def __init__(self, nominal: Mechanism, options: EstimateOptions, threads: int) -> None:
-        self.nominal = nominal
-        self.options = options
-        self.threads = threads
-
-    def identify(self, robots: Sequence[Measurements]) -> tuple[list[str], dict[str, Array]]:
-        """Failures, and the columns of the core's fleet."""
-        options = self.options
-        poses = [each.poses for each in robots]
-        if self.nominal.frames is not None:
-            ends = np.cumsum([len(each) for each in poses])
-            poses = np.split(unframed(self.nominal, np.concatenate(poses)), ends[:-1])
-        found = _core.identify_many(
-            self.nominal.core,
-            poses,
-            [each.readings for each in robots],
-            [each.leg_sets.astype(np.int64, copy=False) for each in robots],
-            _core.Estimator.__members__[options.estimator],
-            _core.PoseUse.__members__[options.poses],
-            noise_of(options.declared(self.nominal.noise)),
-            options.loss,
-            options.loss_scale or 0.0,
-            options.max_iterations,
-            self.threads,
-        )
-        return list(found.failures), {name: getattr(found, name) for name in _COLUMNS}
+def _asked(nominal: Mechanism, options: EstimateOptions) -> dict[str, Any]:
+    """What is unknown, as `identify` takes it; empty if that is all parameters of all legs."""
+    wanted = {name: getattr(options, name) for name in vars(IdentificationSettings())}
+    said = {name for name in wanted if getattr(nominal.identification, name, None) is not None}
+    further = {*unusual(wanted)}
+    noise = {"noise": options.noise} if isinstance(options.noise, str) else {}
+    if not (further or noise):
+        return {}
+    return {name: wanted[name] for name in wanted if name in further | said} | noise
 
 
-_COLUMNS = (
-    "parameters",
-    "deviations",
-    "chi_square",
-    "degrees_of_freedom",
-    "limit",
-    "least",
-    "residual_rms",
-    "rejected",
-)
+def _notes(robots: Robots) -> tuple[str, ...]:
+    """Of all tables, each once: many robots have one table, or tables of the same columns."""
+    unread: dict[tuple[str, ...], list[str]] = {}
+    for name, each in robots.items():
+        if isinstance(each, Measurements) and each.unread:
+            unread.setdefault(each.unread, []).append(each.source_name or name)
+    return tuple(
+        f"nothing was read from column{'s' * (len(columns) > 1)} {', '.join(columns)} of "
+        + " and ".join(dict.fromkeys(names) if len(set(names)) < 3 else [names[0], "others"])
+        for columns, names in unread.items()
+    )
 
 
 def _by_name(
     mechanism: Mechanism,
     measurements: Mapping[str, Measurements] | Sequence[Measurements] | TableSource,
     columns: MeasurementColumns | None,
+    ignore: Sequence[str],
 ) -> Robots:
     if isinstance(measurements, Mapping) and all(
         isinstance(each, Measurements) for each in measurements.values()
@@ -364,122 +424,4 @@ def _by_name(
             name = each.source.name.split(".")[0] if each.source else ""
             robots[name if name and name not in robots else str(number)] = each
         return robots
-    return dict(read_fleet(measurements, mechanism, columns))  # type: ignore[arg-type]
-
-
-def _identified(
-    job: _Job, robots: Robots, *, workers: int, scheduler: str | None
-) -> tuple[list[str], dict[str, Array]]:
-    """Failures and columns of all robots, in their order."""
-    legs, parameters = len(job.nominal.legs), len(job.nominal.parameter_names)
-    coordinates = job.nominal.home.size
-    failures: list[str] = []
-    usable: list[tuple[int, Measurements]] = []
-    for number, measured in enumerate(robots.values()):
-        failure = ""
-        if isinstance(measured, str):
-            failure = measured
-        elif (measured.poses.shape[1], measured.readings.shape[1]) != (coordinates, legs):
-            failure = (
-                f"poses of {measured.poses.shape[1]} coordinates and readings of "
-                f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
-            )
-        else:
-            usable.append((number, measured))
-        failures.append(failure)
-    fits = 1 if job.options.estimator == "joint" else legs
-    widths = (legs * parameters, legs * parameters, fits, fits, fits, fits)
-    shapes = [(len(robots), width) for width in widths] + [(len(robots),)] * 2
-    found = {name: np.full(shape, np.nan) for name, shape in zip(_COLUMNS, shapes, strict=True)}
-    for rows, (why, columns) in _computed(job, usable, workers, scheduler):
-        for row, failure in zip(rows, why, strict=True):
-            failures[row] = failure
-        places = np.array(rows)
-        for name, values in columns.items():
-            found[name][places] = values
-    return failures, found
-
-
-def _computed(
-    job: _Job, robots: list[tuple[int, Measurements]], workers: int, scheduler: str | None
-) -> Iterator[tuple[list[int], tuple[list[str], dict[str, Array]]]]:
-    """What is found of chunks of robots, in whatever order they are ready."""
-    local = workers == 1 and scheduler is None
-    size = max(len(robots), 1) if local else _CHUNK
-    chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
-    if local:
-        for chunk in chunks:
-            yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
-        return
-    job.threads = 1
-    with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
-        yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
-
-
-def _chunk(
-    wanted: str, job: _Job, robots: list[tuple[int, Measurements]]
-) -> tuple[list[int], tuple[list[str], dict[str, Array]]]:
-    """What a worker does."""
-    require_version(wanted)
-    return [number for number, _ in robots], job.identify([each for _, each in robots])
-
-
-def _suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArray[np.intp]:
-    """Robots whose parameters may be no mechanism's, or whose deviations are unknown."""
-    legs = range(len(nominal.legs))
-    kinds = np.array([[role.kind for role in nominal.parameter_roles(leg)] for leg in legs])
-    sized = np.isfinite(parameters).all(axis=(1, 2))
-    strange = (parameters[:, kinds == "length"] <= 0).any(axis=1)
-    strange |= (np.abs(parameters) > _LARGEST_ANGLE).any(axis=(1, 2))
-    strange |= (parameters[:, kinds == "gain"] == 0).any(axis=1)
-    return np.flatnonzero(sized & (strange | ~np.isfinite(deviations).all(axis=(1, 2))))
-
-
-def _impossible(nominal: Mechanism, parameters: Array, deviations: Array) -> str:
-    """Why an estimate is none, or empty."""
-    try:
-        as_mechanism(nominal, parameters, deviations)
-    except FailedFitError as error:
-        return str(error)
-    if not np.isfinite(deviations).all():
-        legs = sorted({int(leg) for leg in np.argwhere(~np.isfinite(deviations))[:, 0]})
-        return f"the measurements do not determine all parameters of {named_legs(legs)}"
-    return ""
-
-
-def _doubts(
-    nominal: Mechanism,
-    options: EstimateOptions,
-    parameters: Array,
-    deviations: Array,
-    found: Mapping[str, Array],
-) -> list[str]:
-    """What speaks against each robot's estimate: a sentence, or nothing."""
-    chi_square, freedom = found["chi_square"], found["degrees_of_freedom"]
-    identified = nominal.is_estimated
-    tolerances, deviations = parameter_tolerances(nominal)[identified], deviations[:, identified]
-    changes = (parameters - nominal.parameters)[:, identified]
-    distances = np.abs(changes) / np.hypot(tolerances, deviations)
-    farthest = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / tolerances.size)
-    with np.errstate(invalid="ignore"):
-        times = np.sqrt(chi_square / freedom)
-    causes = {
-        "no pose to spare, so the noise cannot be checked": freedom < 1,
-        "residuals are {:.2g} times what the declared noise explains": (
-            chi_square > found["limit"]
-        ),
-        "residuals are {:.2g} times what the declared noise makes: it is too large, or the "
-        "measurements were smoothed or computed": (
-            (chi_square < found["least"]) & (options.loss == "none")
-        ),
-        "the measurements say nothing of some parameters: their standard deviations are more than "
-        f"{UNKNOWN} times the tolerance": deviations > UNKNOWN * tolerances,
-        "parameters are further from the drawing than is plausible, by up to {:.3g} times what "
-        "tolerance and noise allow": distances > farthest,
-    }
-    sizes = (freedom, times, times, deviations, distances)
-    doubts: list[list[str]] = [[] for _ in parameters]
-    for (cause, alarms), size in zip(causes.items(), sizes, strict=True):
-        for robot in np.flatnonzero(alarms.reshape(len(doubts), -1).any(axis=1)):
-            doubts[robot].append(cause.format(float(np.max(size[robot][alarms[robot]]))))
-    return ["; ".join(each) for each in doubts]
+    return dict(read_fleet(measurements, mechanism, columns, ignore=ignore))  # type: ignore[arg-type]

@@ -4,27 +4,33 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, Literal, cast
+
+from typing_extensions import TypeVar
 
 from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
-from symkin.errors import SymkinError, one_of
+from symkin.errors import SymkinError
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor, with_file_settings
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import IdentificationSettings, NoiseSettings
+from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
+from symkin.options import checks
 
 __all__ = ["cross_validate", "identify", "identify_legs"]
 
-Nominal = TypeVar("Nominal", bound=Mechanism)
+Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
 
+@checks()
 def identify(
-    mechanism: Nominal,
+    mechanism: Nominal | str | os.PathLike[str],
     measurements: Measured,
     estimator: Estimator | None = None,
     *,
@@ -115,9 +121,7 @@ def identify(
         For measurements that do not fit the mechanism's shape, an unknown option or pattern, with
         the nearest valid one, or an estimator that cannot do what is asked for, with the reason.
     """
-    if estimator is not None:
-        one_of("estimator", estimator, Estimator)
-    _refuse_what_is_no_option(mechanism, noise)
+    mechanism = as_mechanism(mechanism)
     if free is not None and not len(free) and not (shared or frames or sensor):
         raise SymkinError("free is empty, so that nothing is unknown; expected patterns")
     measurements = as_measurements(measurements, mechanism)
@@ -159,20 +163,6 @@ def _together(
     return EstimateOptions("joint", **options)
 
 
-def _refuse_what_is_no_option(mechanism: object, noise: object) -> None:
-    """Of what would be passed over, or end far from here in another error."""
-    if not isinstance(mechanism, Mechanism):
-        raise SymkinError(
-            f"{type(mechanism).__name__} is given as the mechanism; expected a Mechanism, such as "
-            "load_mechanism returns, and the measurements behind it"
-        )
-    if noise is not None and not isinstance(noise, str | NoiseSettings):
-        raise SymkinError(
-            f"noise is {noise!r}; expected NoiseSettings, as replace(mechanism.noise, "
-            'reading=1e-5), or "estimate"'
-        )
-
-
 def identify_legs(
     mechanism: Nominal, measurements: Measurements, estimator: Estimator, **options: Any
 ) -> Estimate[Nominal]:
@@ -204,12 +194,9 @@ def _needs_joint(
     noise: NoiseSettings | str | None,
 ) -> str:
     """Why the legs cannot be identified one by one; empty if they can."""
-    usual = {"sensor": "linear", "gauge": "prior", "loss_per": "pose"}
-    unusual = [
-        name for name, value in wanted.items() if value != usual.get(name, ()) and len(value)
-    ]
-    if unusual:
-        return f"{' and '.join(unusual)} {'was' if len(unusual) == 1 else 'were'} given"
+    further = unusual(wanted)
+    if further:
+        return f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
     if isinstance(noise, str):
         return "the noise is to be estimated"
     if mechanism.frames is not None:
@@ -219,9 +206,10 @@ def _needs_joint(
     return measurements.incomplete_because
 
 
+@checks()
 def cross_validate(
-    mechanism: Mechanism,
-    measurements: Measurements,
+    mechanism: MechanismGiven,
+    measurements: Measured,
     folds: int = 5,
     seed: int = 1,
     estimator: Estimator | None = None,
@@ -249,6 +237,8 @@ def cross_validate(
     SymkinError
         For an impossible number of folds, or too few poses left in one.
     """
+    mechanism = as_mechanism(mechanism)
+    measurements = as_measurements(measurements, mechanism)
     names = {each.name for each in dataclasses.fields(IdentificationSettings)}
     given = {name: options.pop(name) for name in names & options.keys()}
     wanted = _wanted(mechanism, measurements, {**dict.fromkeys(names), **given})

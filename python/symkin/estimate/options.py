@@ -8,13 +8,10 @@ from typing import Literal
 from symkin.errors import one_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.settings import NoiseSettings
+from symkin.options import Estimator, Loss, PoseUse
 from symkin.values import Value, record
 
 __all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
-
-Estimator = Literal["paper", "inverse", "implicit", "joint"]
-Loss = Literal["none", "huber", "cauchy", "tukey"]
-PoseUse = Literal["all", "own"]
 
 
 @record

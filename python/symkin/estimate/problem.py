@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.observability import with_combinations
 from symkin.analysis.probing import is_marked, ruler
-from symkin.data.measured_rows import DEVIATIONS
 from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.unknowns import Layout
@@ -36,9 +36,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-OBSERVED = tuple(DEVIATIONS)
+OBSERVED = tuple(OBSERVABLES)
 # As those, and what an estimator that looks at each leg alone makes of a pose and a reading.
-KINDS = ("readings", "pose", "reported pose", "points", "distances", "heights", "closures")
+KINDS = (*(each.kind for each in OBSERVABLES.values()), "closures")
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one

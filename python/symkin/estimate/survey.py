@@ -21,7 +21,7 @@ from symkin.estimate.unknowns import Layout, Priors, Sensor, with_file_settings
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
-from symkin.model.settings import Frames
+from symkin.model.settings import Frames, unusual
 from symkin.values import Value, field, record
 
 __all__ = ["SILENT", "HeldByPriors", "Observing", "PlannedUnknown", "Survey", "Unknowns", "placed"]
@@ -118,6 +118,8 @@ class Survey(Value):
     ) -> Survey | None:
         """What was asked for at such poses; None if that is full poses and all parameters.
 
+        What the arguments do not say is what the mechanism's `identification` does.
+
         Raises
         ------
         SymkinError
@@ -127,11 +129,13 @@ class Survey(Value):
         further = sorted(unknowns.keys() - given.keys())
         if further:
             raise TypeError(f"unexpected arguments: {', '.join(further)}")
-        if observe is None and all(each is None for each in given.values()):
+        wanted = with_file_settings(given, mechanism.identification)
+        said = any(each is not None for each in given.values())
+        if observe is None and not said and not {*unusual(wanted)} & given.keys():
             return None
         readings = mechanism.inverse_kinematics(poses)
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
-        options = EstimateOptions(**with_file_settings(given, mechanism.identification))
+        options = EstimateOptions(**wanted)
         layout = layout_of(mechanism, core_setup(mechanism), options, readings)
         return cls(observed, layout.names, layout.prior, mechanism, layout, options)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from symkin.model.chains import ABSENT
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings
 from symkin.model.tolerances import parameter_tolerances
+from symkin.options import Frame, Gauge, LossPer, Sensor
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
@@ -33,12 +34,9 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Sensor = Literal["linear", "quadratic", "eccentric"]
-Gauge = Literal["prior", "nominal", "datum"]
-LossPer = Literal["pose", "reading"]
 Priors = str | Mapping[str, float | str]
 
-FRAMES = ("base", "target", "points", "anchors", "plane")
+FRAMES: tuple[str, ...] = get_args(Frame)
 _CURVATURE = {
     "linear": (),
     "quadratic": ("sensor_quadratic",),
@@ -118,11 +116,13 @@ class Layout(Value):
         names = _Names(scalars, _CURVATURE[sensor], always_held, given)
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
-        ties = [names.matching("shared", [pattern]) for pattern in shared]
+        sorts = _sorts(mechanism, scalars, units)
+        shared = [shared] if isinstance(shared, str) else shared
+        ties = [_tie(names, pattern, sorts) for pattern in shared]
         chosen = chosen.union(*ties) - names.matching("fixed", fixed)
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
-        groups = _groups(names, ties, chosen, _sorts(mechanism, scalars, units))
+        groups = _groups(names, ties, chosen, sorts)
         column = np.full(len(scalars), -1, dtype=np.intp)
         for number, members in enumerate(groups):
             column[members] = number
@@ -279,13 +279,27 @@ def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
     return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
 
 
+def _tie(names: _Names, pattern: str, sorts: Sequence[object]) -> set[int]:
+    """Scalars that a pattern shares; those of different sorts would each be by themselves."""
+    tie = names.matching("shared", [pattern])
+    if len({sorts[scalar] for scalar in tie}) == len(tie):
+        found = [names.scalars[scalar] for scalar in sorted(tie)]
+        own = found[0].partition(".")[2]
+        shown = ", ".join(found[:2]) + ", ..." * (len(found) > 2)
+        raise SymkinError(
+            f'shared "{pattern}" ties nothing: it matches {shown}; expected one pattern of the '
+            f'same parameter in several legs, such as "{own}", or "leg[12].{own}" of two'
+        )
+    return tie
+
+
 def _groups(
     names: _Names, ties: Sequence[set[int]], chosen: set[int], sorts: Sequence[object]
 ) -> list[list[int]]:
     """Scalars of each column, in the order of the scalars: tied where they are of one sort."""
     group_of: dict[int, tuple[int, object]] = {}
     for number, tie in enumerate(ties):
-        for scalar in tie & chosen:
+        for scalar in sorted(tie & chosen):
             if scalar in group_of:
                 raise SymkinError(f"{names.scalars[scalar]} is shared twice; expected once")
             group_of[scalar] = (number, sorts[scalar])

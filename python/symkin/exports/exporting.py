@@ -21,7 +21,9 @@ from symkin.exports.firmware import (
 )
 from symkin.exports.models import structure_of, write_mjcf, write_sdf, write_urdf
 from symkin.exports.parameters import write_c_header, write_json, write_table, write_yaml
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
+from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
 from symkin.values import Value, field, record
 
@@ -87,13 +89,14 @@ _TAKEN_BY = {
 }
 
 
+@checks()
 def export(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     to: str,
     path: str | os.PathLike[str] | None = None,
     *,
     endstops: float | Sequence[float] = (),
-    nominal: Mechanism | None = None,
+    nominal: MechanismGiven | None = None,
     grid: int = 0,
     overwrite: bool = False,
 ) -> Exported:
@@ -128,6 +131,8 @@ def export(
     SymkinError
         For an unknown format, or a robot that the format cannot express, with the reason.
     """
+    mechanism = as_mechanism(mechanism)
+    nominal = None if nominal is None else as_mechanism(nominal, "nominal")
     chosen: Format = one_of("to", to, FORMATS)
     stops = tuple(np.atleast_1d(np.asarray(endstops, dtype=np.float64)).tolist())
     options = ExportOptions(stops, nominal, grid)

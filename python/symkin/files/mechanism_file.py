@@ -57,6 +57,7 @@ from symkin.model.settings import (
     WorkspaceSettings,
 )
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
+from symkin.options import checks
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
 
 _Values = dict[str, Any]
@@ -155,6 +156,7 @@ def read_mechanism(
     return mechanism
 
 
+@checks()
 def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
     """Read a column mapping: the ``[measurements]`` section of a TOML file.
 

@@ -35,6 +35,7 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
+from symkin.options import OPTIONS, Option
 from symkin.storage.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.storage.toml_file import (
     Kind,
@@ -48,6 +49,7 @@ from symkin.storage.toml_file import (
     one_or_list,
     quantity,
     read_at,
+    schema_version,
     table,
     text,
     whole,
@@ -111,6 +113,13 @@ def _estimate(unit: str, value: Kind) -> Kind:
     return Kind(read, both.schema)
 
 
+def _whole(option: Option) -> Kind:
+    """A whole number, as the option of this name is."""
+    assert option.least is not None  # and neither is most
+    assert option.most is not None
+    return whole(int(option.least), int(option.most))
+
+
 def _check_name(name: str) -> str:
     if not name:
         raise WrongValueError("is empty; expected a name")
@@ -168,8 +177,8 @@ _TOLERANCES = table(
     },
     settings=Tolerances,
 )
-_PROTOCOL = table(
-    {"pose_count": whole(1, 10**6), "candidates": whole(1, 10**7), "seed": whole(0, 2**63 - 1)},
+PROTOCOL = table(
+    {name: _whole(OPTIONS[name]) for name in ("pose_count", "candidates", "seed")},
     settings=ProtocolSettings,
 )
 MEASUREMENTS = table(
@@ -203,10 +212,8 @@ IDENTIFICATION = table(
                 ]
             },
         ),
-        "frames": list_of(choice("base", "target", "points", "anchors", "plane")),
-        "sensor": choice("linear", "quadratic", "eccentric"),
-        "gauge": choice("prior", "nominal", "datum"),
-        "loss_per": choice("pose", "reading"),
+        "frames": list_of(choice(*OPTIONS["frames"].words)),
+        **{name: choice(*OPTIONS[name].words) for name in ("sensor", "gauge", "loss_per")},
     }
 )
 _SECTIONS = (
@@ -239,7 +246,7 @@ def _reading_unit(raw: Any) -> ReadingUnit:
 _STEP_SCHEMA = {"type": "string", "pattern": "(step|count)", "description": "size of a step"}
 # The keys that every file may have, and those that decide about the others.
 _HEADER_KINDS: dict[str, Kind] = {
-    "schema": choice(1),
+    "schema": schema_version(1),
     "name": text(200, _check_name),
     "chain": text(),
     "platform": choice(*PLATFORMS),
@@ -298,7 +305,7 @@ def mechanism_table(
         "noise": noise,
         "tolerances": _TOLERANCES,
         "joint_limits": table({"lower": limit, "upper": limit}, settings=JointLimits),
-        "protocol": _PROTOCOL,
+        "protocol": PROTOCOL,
         "measurements": MEASUREMENTS,
     }
     place = ("m",) * space.size

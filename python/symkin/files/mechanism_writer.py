@@ -24,10 +24,12 @@ from symkin.model.file_frames import (
     point_parameters,
     split_covariance,
 )
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import DeclaredSymmetry, Frames, MeasurementColumns
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
+from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.quantities import MOST, MOST_OF_DIRECTION
 
@@ -40,8 +42,13 @@ _CHAIN_NOTE = "joints from base to platform, the actuated one in brackets"
 _SI = "# Lengths are m and angles rad unless a unit is written."
 
 
+@checks()
 def save_mechanism(
-    mechanism: Mechanism, path: str | os.PathLike[str], *, header: str = "", overwrite: bool = False
+    mechanism: MechanismGiven,
+    path: str | os.PathLike[str],
+    *,
+    header: str = "",
+    overwrite: bool = False,
 ) -> None:
     """Write a mechanism as a TOML file that reads back to the same mechanism.
 
@@ -65,6 +72,7 @@ def save_mechanism(
         If `path` exists without `overwrite`, if the declared symmetry does not hold, or if the file
         could not be read, as for a home pose out of reach.
     """
+    mechanism = as_mechanism(mechanism)
     with OutputFiles(overwrite=overwrite) as outputs:
         target = outputs.file(Path(path))
         text = mechanism_text(mechanism, header=header)

@@ -7,7 +7,7 @@ import functools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
 from symkin.model.poses import POSE_SPACES
+from symkin.options import Platform, checks
 from symkin.values import FrozenMapping
 
 __all__ = [
@@ -34,7 +35,7 @@ __all__ = [
     "union_of_names",
 ]
 
-PLATFORMS = ("rigid", "point", "translating", "spherical")
+PLATFORMS: tuple[Platform, ...] = get_args(Platform)
 
 
 class ParameterRole(NamedTuple):
@@ -152,8 +153,9 @@ class ChainInfo:
         return {**self.parameter_units, "sensor_gain": gain}
 
 
+@checks()
 @functools.cache
-def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
+def chain_info(chain: str, platform: Platform = "rigid") -> ChainInfo:
     """Describe a chain.
 
     Parameters
@@ -188,7 +190,8 @@ def chain_info(chain: str, platform: str = "rigid") -> ChainInfo:
     )
 
 
-def chains(platform: str = "rigid") -> list[str]:
+@checks()
+def chains(platform: Platform = "rigid") -> list[str]:
     """Return the names of the chains that can carry a platform, one of `PLATFORMS`."""
     one_of("platform", platform, PLATFORMS)
     return list(_core.chain_names(platform))

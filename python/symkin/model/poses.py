@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.errors import MeasurementError, one_of
+from symkin.errors import MeasurementError, one_of, shown
 
 __all__ = [
     "POSE_SPACES",
@@ -364,4 +364,10 @@ def _shaped(name: str, values: Array, *shape: int) -> Array:
 
 def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
     """Poses as rows, shape (N, coordinates), of an array or of what has poses: a sample, a plan."""
-    return np.atleast_2d(np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64))
+    try:
+        rows = np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64)
+    except (TypeError, ValueError):
+        raise MeasurementError(f"poses are {shown(poses)}; expected an array of numbers") from None
+    if rows.ndim > 2:
+        raise MeasurementError(f"poses have shape {rows.shape}; expected a pose a row")
+    return np.atleast_2d(rows)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,11 @@ __all__ = [
     "ProtocolSettings",
     "Tolerances",
     "WorkspaceSettings",
+    "unusual",
 ]
+
+# What is unknown if nobody says so; every other name has nothing.
+_USUAL = {"sensor": "linear", "gauge": "prior", "loss_per": "pose"}
 
 
 class _Settings:
@@ -292,6 +297,23 @@ class IdentificationSettings(_Settings):
     sensor: str | None = None
     gauge: str | None = None
     loss_per: str | None = None
+
+    @property
+    def unusual(self) -> tuple[str, ...]:
+        """Names of what asks for other than all parameters of all legs."""
+        return unusual(vars(self))
+
+
+def unusual(wanted: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of what asks for other unknowns than all parameters of all legs, or another estimate.
+
+    `wanted` are arguments of `identify`; None is what is not said.
+    """
+    return tuple(
+        name
+        for name, value in wanted.items()
+        if value is not None and value != _USUAL.get(name, ()) and len(value)
+    )
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from symkin.errors import SymkinError, one_of
 from symkin.estimate.identification import identify_legs
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import Observing, Survey, Unknowns
-from symkin.model.mechanism import Mechanism
+from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.options import checks
 from symkin.planning.basis import PlanBasis
 
 __all__ = ["predict_accuracy", "set_name", "thinned"]
@@ -36,8 +37,9 @@ class PlannedPoses(Protocol):
     def basis(self) -> PlanBasis | None: ...
 
 
+@checks()
 def predict_accuracy(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     plan: PlannedPoses,
     workspace: ArrayLike | WorkspaceSample,
     estimator: Estimator | None = None,
@@ -77,6 +79,7 @@ def predict_accuracy(
         If the plan's poses do not show all parameters, or for an estimator that cannot know what is
         observed or unknown.
     """
+    mechanism = as_mechanism(mechanism)
     survey = Survey.of(mechanism, plan.poses, observe, unknowns)
     if survey is None and plan.basis is not None and plan.basis.survey is not None:
         made_for = plan.basis.survey

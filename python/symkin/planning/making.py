@@ -5,20 +5,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.checks import undefined_angles
 from symkin.analysis.observability import RowKind
-from symkin.analysis.workspace import WorkspaceSample
+from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.pose_tables import as_poses
+from symkin.data.reading import Measured, as_measurements
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
 from symkin.estimate.survey import Observing, Survey, Unknowns
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import SymmetryElement, map_poses
+from symkin.options import Visit, checks
 from symkin.planning.accuracy import thinned
 from symkin.planning.basis import ChosenPoses, PlanBasis
 from symkin.planning.observing import ObservedTask, is_probing, on_the_bed, probing_unknowns
@@ -38,33 +42,125 @@ from symkin.planning.selection import (
     select_poses,
 )
 from symkin.planning.visiting import visiting_order
+from symkin.storage.tables import TableSource
 
-__all__ = ["make_plan"]
+__all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
 
 Poses = NDArray[np.float64]
 
 _THINNED = 2000  # candidates among which spares are sought
+_TIME_LIMIT = 10.0  # s
 
 
-def make_plan(
-    mechanism: Mechanism,
-    candidates: ArrayLike | WorkspaceSample,
-    count: int | None = None,
-    seed: int | None = None,
+@checks()
+def plan(
+    mechanism: MechanismGiven,
+    pose_count: int | None = None,
     *,
-    design: Design = "legs",
+    candidates: int | ArrayLike | WorkspaceSample | None = None,
+    seed: int | None = None,
+    design: Design | None = None,
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     method: SelectionMethod = "exchange",
-    required: ArrayLike | WorkspaceSample | None = None,
-    measured: Measurements | None = None,
+    required: ArrayLike | WorkspaceSample | TableSource | None = None,
+    measured: Measured | None = None,
     avoid: Sequence[Region] = (),
     minimum_distance: float = 0.0,
     margin_sigmas: float = 3.0,
-    use_symmetry: bool = True,
-    visit: Literal["sets", "travel"] = "sets",
+    symmetry: bool = True,
+    visit: Visit = "travel",
     spares: int | None = None,
-    time_limit: float = 10.0,
+    time_limit: float | None = None,
+    threads: int = 0,
+    observe: Observing | None = None,
+    **unknowns: Unpack[Unknowns],
+) -> Plan:
+    """Choose the poses to measure out of a mechanism's workspace, as ``symkin plan`` does.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    pose_count : int, optional
+        Poses that each leg is identified from, by default the protocol's.
+    candidates : int, or poses, optional
+        How many poses are drawn from the workspace to choose from, by default the protocol's; or
+        these themselves, see `make_plan`.
+    seed : int, optional
+        Of the candidates and the selection, by default the protocol's.
+    design, rows, criterion, method, required, measured, avoid, minimum_distance, margin_sigmas, \
+symmetry, visit, spares, time_limit, threads, observe, **unknowns
+        See `make_plan`.
+
+    Returns
+    -------
+    Plan
+        With the certificates of its selections in `Plan.basis`.
+
+    Raises
+    ------
+    SymkinError
+        As `make_plan` and `sample_workspace`.
+    """
+    mechanism = as_mechanism(mechanism)
+    if candidates is None or isinstance(candidates, int | np.integer):
+        number = None if candidates is None else int(candidates)
+        candidates = sample_workspace(mechanism, number, seed)
+    return make_plan(
+        mechanism,
+        candidates,
+        pose_count,
+        seed,
+        design=design,
+        rows=rows,
+        criterion=criterion,
+        method=method,
+        required=required,
+        measured=measured,
+        avoid=avoid,
+        minimum_distance=minimum_distance,
+        margin_sigmas=margin_sigmas,
+        symmetry=symmetry,
+        visit=visit,
+        spares=spares,
+        time_limit=time_limit,
+        threads=threads,
+        observe=observe,
+        **unknowns,
+    )
+
+
+def for_all_parameters(mechanism: Mechanism) -> Mechanism:
+    """A mechanism whose plans are for all parameters of all legs, whatever its file says."""
+    return mechanism if mechanism.identification is None else mechanism.replace(identification=None)
+
+
+def default_design(survey: Survey | None) -> Design:
+    """The design of whoever says none: what is observed or unknown otherwise needs all at once."""
+    return "legs" if survey is None else "mechanism"
+
+
+@checks("candidates")
+def make_plan(
+    mechanism: MechanismGiven,
+    candidates: ArrayLike | WorkspaceSample,
+    pose_count: int | None = None,
+    seed: int | None = None,
+    *,
+    design: Design | None = None,
+    rows: RowKind = "noise_aware",
+    criterion: Criterion = "O1",
+    method: SelectionMethod = "exchange",
+    required: ArrayLike | WorkspaceSample | TableSource | None = None,
+    measured: Measured | None = None,
+    avoid: Sequence[Region] = (),
+    minimum_distance: float = 0.0,
+    margin_sigmas: float = 3.0,
+    symmetry: bool = True,
+    visit: Visit = "travel",
+    spares: int | None = None,
+    time_limit: float | None = None,
     threads: int = 0,
     observe: Observing | None = None,
     **unknowns: Unpack[Unknowns],
@@ -80,15 +176,16 @@ def make_plan(
         The nominal one.
     candidates : WorkspaceSample, or array_like of shape (n, coordinates)
         Poses to choose from, see `sample_workspace`.
-    count : int, optional
+    pose_count : int, optional
         Poses that each leg is identified from, by default the protocol's.
     seed : int, optional
         By default the protocol's.
-    design : {"legs", "orbits", "mechanism"}
-        "legs": a set of `count` poses for each leg (the paper's). "orbits": `count` poses in all
-        (rounded up to whole orbits), made of base poses and their images under the symmetry, which
-        every leg uses. "mechanism": `count` poses in all, chosen for the parameters of all legs at
-        once (the traditional way).
+    design : {"legs", "orbits", "mechanism"}, optional
+        "legs", the default: a set of `pose_count` poses for each leg (the paper's). "orbits":
+        `pose_count` poses in all (rounded up to whole orbits), made of base poses and their images
+        under the symmetry, which every leg uses. "mechanism": `pose_count` poses in all, chosen for
+        the parameters of all legs at once (the traditional way); the default where something else
+        is observed or unknown.
     rows : {"noise_aware", "paper"}
         What a pose is worth, see `observability_rows` and `mechanism_rows`.
     criterion : {"O1", "O2", "O3", "O4", "O5", "expected_error"}
@@ -97,10 +194,11 @@ def make_plan(
         candidates (I- or V-optimality), see `error_weight`; it needs noise-aware rows.
     method : {"exchange", "sun_hollerbach", "exhaustive", "random", "all"}
         See `select_poses`.
-    required : WorkspaceSample, or array_like of shape (k, coordinates), optional
-        Poses that must be measured; they count among `count`, and serve all legs.
-    measured : Measurements, optional
-        What is measured already, to be augmented by `count` further poses.
+    required : WorkspaceSample, array_like of shape (k, coordinates), or a table, optional
+        Poses that must be measured, or what `read_pose_list` reads; they count among `pose_count`,
+        and serve all legs.
+    measured : Measurements, or what `read_measurements` reads, optional
+        What is measured already, to be augmented by `pose_count` further poses.
     avoid : sequence of mappings, optional
         Regions without poses, such as ``{"x": (0.1, 0.3), "y": (-math.inf, 0.0)}``: limits of some
         of the coordinates x, y, phi (spatially x, y, z, rx, ry, rz; m and rad).
@@ -110,15 +208,15 @@ def make_plan(
         Poses stay away from the end of a leg's reach and from singularities by so many standard
         deviations of what the tolerances do to the closures, if that is more than the workspace's
         own margins: a robot with errors could not follow. See `Clearance`.
-    use_symmetry : bool
+    symmetry : bool
         False chooses for every leg by itself. So it is, too, where required or measured poses tell
         the legs apart.
-    visit : {"sets", "travel"}
-        Order of the plan's rows: set by set, or a short way from home through all poses.
+    visit : {"travel", "sets"}
+        Order of the plan's rows: a short way from home through all poses, or set by set.
     spares : int, optional
         For each selection, by default half as many as poses.
-    time_limit : float
-        Of the proof of method "exhaustive", s.
+    time_limit : float, optional
+        Of the proof of method "exhaustive", s; by default 10.
     threads : int
         0 for as many as the machine has; the plan is the same with any number.
     observe : Observed or str, optional
@@ -131,8 +229,7 @@ def make_plan(
     **unknowns
         `free`, `fixed`, `shared`, `prior`, `frames` and `sensor` of `identify`: what is unknown; by
         default what the mechanism's `identification` says, or all parameters. Priors count as
-        information that is there beforehand. As with `observe`, the design is "mechanism". With
-        neither, plans are for full poses and all parameters, whatever `identification` says.
+        information that is there beforehand. As with `observe`, the design is "mechanism".
 
     Returns
     -------
@@ -146,21 +243,24 @@ def make_plan(
     SymkinError
         For demands that contradict each other or the mechanism.
     """
-    one_of("visit", visit, ("sets", "travel"))
+    mechanism = as_mechanism(mechanism)
+    one_of("visit", visit, Visit)
+    if measured is not None:
+        measured = as_measurements(measured, mechanism)
     poses = pose_rows(candidates)
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
     if observe is not None and is_probing(mechanism, observe):
         poses, sample = on_the_bed(mechanism, observe, poses), None
         unknowns = probing_unknowns(mechanism, unknowns)
-        design = "mechanism" if design == "legs" else design
     survey = Survey.of(mechanism, poses, observe, unknowns)
+    design = default_design(survey) if design is None else design
     demands = _Demands(
         mechanism=mechanism,
         candidates=poses,
         sample=sample,
-        required=poses[:0] if required is None else pose_rows(required),
+        required=poses[:0] if required is None else as_poses(required, mechanism),
         measured=measured,
-        count=mechanism.protocol.pose_count if count is None else count,
+        count=mechanism.protocol.pose_count if pose_count is None else pose_count,
         seed=mechanism.protocol.seed if seed is None else seed,
         design=design,
         rows=rows,
@@ -173,7 +273,7 @@ def make_plan(
         threads=threads,
         survey=survey,
     )
-    symmetric = use_symmetry and not demands.tells_legs_apart
+    symmetric = symmetry and not demands.tells_legs_apart
     kept = clearance(mechanism, poses, margin_sigmas)
     tasks = design_tasks(mechanism, design, use_symmetry=symmetric)
     if survey is not None:
@@ -270,7 +370,7 @@ class _Demands:
     avoid: Sequence[Region]
     minimum_distance: float
     spares: int | None
-    time_limit: float
+    time_limit: float | None
     threads: int
     survey: Survey | None
 
@@ -286,6 +386,11 @@ class _Demands:
                 "orbits are chosen for one leg and serve all legs alike, so required poses, "
                 "measured poses and a minimum distance do not go with them; choose the design "
                 '"legs" or "mechanism"'
+            )
+        if self.time_limit is not None and self.method != "exhaustive":
+            raise SymkinError(
+                f'a time limit is of the proof of the method "exhaustive"; the method is '
+                f'"{self.method}"'
             )
         if self.survey is not None and self.design != "mechanism":
             raise SymkinError(
@@ -374,7 +479,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
             required=numbers.tolist(),
             forbidden=~allowed,
             prior=prior,
-            time_limit=demands.time_limit,
+            time_limit=_TIME_LIMIT if demands.time_limit is None else demands.time_limit,
             threads=demands.threads,
             parameter_names=task.parameter_names(),
             **settings,
@@ -409,7 +514,7 @@ def _without_images(demands: _Demands, kept: Clearance) -> str:
         return ""
     return (
         f". Without images {left} may be: choose for all legs at once (design mechanism), or for "
-        "each by itself (symkin plan --no-symmetry, in Python use_symmetry=False)"
+        "each by itself (symkin plan --no-symmetry, in Python symmetry=False)"
     )
 
 

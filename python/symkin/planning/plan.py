@@ -28,8 +28,10 @@ from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate.options import Estimator
 from symkin.estimate.survey import HeldByPriors, PlannedUnknown, Survey
 from symkin.model.file_frames import as_drawn
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
+from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, survey_rows, thinned
 from symkin.planning.basis import PlanBasis
 from symkin.planning.visiting import travel_length
@@ -244,8 +246,9 @@ class Plan(Result):
 ROLES = ("primary", "spare")
 
 
+@checks()
 def write_plan(
-    plan: Plan, path: str | os.PathLike[str], mechanism: Mechanism, *, overwrite: bool = False
+    plan: Plan, path: str | os.PathLike[str], mechanism: MechanismGiven, *, overwrite: bool = False
 ) -> None:
     """Write a plan as CSV or Parquet, by extension; it reads back to the same numbers.
 
@@ -254,6 +257,7 @@ def write_plan(
     Columns ``leg, order, role``, the pose (``x_m, y_m, phi_rad``, or spatially ``x_m, y_m, z_m, qx,
     qy, qz, qw``) and the reading of every leg (``psi_1_rad``, ...).
     """
+    mechanism = as_mechanism(mechanism)
     with OutputFiles(overwrite=overwrite) as outputs:
         write_table(outputs.file(Path(path)), plan_columns(plan, mechanism))
 

@@ -9,14 +9,19 @@ from pathlib import Path
 import numpy as np
 
 from symkin.data.columns import own_columns, read_pose_values
+from symkin.data.reading import require_table
 from symkin.data.sensor_tables import read_all_readings
+from symkin.errors import MeasurementError
 from symkin.model.file_frames import from_drawing
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
+from symkin.options import checks
 from symkin.planning.plan import ROLES, Plan
 from symkin.storage.tables import TableSource, read_table, write_table
 
 
-def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
+@checks()
+def read_plan(source: TableSource, mechanism: MechanismGiven) -> Plan:
     """Read a plan.
 
     Parameters
@@ -36,6 +41,7 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
         Naming the file, the row and the column: a missing column, a cell that is no number, a leg
         that the mechanism does not have, an unknown role; or that the plan has spares only.
     """
+    mechanism = as_mechanism(mechanism)
     table = read_table(source, mechanism.step)
     leg_count = len(mechanism.legs)
     for name, purpose in (
@@ -57,6 +63,25 @@ def read_plan(source: TableSource, mechanism: Mechanism) -> Plan:
         poses=from_drawing(mechanism, read_pose_values(table, columns).poses()),
         readings=readings,
     )
+
+
+def as_plan(plan: Plan | TableSource, mechanism: Mechanism) -> Plan:
+    """Return a plan, read if it is what `read_plan` reads.
+
+    Raises
+    ------
+    MeasurementError
+        For anything else, and for a plan of other legs.
+    """
+    if not isinstance(plan, Plan):
+        plan = read_plan(require_table(plan, "plan", "a Plan"), mechanism)
+    own = plan.mechanism
+    if len(own.legs) != len(mechanism.legs) or own.pose_space != mechanism.pose_space:
+        raise MeasurementError(
+            f'the plan is of {len(own.legs)} legs and {own.pose_space} poses; "{mechanism.name}" '
+            f"has {len(mechanism.legs)} and {mechanism.pose_space} ones"
+        )
+    return plan
 
 
 def write_bed_points(plan: Plan, path: str | os.PathLike[str]) -> None:

@@ -15,10 +15,12 @@ from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import SymkinError
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import HeldByPriors, Observing, Survey, Unknowns
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
+from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, require_joint, thinned
-from symkin.planning.making import make_plan
+from symkin.planning.making import default_design, make_plan
 from symkin.planning.observing import is_probing, probing_unknowns
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
@@ -242,13 +244,14 @@ class NeededPoses(Result):
         }
 
 
+@checks()
 def pose_count_curve(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     candidates: ArrayLike | WorkspaceSample,
     counts: Sequence[int] | None = None,
     seed: int | None = None,
     *,
-    design: Design = "legs",
+    design: Design | None = None,
     rows: RowKind = "noise_aware",
     criterion: Criterion = "O1",
     estimator: Estimator | None = None,
@@ -284,21 +287,23 @@ def pose_count_curve(
     SymkinError
         As `make_plan` does.
     """
+    mechanism = as_mechanism(mechanism)
     if not 0 < least_gain < 1:
         raise SymkinError(f"the least gain is {least_gain:g}; expected a share between 0 and 1")
     cloud = pose_rows(candidates)
     known = {name: value for name, value in unknowns.items() if value is not None}
-    surveyed = known if observe is None else {"observe": observe, **known}
-    if surveyed:
+    asked = known if observe is None else {"observe": observe, **known}
+    surveyed = _survey_of(mechanism, cloud, asked)
+    if surveyed is not None:
         require_joint(estimator)
     settings = {
-        "design": design,
+        "design": default_design(surveyed) if design is None else design,
         "rows": rows,
         "criterion": criterion,
         "estimator": estimator or ("joint" if surveyed else "implicit"),
         "poses": poses,
         "seed": mechanism.protocol.seed if seed is None else seed,
-        **surveyed,
+        **asked,
     }
     numbers = _counts(mechanism, cloud, settings, counts)
     points = [_predicted(mechanism, cloud, count, settings) for count in numbers]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +38,7 @@ from symkin.model.symmetry import (
     symmetry_group,
 )
 from symkin.model.tolerances import noise_of, parameter_tolerances
+from symkin.options import Criterion, Design, SelectionMethod, checks
 from symkin.values import Value, field, record
 
 __all__ = [
@@ -58,9 +58,6 @@ __all__ = [
     "select_poses",
 ]
 
-SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
-Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
-Design = Literal["legs", "orbits", "mechanism"]
 Region = Mapping[str, tuple[float, float]]
 
 _BLOCK = 2**17  # candidates
@@ -181,6 +178,7 @@ class LegRows:
         return self.core.size, self.core.rows_per_pose, self.core.parameters
 
 
+@checks("rows", "prior", "count", "spares")
 def select_poses(
     rows: ArrayLike | LegRows,
     count: int,
@@ -259,15 +257,15 @@ def select_poses(
     options.minimum_distance, options.time_limit_s = minimum_distance, time_limit
     options.threads, options.memory_limit_bytes = threads, memory_limit
     if forbidden is not None:
-        options.forbidden = np.asarray(forbidden, dtype=bool)
-    for name, array in (
-        ("prior", prior),
-        ("coordinates", coordinates),
-        ("column_scale", scale),
-        ("error_weight", error_weight),
+        options.forbidden = array_of("forbidden", forbidden, 1).astype(bool)
+    for name, field_, array, dimensions in (
+        ("prior", "prior", prior, 2),
+        ("coordinates", "coordinates", coordinates, 2),
+        ("scale", "column_scale", scale, 1),
+        ("error_weight", "error_weight", error_weight, 2),
     ):
         if array is not None:
-            setattr(options, name, np.ascontiguousarray(array, dtype=np.float64))
+            setattr(options, field_, array_of(name, array, dimensions))
     try:
         result = _select(rows, options)
     except NotIdentifiableError as error:
@@ -275,12 +273,25 @@ def select_poses(
     return _selection(result, criterion)
 
 
+def array_of(name: str, given: ArrayLike, *dimensions: int) -> NDArray[np.float64]:
+    """Return an array of numbers of so many dimensions.
+
+    Raises
+    ------
+    SymkinError
+        Naming it, what it is, and what is expected.
+    """
+    values = np.ascontiguousarray(given, dtype=np.float64)
+    if np.ndim(given) not in dimensions:
+        expected = " or ".join(map(str, dimensions))
+        raise SymkinError(f"{name} has {np.ndim(given)} dimensions; expected {expected}")
+    return values
+
+
 def _select(rows: ArrayLike | LegRows, options: _core.SelectionOptions) -> _core.Selection:
     if isinstance(rows, LegRows):
         return _core.select_poses(rows.core, options)
-    values = np.ascontiguousarray(rows, dtype=np.float64)
-    if values.ndim not in (2, 3):
-        raise SymkinError(f"rows have {values.ndim} dimensions; expected (n, p) or (n, r, p)")
+    values = array_of("rows", rows, 2, 3)
     per_pose = values.shape[1] if values.ndim == 3 else 1
     return _core.select_poses(values.reshape(-1, values.shape[-1]), per_pose, options)
 

@@ -17,13 +17,17 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import write_measurements
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.model.canonical import canonical
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.tolerances import noise_of, tolerances_of
 from symkin.model.turns import turned_into_table
+from symkin.options import checks
 from symkin.planning.accuracy import set_name
 from symkin.planning.plan import Plan
+from symkin.planning.plan_files import as_plan
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
+from symkin.storage.tables import TableSource
 from symkin.values import record
 
 __all__ = ["Simulation", "disturb", "simulate", "simulate_observed"]
@@ -106,11 +110,12 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
     return mechanism.with_parameters(canonical(mechanism, made.parameters)[0], symmetry=None)
 
 
+@checks()
 def simulate(
-    mechanism: Mechanism,
-    plan: Plan,
+    mechanism: MechanismGiven,
+    plan: Plan | TableSource,
     seed: int | None = None,
-    actual: Mechanism | None = None,
+    actual: MechanismGiven | None = None,
     *,
     observe: Observed | Observable = "pose",
 ) -> Simulation:
@@ -124,7 +129,7 @@ def simulate(
     ----------
     mechanism : Mechanism
         The nominal one; its noise and tolerances are used.
-    plan : Plan
+    plan : Plan, or what `read_plan` reads
         The poses to take.
     seed : int, optional
         Of the robot's errors and of the noise; by default the protocol's.
@@ -139,6 +144,9 @@ def simulate(
     SymkinError
         If a set runs out of spares, or the robot is of another kind than the nominal mechanism.
     """
+    mechanism = as_mechanism(mechanism)
+    actual = None if actual is None else as_mechanism(actual, "actual")
+    plan = as_plan(plan, mechanism)
     observed = Observed((observe,)) if isinstance(observe, str) else observe
     return simulate_observed(mechanism, plan, seed, actual, observed.in_frames(mechanism.frames))
 

@@ -44,7 +44,8 @@ def evaluation_page(evaluation: Evaluation) -> Page:
                 (evaluation.failed, "they cannot be taken"),
             )
             if number
-        ],
+        ]
+        + list(evaluation.notes),
         next_step=_next_step(evaluation),
         sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
     )

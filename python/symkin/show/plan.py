@@ -14,8 +14,10 @@ from symkin.errors import named_legs
 from symkin.estimate.survey import SILENT
 from symkin.model.chains import legs_in_words
 from symkin.model.mechanism import Mechanism
+from symkin.options import OPTIONS
 from symkin.planning import HeldByPriors, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.accuracy import set_name
+from symkin.planning.making import default_design
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
@@ -322,7 +324,8 @@ def needed_poses_page(needed: NeededPoses) -> Page:
 
 
 def _plan(curve: PoseCountCurve, count: int) -> str:
-    usual = {"design": "legs", "rows": "noise_aware", "criterion": "O1"}
+    usual = {name: OPTIONS[name].default for name in ("design", "rows", "criterion")}
+    usual["design"] = default_design(curve.survey)
     given = {name: curve.settings[name] for name in usual}
     other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
     same = "" if curve.survey is None else ", with the same options"

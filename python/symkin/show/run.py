@@ -202,7 +202,8 @@ def fleet_page(fleet: Fleet) -> Page:
         judgement=judgement,
         notes=[
             "A robot that fits passed the tests of noise and tolerance; symkin identify makes more "
-            "of a single one."
+            "of a single one.",
+            *fleet.notes,
         ],
         sections=[Section("robots", "Robots to look at", [], [table])] if rows else [],
     )

@@ -195,7 +195,7 @@ def _next(result: StudyResult) -> str:
     return (
         f"symkin plan {cell.mechanism} --design {cell.design} --rows {cell.rows} --criterion "
         f"{cell.criterion} --pose-count {best.pose_count} --out DIR; measure; then symkin identify "
-        f"... --estimator {cell.estimator} --use {cell.use}"
+        f"... --estimator {cell.estimator} --poses {cell.use}"
     )
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from symkin.errors import ResultsError
+from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import file_bytes
 from symkin.values import plain
@@ -47,6 +48,7 @@ def write_results(
         outputs.file(Path(path)).write_text(text, encoding="utf-8")
 
 
+@checks()
 def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a results file as plain dictionaries and lists, without ``"schema"``.
 
@@ -73,6 +75,15 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
     if version != SCHEMA_VERSION or isinstance(version, bool | float):
         raise ResultsError(
             f"{path}: is not a results file of version {SCHEMA_VERSION}: its schema is "
-            f"{reprlib.repr(version)}"
+            f"{reprlib.repr(version)}{_remedy(version)}"
         )
     return {name: value for name, value in document.items() if name != "schema"}
+
+
+def _remedy(version: object) -> str:
+    """What to do about a file of another version."""
+    if isinstance(version, bool) or not isinstance(version, int):
+        return ""
+    if version > SCHEMA_VERSION:
+        return ", of a newer symkin; update symkin to read it"
+    return ", of an older symkin; run the command again that wrote it"

@@ -15,15 +15,27 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, SymkinError, did_you_mean
 
+
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
-TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any]
+class DataFrame(Protocol):
+    """A table of pandas, polars or their kin."""
+
+    @property
+    def columns(self) -> Any:
+        """Names of its columns."""
+
+    def __getitem__(self, name: Any, /) -> Any:
+        """A column."""
+
+
+TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any] | DataFrame
 _PARQUET = (".parquet", ".pq")
 _SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"

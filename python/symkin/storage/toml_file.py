@@ -229,6 +229,21 @@ def boolean() -> Kind:
     return Kind(read, {"type": "boolean"})
 
 
+def schema_version(own: int) -> Kind:
+    """The number of a file's schema, of which this package reads one."""
+    usual = choice(own)
+
+    def read(raw: Any) -> Any:
+        if isinstance(raw, int) and not isinstance(raw, bool) and raw > own:
+            raise WrongValueError(
+                f"is {raw}, of a newer symkin; expected {own}: update symkin, or write the file "
+                "with this one"
+            )
+        return usual.read(raw)
+
+    return Kind(read, usual.schema)
+
+
 def choice(*values: Any) -> Kind:
     """One of some words or numbers."""
 

@@ -171,6 +171,7 @@ def _times(mechanism: Mechanism, definition: StudyDefinition, cell: Cell) -> dic
     candidates = definition.candidates or mechanism.protocol.candidates
     poses = sample_workspace(mechanism, candidates, seed).poses
     settings: dict[str, Any] = {"rows": cell.rows, "criterion": cell.criterion, "threads": 1}
+    settings["visit"] = "sets"
 
     def identification(design: Design, estimator: Estimator, use: PoseUse) -> Callable[[], object]:
         plan = make_plan(mechanism, poses, cell.pose_count, seed, design=design, **settings)
@@ -194,8 +195,8 @@ def _times(mechanism: Mechanism, definition: StudyDefinition, cell: Cell) -> dic
             rows = LegRows(mechanism, leg, poses, cell.rows)
             select_poses(rows, cell.pose_count, seed, threads=1)
 
-    def plan_with(use_symmetry: bool) -> None:
-        make_plan(mechanism, poses, cell.pose_count, seed, use_symmetry=use_symmetry, **settings)
+    def plan_with(symmetry: bool) -> None:
+        make_plan(mechanism, poses, cell.pose_count, seed, symmetry=symmetry, **settings)
 
     tasks: dict[str, Callable[[], object]] = {
         "select_reference_s": lambda: select(legs[:1]),

@@ -32,6 +32,7 @@ from symkin.storage.toml_file import (
     list_of,
     quantity,
     read_toml,
+    schema_version,
     table,
     text,
     whole,
@@ -173,6 +174,7 @@ _FACTORS: dict[str, Kind] = {
     "losses": _words(Loss),
 }
 _SETTINGS: dict[str, Kind] = {
+    "schema": schema_version(1),
     "title": text(200),
     "kind": choice(*get_args(StudyKind)),
     "robots": whole(1, 10**7),
@@ -490,6 +492,7 @@ def load_study(name_or_path: str | os.PathLike[str]) -> StudyDefinition:
     source = read_toml(path, StudyFileError)
     try:
         values = _STUDY.read(source.values)
+        values.pop("schema", None)
         _refuse_unused(values)
     except WrongValueError as error:
         raise source.error(error.keys, str(error)) from error

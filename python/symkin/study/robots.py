@@ -19,6 +19,7 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
 from symkin.planning import Plan, make_plan
+from symkin.planning.making import for_all_parameters
 from symkin.planning.simulation import Simulation, disturb, simulate_observed
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapping import mapped_candidates, mapped_efficiency
@@ -169,7 +170,7 @@ def planned(mechanism: Mechanism, cell: Cell, candidates: Array, seed: int) -> P
     """The plan of a cell, or why there is none."""
     try:
         return make_plan(
-            mechanism,
+            for_all_parameters(mechanism),
             candidates,
             cell.pose_count,
             seed,
@@ -178,7 +179,8 @@ def planned(mechanism: Mechanism, cell: Cell, candidates: Array, seed: int) -> P
             criterion=cell.criterion,
             method=cell.method,
             margin_sigmas=cell.margin_sigmas,
-            use_symmetry=cell.use_symmetry,
+            symmetry=cell.use_symmetry,
+            visit="sets",
         )
     except SymkinError as error:
         return f"no plan: {error}"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from symkin.cluster import begun, opened_client, spread
 from symkin.errors import SymkinError, one_of
 from symkin.model.mechanism import Mechanism
+from symkin.options import checks
 from symkin.planning import Plan
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
@@ -36,6 +37,7 @@ TableFormat = Literal["csv", "parquet"]
 _ROWS = 300  # of a chunk: what a kill can lose is a second of every core
 
 
+@checks()
 def run_study(
     definition: StudyDefinition | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,

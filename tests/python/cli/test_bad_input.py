@@ -156,7 +156,7 @@ def test_fewer_poses_than_parameters_are_refused(
         (["plan", "3RRR", "--out", "p", "--minimum-distance", "-1"], "is negative"),
         (["plan", "3RRR", "--out", "p", "--required", "no.csv"], "no.csv"),
         (["plan", "3RRR_asymmetric", "--out", "p", "--design", "orbits"], "images of leg 1"),
-        (["pose-count", "3RRR", "--least-gain", "2"], "share between 0 and 1"),
+        (["pose-count", "3RRR", "--least-gain", "2"], "--least-gain"),
         (["pose-count", "3RRR", "--accuracy", "0.05"], "with a unit; expected such as 0.05mm"),
         (["pose-count", "3RRR", "--accuracy", "50"], "with a unit; expected such as 0.05mm"),
         (["pose-count", "3RRR", "--accuracy", "5kg"], "with a unit; expected such as 0.05mm"),

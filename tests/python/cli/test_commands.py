@@ -230,7 +230,7 @@ def test_partial_measurements_are_simulated_read_and_refused_in_words(
     symkin("plan", "3RRR", "--out", tmp_path, "--pose-count", 10, "--candidates", 300)
     simulate = ("simulate", "3RRR", "--plan", plan, "--out", robot)
     noisy = ("--missing", 0.2, "--spread", 0.5, "--base", "1 m, 20 cm, 170 deg")
-    observe = ("--observe", "position", "--observe", "distance", "--anchor", "2 m, 100 cm")
+    observe = ("--observe", "position", "--observe", "distance", "--anchors", "2 m, 100 cm")
     assert symkin(*simulate, *observe, *noisy).code == 0
     table = (robot / "measurements.csv").read_text().splitlines()
     assert table[0].startswith("leg,x_m,y_m,phi_rad,psi_1_rad")

@@ -130,7 +130,8 @@ def test_a_plan_is_for_what_will_be_observed_and_is_unknown(tmp_path, capsys):
     needed = json.loads(capsys.readouterr().out)
     assert needed["settings"]["estimator"] == "joint"
     assert needed["accuracy"]["expected"]["position_rms_m"] <= 1e-4
-    assert main(["plan", "3RRR", "--out", str(tmp_path / "legs"), "--observe", "position"]) == 2
+    legs = ["plan", "3RRR", "--out", str(tmp_path / "legs"), "--observe", "position"]
+    assert main([*legs, "--design", "legs"]) == 2
     assert 'choose the design "mechanism"' in capsys.readouterr().err
 
 

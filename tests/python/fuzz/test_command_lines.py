@@ -304,7 +304,7 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("check", "{}"): [""],
     ("workspace", "nosuch", "--out", "w"): ["--orientations", "--count", "--resolution", "--seed"],
     ("pose-count", "nosuch"): [
-        "--least-gain", "--estimator", "--use", "--candidates", "--design", "--rows",
+        "--least-gain", "--estimator", "--poses", "--candidates", "--design", "--rows",
         "--criterion", "--seed", "--accuracy",
     ],
     ("pose-count", "robot.toml"): ["--least-gain"],
@@ -320,7 +320,7 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("simulate", "robot.toml", "--out", "o", "--overwrite", "--plan", "{}"): [""],
     ("kinematics", "robot.toml", "{}"): [""],
     ("identify", "robot.toml", "measured.csv"): [
-        "--columns", "--estimator", "--use", "--loss", "--cross-validate", "--seed",
+        "--columns", "--estimator", "--poses", "--loss", "--cross-validate", "--seed",
     ],
     ("identify", "robot.toml", "{}"): [""],
     ("evaluate", "robot.toml"): ["--actual", "--measurements", "--plan", "--columns"],
@@ -330,7 +330,7 @@ _TEMPLATES: dict[tuple[str, ...], Sequence[str]] = {
     ("export", "robot.toml", "--to", "{}"): [""],
     ("import", "{}", "--out", "o"): [""],
     ("run", "nosuch", "--out", "r"): [
-        "--estimator", "--use", "--design", "--rows", "--criterion", "--seed", "--pose-count",
+        "--estimator", "--poses", "--design", "--rows", "--criterion", "--seed", "--pose-count",
         "--candidates", "--margin-sigmas",
     ],
     ("{}", "robot.toml"): [""],

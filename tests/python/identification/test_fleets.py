@@ -16,7 +16,7 @@ from symkin.data.writing import measurement_columns
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate import EstimateOptions, Fleet
 from symkin.model.framing import framed
-from symkin.model.settings import Frames, NoiseSettings
+from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 from symkin.storage.tables import write_table
 
 
@@ -189,9 +189,12 @@ def test_options_are_those_of_identify():
 
 
 @pytest.mark.parametrize("asked", [{"shared": ["sensor_gain"]}, {"noise": "estimate"}])
-def test_what_a_fleet_does_not_know_is_refused(mechanism, robots, asked):
-    with pytest.raises(symkin.SymkinError, match=f"{next(iter(asked))} cannot be asked of many"):
-        Fleet.of(mechanism, robots, EstimateOptions(**asked))
+def test_what_options_ask_of_a_fleet_is_asked_of_each_robot(mechanism, robots, asked):
+    one = {"robot 1": robots["robot 1"]}
+    found = Fleet.of(mechanism, one, EstimateOptions(**asked))
+    assert found.options.estimator == "joint"
+    alone = symkin.identify(mechanism, robots["robot 1"], **asked)
+    np.testing.assert_array_equal(found.parameters[0], alone.mechanism.parameters)
 
 
 def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, robots, tmp_path):
@@ -203,3 +206,59 @@ def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, ro
         symkin.write_measurements(robots["robot 1"], path, mechanism)
     assert list(fleet_of_files(mechanism, paths)) == [str(path) for path in paths]
     assert list(fleet_of_files(mechanism, [Path(paths[0])])) == ["m"]
+
+
+ASKED = {"shared": ("sensor_gain",), "fixed": ("leg3.*",), "prior": "tolerances"}
+
+
+@pytest.mark.parametrize("said_in", ["arguments", "file"])
+def test_a_fleet_asks_what_one_robot_is_asked(mechanism, robots, said_in):
+    two = {name: robots[name] for name in ("robot 1", "robot 2")}
+    asked = dict(ASKED)
+    if said_in == "file":
+        mechanism = mechanism.replace(identification=IdentificationSettings(**asked))
+        asked = {}
+    fleet = symkin.identify_many(mechanism, two, **asked)
+    assert fleet.options.estimator == "joint"
+    for row, measured in enumerate(two.values()):
+        alone = symkin.identify(mechanism, measured, **asked)
+        np.testing.assert_array_equal(fleet.parameters[row], alone.mechanism.parameters)
+        assert fleet.chi_square[row] == alone.chi_square
+        assert fleet.doubts[row] == "; ".join(alone.doubts)
+        held = np.isnan(fleet.deviations[row])
+        assert held[2].all()
+        np.testing.assert_array_equal(
+            fleet.deviations[row][~held], alone.mechanism.deviations[~held]
+        )
+    gains = fleet.parameters[:, :2, list(mechanism.parameter_names).index("sensor_gain")]
+    np.testing.assert_array_equal(gains[:, 0], gains[:, 1])
+
+
+def test_a_fleet_whose_frames_are_unknown_has_them_in_its_table(mechanism, robots):
+    seen = {"robot 1": robots["robot 1"], "robot 2": robots["robot 2"].subset(np.arange(3))}
+    frames = symkin.identify(mechanism, seen["robot 1"], frames=["base"], prior="tolerances")
+    fleet = symkin.identify_many(mechanism, seen, frames=["base"], prior="tolerances")
+    columns = fleet.columns()
+    base = {each.name: each for each in frames.unknowns if each.name.startswith("base.")}
+    for name, each in base.items():
+        stem = f"{name.replace('.', '_')}"
+        assert columns[f"{stem}_{each.unit}"][0] == each.value
+        assert columns[f"{stem}_deviation_{each.unit}"][0] == each.deviation
+    assert dict(fleet.surroundings).keys() == base.keys()
+
+
+def test_a_fleet_refuses_an_estimator_that_cannot_know_what_is_asked(mechanism, robots):
+    with pytest.raises(SymkinError, match='expected "joint" here, since shared was given'):
+        symkin.identify_many(mechanism, robots, "implicit", shared=["sensor_gain"])
+
+
+def test_the_command_line_asks_fleets_too(tmp_path, mechanism, robots, capsys):
+    files = [tmp_path / f"{number}.csv" for number in (1, 2)]
+    for file, measured in zip(files, robots.values(), strict=False):
+        measured.save(file, mechanism)
+    line = ["identify-batch", "3RRR", *map(str, files), "--shared", "sensor_gain"]
+    assert main([*line, "--out", str(tmp_path / "fleet")]) == 0
+    assert "estimator joint" in capsys.readouterr().out
+    with (tmp_path / "fleet/fleet.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert all(row["sensor_gain_1"] == row["sensor_gain_2"] for row in rows)

@@ -193,7 +193,7 @@ def test_a_leg_of_a_five_bar_in_the_other_working_mode_is_named():
     arm = symkin.load_mechanism("5bar")
     (robot,) = in_modes(arm, [1, 1])
     sample = symkin.sample_workspace(robot, 3000, seed=1)
-    plan = symkin.make_plan(robot, sample, 30, use_symmetry=False)
+    plan = symkin.make_plan(robot, sample, 30, symmetry=False)
     taken = measured(robot, plan, Observed("position", base=(1.0, -0.5, 3.0)))
     (said,) = said_of(arm, taken, frames=["base"])
     assert "leg 1 stands in working mode +1: set working_mode = 1" in said

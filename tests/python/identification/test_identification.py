@@ -138,14 +138,17 @@ def test_measurements_are_taken_as_people_have_them(paper, tmp_path) -> None:
     [
         (
             lambda robot, data: symkin.identify(data, robot),
-            "Measurements is given as the mech",
+            "mechanism is a Measurements; exp",
         ),
         (lambda robot, _: robot.identify(robot), "Robot is given as measurements"),
         (lambda robot, _: robot.identify(3), "int is given as measurements"),
-        (lambda robot, data: robot.identify(data, noise=1.0), "noise is 1.0; expected NoiseSett"),
+        (lambda robot, data: robot.identify(data, noise=1.0), "noise is 1.0; expected a NoiseS"),
         (lambda robot, data: robot.identify(data, noise={"reading": 1}, prior="tolerances"), "noi"),
         (lambda robot, data: robot.identify(data, free=[]), "free is empty"),
-        (lambda robot, data: robot.identify(data).cross_validated(2.5), "2.5 folds; expected a wh"),
+        (
+            lambda robot, data: robot.identify(data).cross_validated(2.5),
+            "folds is 2.5; expected a wh",
+        ),
     ],
 )
 def test_what_is_no_option_is_refused_in_one_sentence(paper, call, sentence) -> None:

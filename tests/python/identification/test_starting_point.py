@@ -73,7 +73,7 @@ def quaternion(m):
 
 def sampled(name, count=40):
     mechanism = symkin.load_mechanism(name)
-    poses = symkin.sample_workspace(mechanism, count=count, seed=3).poses
+    poses = symkin.sample_workspace(mechanism, candidates=count, seed=3).poses
     return mechanism, poses, mechanism.inverse_kinematics(poses)
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.cli import main
 from symkin.errors import MeasurementError
 from symkin.model.settings import MeasurementColumns
+from symkin.storage.tables import write_table
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +82,24 @@ def test_what_is_to_be_ignored_is_a_column_without_use(paper, columns):
 def test_unread_columns_do_not_make_other_measurements(paper, columns):
     read = symkin.read_measurements(columns | {"note": columns["x_m"]}, paper)
     assert dataclasses.replace(read, unread=()) == read
+
+
+def test_evaluations_and_fleets_tell_columns_without_use_too(paper, columns, tmp_path, capsys):
+    wider = {**columns, "torque_Nm": columns["x_m"]}
+    words = "nothing was read from column torque_Nm"
+    evaluation = symkin.evaluate(paper, measurements=wider)
+    assert words in evaluation.notes[0]
+    assert words in evaluation.text()
+    assert words in evaluation.to_dict()["notes"][0]
+    assert symkin.evaluate(paper, measurements=columns) == evaluation  # whose numbers are the same
+    table = {"robot": ["a"] * 20 + ["b"] * (len(columns["x_m"]) - 20), **wider}
+    fleet = symkin.identify_many(paper, table)
+    assert fleet.notes == ("nothing was read from column torque_Nm of a and b",)
+    assert words in fleet.text()
+    assert symkin.identify_many(paper, table, ignore=["torque_Nm"]).notes == ()
+    file = tmp_path / "table.csv"
+    write_table(file, wider)
+    assert main(["evaluate", "3RRR", "--measurements", str(file)]) == 0
+    assert words in " ".join(capsys.readouterr().out.split())
+    assert main(["identify-batch", "3RRR", str(file)]) == 0
+    assert words in " ".join(capsys.readouterr().out.split())

@@ -193,7 +193,7 @@ def test_where_images_leave_no_poses_it_is_said_that_legs_by_themselves_would_ha
     poses = symkin.sample_workspace(narrow, 300, 1)
     with pytest.raises(symkin.SymkinError, match=r"Without images \d+ may be: .*--no-symmetry"):
         symkin.make_plan(narrow, poses, 24, design=design)
-    assert len(symkin.make_plan(narrow, poses, 24, use_symmetry=False, spares=0).poses) == 72
+    assert len(symkin.make_plan(narrow, poses, 24, symmetry=False, spares=0).poses) == 72
     with pytest.raises(symkin.SymkinError) as caught:  # which has no images
         symkin.make_plan(narrow, poses, 300, design="mechanism")
     assert "--no-symmetry" not in str(caught.value)

@@ -90,7 +90,7 @@ def test_orbits_serve_every_shipped_kind_of_mechanism(name):
 
 
 def test_without_symmetry_every_leg_has_a_choice_of_its_own(paper, candidates):
-    plan = symkin.make_plan(paper, candidates, use_symmetry=False)
+    plan = symkin.make_plan(paper, candidates, symmetry=False)
     assert [choice.legs for choice in plan.basis.choices] == [(0,), (1,), (2,)]
     assert not plan.basis.symmetrical
 

@@ -18,9 +18,15 @@ from symkin.model.poses import (
     transforms,
     vectors_from_rotations,
 )
-from symkin.model.settings import Frames, NoiseSettings
+from symkin.model.settings import (
+    Frames,
+    IdentificationSettings,
+    NoiseSettings,
+    ProtocolSettings,
+)
 from symkin.planning import Survey, predict_accuracy
 
+FEW = ProtocolSettings(pose_count=12, candidates=300)
 PRIORS = {"observe": "position", "prior": "tolerances"}
 
 
@@ -192,7 +198,7 @@ def test_what_nothing_shows_is_named_with_what_would_hold_it(paper, sample, plan
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"observe": "position"}, 'choose the design "mechanism"'),
+        ({"observe": "position", "design": "legs"}, 'choose the design "mechanism"'),
         ({"free": ["sensor_offset"], "design": "orbits"}, 'choose the design "mechanism"'),
         ({"observe": "position", "design": "mechanism", "rows": "paper"}, "noise_aware"),
         ({"free": ["sensor_ofset"], "design": "mechanism"}, "sensor_offset"),
@@ -352,3 +358,41 @@ def test_a_bed_beyond_the_workspace_is_refused():
         delta, sample, 24, observe=Observed("height", plane=(-1.0, 0.0, 0.0)), spares=0
     )
     assert (there.poses[:, 2] == -1).all()
+
+
+def test_a_plan_is_for_what_the_mechanisms_file_says_is_unknown(paper, sample):
+    asked = {"shared": ("sensor_gain",), "prior": "tolerances"}
+    said = paper.replace(identification=IdentificationSettings(**asked))
+    by_file, by_hand = (
+        symkin.make_plan(said, sample, 12),
+        symkin.make_plan(paper, sample, 12, **asked),
+    )
+    assert by_file.basis.design == by_hand.basis.design == "mechanism"
+    assert np.array_equal(by_file.poses, by_hand.poses)
+    assert [each.name for each in by_file.unknowns] == [each.name for each in by_hand.unknowns]
+    assert by_file.expected == by_hand.expected
+    with pytest.raises(SymkinError, match='choose the design "mechanism"'):
+        symkin.make_plan(said, sample, 12, design="legs")
+    curves = [
+        symkin.pose_count_curve(each, sample, [12, 14], **options)
+        for each, options in ((said, {}), (paper, asked))
+    ]
+    assert np.array_equal(curves[0].position, curves[1].position)
+    assert curves[0].settings["design"] == "mechanism"
+
+
+def test_a_plan_that_was_read_promises_what_its_mechanisms_file_says(paper, sample, tmp_path):
+    asked = {"shared": ("sensor_gain",), "prior": "tolerances"}
+    said = paper.replace(identification=IdentificationSettings(**asked))
+    made = symkin.make_plan(said, sample, 12)
+    made.save(tmp_path / "plan.csv")
+    read = symkin.read_plan(tmp_path / "plan.csv", said)
+    promised = predict_accuracy(said, read, sample)
+    assert promised.position == pytest.approx(predict_accuracy(said, made, sample).position)
+    assert promised.position < predict_accuracy(paper, read, sample).position
+
+
+def test_a_run_identifies_every_leg_whatever_the_file_says(paper):
+    said = paper.replace(identification=IdentificationSettings(shared=("sensor_gain",)))
+    plans = [each.replace(protocol=FEW).run().plan for each in (said, paper)]
+    assert np.array_equal(plans[0].poses, plans[1].poses)

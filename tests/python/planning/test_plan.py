@@ -8,6 +8,7 @@ import pytest
 
 import symkin
 from symkin.analysis.observability import expected_accuracy
+from symkin.cli import main
 from symkin.model.poses import poses_from_bounds
 from symkin.model.settings import WorkspaceSettings
 from symkin.planning import pose_count_curve, predict_accuracy, travel_length
@@ -122,7 +123,7 @@ def test_a_curve_goes_from_p_to_ten_p_in_whole_orbits(paper, candidates):
 
 
 def test_a_share_that_is_none_is_refused(paper, candidates):
-    with pytest.raises(symkin.SymkinError, match="expected a share between 0 and 1"):
+    with pytest.raises(symkin.SymkinError, match="expected a number from 0 to 1"):
         pose_count_curve(paper, candidates, least_gain=2)
 
 
@@ -138,3 +139,24 @@ def test_poses_that_do_not_show_all_parameters_promise_nothing(paper, candidates
     )
     with pytest.raises(symkin.SymkinError, match="do not show all of its 8 parameters"):
         predict_accuracy(paper, alike, candidates[:50])
+
+
+def test_python_and_the_command_line_make_the_same_plan(paper, tmp_path):
+    assert main(["plan", "3RRR", "--pose-count", "24", "--out", str(tmp_path)]) == 0
+    symkin.load("3RRR").plan(24).save(tmp_path / "python.csv")
+    symkin.plan(paper, 24).save(tmp_path / "function.csv")
+    written = (tmp_path / "plan.csv").read_bytes()
+    assert (tmp_path / "python.csv").read_bytes() == written
+    assert (tmp_path / "function.csv").read_bytes() == written
+
+
+def test_candidates_are_a_number_or_poses(paper):
+    sample = symkin.sample_workspace(paper, 400, 3)
+    by_number = symkin.plan(paper, 10, candidates=400, seed=3)
+    by_poses = symkin.plan(paper, 10, candidates=sample, seed=3)
+    assert np.array_equal(by_number.poses, by_poses.poses)
+
+
+def test_a_time_limit_goes_with_a_proof(paper, candidates):
+    with pytest.raises(symkin.SymkinError, match='the method is "exchange"'):
+        symkin.make_plan(paper, candidates, 10, time_limit=1.0)

@@ -15,9 +15,11 @@ from symkin.data.columns import pose_column_names, reading_column_names
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import MechanismError, MechanismFileError, SymkinError, named_legs
 from symkin.model.file_frames import as_drawn
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows, vectors_from_quaternions
 from symkin.model.tolerances import parameter_tolerances
+from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.toml_file import read_toml
 from symkin.values import field, record
@@ -103,8 +105,9 @@ class WorkspaceSample(Result):
         return values.copy() if copy else values
 
 
+@checks()
 def sample_workspace(
-    mechanism: Mechanism, count: int | None = None, seed: int | None = None
+    mechanism: MechanismGiven, candidates: int | None = None, seed: int | None = None
 ) -> WorkspaceSample:
     """Draw poses that every leg reaches, in the aspect of home and away from singularities.
 
@@ -112,8 +115,8 @@ def sample_workspace(
     ----------
     mechanism : Mechanism
         With its workspace settings.
-    count : int, optional
-        Number of poses, by default the protocol's number of candidates.
+    candidates : int, optional
+        Number of poses, by default the protocol's.
     seed : int, optional
         By default the protocol's. The same seed gives the same poses.
 
@@ -122,12 +125,13 @@ def sample_workspace(
     SymkinError
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
+    mechanism = as_mechanism(mechanism)
     options = workspace_options(mechanism)
     _require_usable_home(mechanism, options.reach_margin)
     sample = _core.sample_workspace(
         mechanism.core,
         options,
-        mechanism.protocol.candidates if count is None else count,
+        mechanism.protocol.candidates if candidates is None else candidates,
         mechanism.protocol.seed if seed is None else seed,
     )
     return WorkspaceSample(

@@ -19,8 +19,10 @@ from symkin.analysis.workspace import (
     workspace_options,
 )
 from symkin.errors import SymkinError
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import DetectedSymmetry, SymmetryElement, SymmetryGroup, detect_symmetry
+from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
@@ -465,8 +467,9 @@ class WorkspaceStudy(Result):
         }
 
 
+@checks()
 def study_workspace(
-    mechanism: Mechanism,
+    mechanism: MechanismGiven,
     orientations: Sequence[float] | None = None,
     count: int = 100_000,
     seed: int | None = None,
@@ -495,6 +498,7 @@ def study_workspace(
     SymkinError
         If the mechanism has no workspace, its home is not in it, or hardly any pose of its box is.
     """
+    mechanism = as_mechanism(mechanism)
     seed = mechanism.protocol.seed if seed is None else seed
     symmetry = detect_symmetry(mechanism)
     shown = [mechanism, other_working_modes(mechanism) if both_modes else None]

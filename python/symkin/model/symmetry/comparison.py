@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from symkin import _core
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.groups import (
     DetectedSymmetry,
@@ -24,6 +25,7 @@ from symkin.model.symmetry.groups import (
     subgroup_names,
 )
 from symkin.model.tolerances import parameter_tolerances
+from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
@@ -198,7 +200,8 @@ class SymmetryComparison(Result):
         return {name: [getattr(each, name) for each in found] for name in names}
 
 
-def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
+@checks()
+def compare_symmetry(mechanism: MechanismGiven) -> SymmetryComparison:
     """Compare the symmetry that the legs have with the one declared, or nearly there.
 
     A calibrated mechanism, or one whose file has rounded numbers, has no exact symmetry. What it
@@ -210,6 +213,7 @@ def compare_symmetry(mechanism: Mechanism) -> SymmetryComparison:
     mechanism : Mechanism
         Its tolerances are used.
     """
+    mechanism = as_mechanism(mechanism)
     found = detect_symmetry(mechanism)
     declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)
     lacks = (

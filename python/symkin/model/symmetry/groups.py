@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin._core import SymmetryElement
 from symkin.model.chains import chain_info, parameter_values
+from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.poses import POSE_SPACES, pose_rows
 from symkin.model.settings import DeclaredSymmetry
+from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, record
 
@@ -422,8 +424,9 @@ class DetectedSymmetry(Result):
     keeps_modes: Mapping[str, bool]
 
 
+@checks()
 def detect_symmetry(
-    mechanism: Mechanism, tolerance: float = 1e-6, gain_tolerance: float | None = None
+    mechanism: MechanismGiven, tolerance: float = 1e-6, gain_tolerance: float | None = None
 ) -> DetectedSymmetry:
     """Find the largest symmetry group C_n or D_n of a mechanism, about any centre and axis.
 
@@ -442,7 +445,7 @@ def detect_symmetry(
         The same for sensor gains, by default `tolerance`: of several elements that carry a leg
         equally well the one is preferred that carries its sensor too.
     """
-    return detect_within(mechanism, _tolerance(tolerance, gain_tolerance))
+    return detect_within(as_mechanism(mechanism), _tolerance(tolerance, gain_tolerance))
 
 
 def detect_within(mechanism: Mechanism, tolerance: _core.SymmetryTolerance) -> DetectedSymmetry:

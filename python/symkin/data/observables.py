@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+"""The table of what can be observed of a robot: where it is kept, its columns, its noise.
+
+Reading, writing, simulation, planning and identification go through it, in the order of its rows,
+which is the core's.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symkin.model.poses import PoseSpace
+from symkin.model.settings import NoiseSettings
+
+__all__ = ["OBSERVABLES", "REPORTED", "Observable", "Sizes", "words_with"]
+
+REPORTED = "reported_"
+Stem = tuple[str, str]  # a column's name without its unit, and the SI unit
+
+
+class Sizes(NamedTuple):
+    """How much of what is numbered there is, and of which kind."""
+
+    space: PoseSpace
+    legs: int = 0
+    reading_unit: str = ""
+    points: int = 0
+    distances: int = 0
+
+
+@dataclass(frozen=True)
+class Observable:
+    """What can be observed.
+
+    Attributes
+    ----------
+    name : str
+        The attribute of `Measurements` that holds it.
+    deviations : str
+        That of its standard deviations.
+    kind : str
+        One of it, in words.
+    words : tuple of str
+        What the option `observe` calls it, or parts of it.
+    dimensions : int
+        Of its array.
+    noise : callable
+        Its standard deviation if rows say none, from the noise settings.
+    stems : callable
+        Its columns, without units; of poses that are read as such, those of its deviations.
+    frames : tuple of str
+        Which of `Frames` it depends on.
+    numbered : str
+        Pattern of the columns that are numbered from 1, of which ``{axes}`` are the coordinates.
+    """
+
+    name: str
+    deviations: str
+    kind: str
+    words: tuple[str, ...]
+    dimensions: int
+    noise: Callable[[NoiseSettings, PoseSpace], ArrayLike]
+    stems: Callable[[Sizes], list[Stem]]
+    frames: tuple[str, ...] = ()
+    numbered: str = ""
+
+    @property
+    def is_pose(self) -> bool:
+        """Whether it is read as a pose, whose deviations have a column for each freedom."""
+        return self.name in ("poses", "reported")
+
+    @property
+    def is_further(self) -> bool:
+        """Whether it is beside poses and readings, which measurements always have."""
+        return self.name not in ("poses", "readings")
+
+    def columns(self, of: Sizes) -> list[Stem]:
+        """Columns of its values; none of what is read as a pose or by the mapping."""
+        return [] if self.is_pose or not self.is_further else self.stems(of)
+
+    def deviation_columns(self, of: Sizes) -> list[Stem]:
+        """Columns of its standard deviations."""
+        return [(f"{stem}_sd", unit) for stem, unit in self.stems(of)]
+
+    def shape(self, of: Sizes) -> tuple[int, ...]:
+        """Of the array of its values, for rows of columns; -1 for however many rows."""
+        return {3: (-1, of.points, of.space.size), 2: (-1, len(self.stems(of))), 1: (-1,)}[
+            self.dimensions
+        ]
+
+    def numbers(self, space: PoseSpace, units: str) -> re.Pattern[str]:
+        """Pattern of its numbered columns and their deviations, whose first group is the number."""
+        stem = self.numbered.format(axes="".join(space.position))
+        return re.compile(rf"{stem}(?:_sd)?_(?:{units})", re.ASCII)
+
+
+def _coordinates(space: PoseSpace, prefix: str = "") -> list[Stem]:
+    return [(f"{prefix}{name}", unit) for name, unit in space.units.items()]
+
+
+def _pose_noise(noise: NoiseSettings, space: PoseSpace) -> ArrayLike:
+    return np.repeat([noise.position, noise.orientation], [space.size, len(space.rotation)])
+
+
+def _position_noise(noise: NoiseSettings, _: PoseSpace) -> ArrayLike:
+    return noise.position
+
+
+_NUMBER = "(0|[1-9][0-9]*)"
+# fmt: off
+_ALL = (
+    Observable("readings", "reading_deviations", "readings", ("readings",), 2,
+               lambda noise, _: noise.reading,
+               lambda of: [(f"psi_{leg + 1}", of.reading_unit) for leg in range(of.legs)]),
+    Observable("poses", "pose_deviations", "pose", ("pose", "position", "orientation"), 2,
+               _pose_noise, lambda of: _coordinates(of.space), ("base", "target")),
+    Observable("reported", "reported_deviations", "reported pose", ("reported",), 2,
+               lambda _noise, _space: 0.0, lambda of: _coordinates(of.space, REPORTED)),
+    Observable("points", "point_deviations", "points", ("points",), 3,
+               _position_noise,
+               lambda of: [(f"p{point + 1}_{axis}", "m")
+                           for point in range(of.points) for axis in of.space.position],
+               ("base", "points"), f"p{_NUMBER}_[{{axes}}]"),
+    Observable("distances", "distance_deviations", "distances", ("distance",), 2,
+               _position_noise,
+               lambda of: [(f"distance_{number + 1}", "m") for number in range(of.distances)],
+               ("base", "target", "anchors"), f"distance_{_NUMBER}"),
+    Observable("heights", "height_deviations", "heights", ("height",), 1,
+               _position_noise, lambda of: [("height", "m")] if of.space.size == 3 else [],
+               ("target", "plane")),
+)
+# fmt: on
+OBSERVABLES: Mapping[str, Observable] = {each.name: each for each in _ALL}
+
+
+def words_with(frame: str) -> set[str]:
+    """What is observed that depends on one of the frames, as the option `observe` calls it."""
+    return {word for each in _ALL if frame in each.frames for word in each.words}

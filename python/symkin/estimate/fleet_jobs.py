@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""Where the robots of a fleet are identified: chunks of them, here or on workers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.cluster import dask_client, require_version, spread
+from symkin.data.measurements import Measurements
+from symkin.estimate.fleet_together import FoundTogether, found_together
+from symkin.estimate.options import EstimateOptions
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism
+from symkin.model.tolerances import noise_of
+from symkin.version import version
+
+__all__ = ["Job", "Robots", "identified"]
+
+Array = NDArray[np.float64]
+Robots = Mapping[str, Measurements | str]
+
+_CHUNK = 250  # robots that travel to a worker together
+_COLUMNS = (
+    "parameters",
+    "deviations",
+    "chi_square",
+    "degrees_of_freedom",
+    "limit",
+    "least",
+    "residual_rms",
+    "rejected",
+)
+
+
+@dataclass
+class Found:
+    """What is known of some robots: failures, columns, and more of those estimated together."""
+
+    failures: list[str]
+    columns: Mapping[str, Array]
+    together: Sequence[FoundTogether] = ()
+
+
+@dataclass
+class Job:
+    """How robots are identified, wherever that is; `asked` is what is unknown, if not all."""
+
+    nominal: Mechanism
+    options: EstimateOptions
+    asked: Mapping[str, Any]
+    threads: int
+
+    @property
+    def is_together(self) -> bool:
+        """Whether robots are identified as `identify` does, one by one."""
+        return bool(self.asked) or self.nominal.curvature is not None
+
+    def columns(self, robots: int) -> dict[str, Array]:
+        """Columns of robots of which nothing is known yet."""
+        fits = 1 if self.options.estimator == "joint" else len(self.nominal.legs)
+        size = self.nominal.parameters.size
+        widths = (size, size, fits, fits, fits, fits)
+        shapes: list[tuple[int, ...]] = [(robots, width) for width in widths]
+        shapes += [(robots,)] * 2
+        return {name: np.full(shape, np.nan) for name, shape in zip(_COLUMNS, shapes, strict=True)}
+
+    def identify(self, robots: Sequence[Measurements]) -> Found:
+        """Identify some robots."""
+        if self.is_together:
+            return self._together(robots)
+        options = self.options
+        poses = [each.poses for each in robots]
+        if self.nominal.frames is not None:
+            ends = np.cumsum([len(each) for each in poses])
+            poses = np.split(unframed(self.nominal, np.concatenate(poses)), ends[:-1])
+        found = _core.identify_many(
+            self.nominal.core,
+            poses,
+            [each.readings for each in robots],
+            [each.leg_sets.astype(np.int64, copy=False) for each in robots],
+            _core.Estimator.__members__[options.estimator],
+            _core.PoseUse.__members__[options.poses],
+            noise_of(options.declared(self.nominal.noise)),
+            options.loss,
+            options.loss_scale or 0.0,
+            options.max_iterations,
+            self.threads,
+        )
+        return Found(list(found.failures), {name: getattr(found, name) for name in _COLUMNS})
+
+    def _together(self, robots: Sequence[Measurements]) -> Found:
+        made = found_together(self.nominal, robots, self.options, self.asked)
+        columns = self.columns(len(robots))
+        for row, each in enumerate(made):
+            for name, values in (each.columns or {}).items():
+                columns[name][row] = values if columns[name].ndim > 1 else values[0]
+        return Found([each.failure for each in made], columns, made)
+
+
+def identified(
+    job: Job, robots: Robots, *, workers: int, scheduler: str | None
+) -> tuple[list[str], dict[str, Array], dict[int, FoundTogether]]:
+    """Failures and columns of all robots, in their order, and more of those estimated together."""
+    legs, coordinates = len(job.nominal.legs), job.nominal.home.size
+    failures: list[str] = []
+    usable: list[tuple[int, Measurements]] = []
+    for number, measured in enumerate(robots.values()):
+        failure = ""
+        if isinstance(measured, str):
+            failure = measured
+        elif (measured.poses.shape[1], measured.readings.shape[1]) != (coordinates, legs):
+            failure = (
+                f"poses of {measured.poses.shape[1]} coordinates and readings of "
+                f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
+            )
+        else:
+            usable.append((number, measured))
+        failures.append(failure)
+    columns = job.columns(len(robots))
+    together: dict[int, FoundTogether] = {}
+    for rows, found in _computed(job, usable, workers, scheduler):
+        for row, failure in zip(rows, found.failures, strict=True):
+            failures[row] = failure
+        places = np.array(rows)
+        for name, values in found.columns.items():
+            columns[name][places] = values
+        if found.together:
+            together.update(zip(rows, found.together, strict=True))
+    return failures, columns, together
+
+
+def _computed(
+    job: Job, robots: list[tuple[int, Measurements]], workers: int, scheduler: str | None
+) -> Iterator[tuple[list[int], Found]]:
+    """What is found of chunks of robots, in whatever order they are ready."""
+    local = workers == 1 and scheduler is None
+    size = max(len(robots), 1) if local else 1 if job.is_together else _CHUNK
+    chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
+    if local:
+        for chunk in chunks:
+            yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
+        return
+    job.threads = 1
+    with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
+        yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
+
+
+def _chunk(
+    wanted: str, job: Job, robots: list[tuple[int, Measurements]]
+) -> tuple[list[int], Found]:
+    """What a worker does."""
+    require_version(wanted)
+    return [number for number, _ in robots], job.identify([each for _, each in robots])

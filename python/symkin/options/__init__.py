@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""The options of Python, of files and of the command line: each is defined here, once.
+
+An option has one name, written with hyphens on the command line, one type, one default, one check
+and one help. Signatures repeat name, type and default, for editors to complete; a test compares.
+"""
+
+from symkin.options.arguments import checks
+from symkin.options.option import Option
+from symkin.options.table import OPTIONS, checked
+from symkin.options.words import (
+    Criterion,
+    Design,
+    Estimator,
+    Format,
+    Frame,
+    Gauge,
+    Loss,
+    LossPer,
+    Observable,
+    Platform,
+    PoseUse,
+    RowKind,
+    SelectionMethod,
+    Sensor,
+    Visit,
+)
+
+__all__ = [
+    "OPTIONS",
+    "Criterion",
+    "Design",
+    "Estimator",
+    "Format",
+    "Frame",
+    "Gauge",
+    "Loss",
+    "LossPer",
+    "Observable",
+    "Option",
+    "Platform",
+    "PoseUse",
+    "RowKind",
+    "SelectionMethod",
+    "Sensor",
+    "Visit",
+    "checked",
+    "checks",
+]

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""The words that options may be."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+__all__ = [
+    "Criterion",
+    "Design",
+    "Estimator",
+    "Format",
+    "Frame",
+    "Gauge",
+    "Loss",
+    "LossPer",
+    "Observable",
+    "Platform",
+    "PoseUse",
+    "RowKind",
+    "SelectionMethod",
+    "Sensor",
+    "Visit",
+]
+
+Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
+Design = Literal["legs", "orbits", "mechanism"]
+Estimator = Literal["paper", "inverse", "implicit", "joint"]
+Format = Literal["csv", "parquet"]
+Frame = Literal["base", "target", "points", "anchors", "plane"]
+Gauge = Literal["prior", "nominal", "datum"]
+Loss = Literal["none", "huber", "cauchy", "tukey"]
+LossPer = Literal["pose", "reading"]
+Observable = Literal[
+    "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
+]
+Platform = Literal["rigid", "point", "translating", "spherical"]
+PoseUse = Literal["all", "own"]
+RowKind = Literal["paper", "noise_aware"]
+SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
+Sensor = Literal["linear", "quadratic", "eccentric"]
+Visit = Literal["sets", "travel"]

@@ -1,0 +1,91 @@
+"""The table of observables is what options, columns, noise and simulation follow from."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.analysis.observed import Observed
+from symkin.data.measurements import Measurements
+from symkin.data.observables import OBSERVABLES, Sizes, words_with
+from symkin.model.poses import POSE_SPACES
+from symkin.model.settings import Frames, NoiseSettings
+from symkin.options import OPTIONS
+
+NOISE = NoiseSettings(position=1e-3, orientation=2e-3, reading=3e-3)
+SPACE = POSE_SPACES["spatial"]
+SIZES = Sizes(SPACE, legs=6, reading_unit="m", points=2, distances=3)
+
+
+def test_every_word_of_the_option_is_of_one_observable():
+    words = [word for each in OBSERVABLES.values() for word in each.words]
+    assert sorted(words) == sorted(OPTIONS["observe"].words)
+
+
+def test_measurements_hold_every_observable_and_its_deviations():
+    names = {each.name for each in dataclasses.fields(Measurements)}
+    assert {*OBSERVABLES} <= names
+    assert {each.deviations for each in OBSERVABLES.values()} <= names
+
+
+def test_no_column_is_of_two_observables():
+    stems = [
+        stem
+        for each in OBSERVABLES.values()
+        for stem, _ in (*each.columns(SIZES), *each.deviation_columns(SIZES))
+    ]
+    assert len(set(stems)) == len(stems)
+    for each in OBSERVABLES.values():
+        if each.numbered:
+            pattern = each.numbers(SPACE, "m|mm")
+            assert all(pattern.fullmatch(f"{stem}_mm") for stem, _ in each.columns(SIZES))
+
+
+def test_frames_are_those_that_a_mechanism_has():
+    frames = {name for each in OBSERVABLES.values() for name in each.frames}
+    assert frames == {each.name for each in dataclasses.fields(Frames)}
+    assert words_with("plane") == {"height"}
+
+
+@pytest.fixture(scope="module")
+def observed():
+    """All that can be observed of a robot at once, each row with deviations of its own."""
+    robot = symkin.load("hexapod_jugglebot")
+    robot = robot.replace(noise=dataclasses.replace(robot.noise, reading=1e-5))
+    kinds = ("pose", "points", "distance", "height", "reported")
+    wanted = Observed(
+        kinds, points=((0.1, 0, 0), (0, 0.1, 0)), anchors=((1.0, 0, 0), (0, 1.0, 0)), spread=0.2
+    )
+    plan = robot.plan(12, candidates=300, spares=0)
+    return robot, symkin.simulate(robot, plan, 1, observe=wanted).measurements
+
+
+def test_each_has_the_noise_of_its_row(observed):
+    robot, taken = observed
+    plain = dataclasses.replace(taken, **{each.deviations: None for each in OBSERVABLES.values()})
+    found = plain.standard_deviations(NOISE)
+    assert found.keys() == OBSERVABLES.keys()
+    for name, each in OBSERVABLES.items():
+        assert np.array_equal(
+            found[name], np.broadcast_to(each.noise(NOISE, robot.space), found[name].shape)
+        )
+    assert not found["reported"].any()
+
+
+@pytest.mark.parametrize("name", [*OBSERVABLES])
+def test_each_is_written_and_read_by_itself(observed, name, tmp_path):
+    robot, taken = observed
+    others = {
+        field: None
+        for each in OBSERVABLES.values()
+        if each.name != name
+        for field in ((each.name, each.deviations) if each.is_further else (each.deviations,))
+    }
+    alone = dataclasses.replace(taken, **others)
+    alone.save(tmp_path / "table.csv", robot)
+    read = symkin.read_measurements(tmp_path / "table.csv", robot)
+    for field in (name, OBSERVABLES[name].deviations):
+        if getattr(taken, field) is not None:
+            np.testing.assert_allclose(getattr(read, field), getattr(taken, field), atol=1e-12)
+    assert read.unread == ()
