@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["OBSERVABLES", "REPORTED", "Observable", "Sizes", "words_with"]
+__all__ = ["OBSERVABLES", "REPORTED", "Observable", "words_with"]
 
 REPORTED = "reported_"
 Stem = tuple[str, str]  # a column's name without its unit, and the SI unit

@@ -24,7 +24,6 @@ __all__ = [
     "ProtocolSettings",
     "Tolerances",
     "WorkspaceSettings",
-    "unusual",
 ]
 
 # What is unknown if nobody says so; every other name has nothing.
