@@ -2,9 +2,11 @@
 #include "symkin/kinematics/continuation.hpp"
 
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {
@@ -93,9 +95,15 @@ bool step_from_neighbours(const Mechanism& mechanism, const RowMatrix& readings,
 
 RowMatrix continued(const Mechanism& mechanism, const RowMatrix& readings, ConstVector home,
                     const RowMatrix& known) {
+  check_readings(mechanism, readings.rows(), readings);
   RowMatrix poses = known;
   if (known.size() == 0) {
     poses = RowMatrix::Constant(readings.rows(), home.size(), kUnknown);
+  }
+  check_poses(mechanism, poses);
+  if (poses.rows() != readings.rows()) {
+    throw InvalidInput("known poses are " + std::to_string(poses.rows()) + "; expected " +
+                       std::to_string(readings.rows()) + ", one a row of readings");
   }
   const RowMatrix home_row = home.transpose();
   const RowMatrix at_home = inverse_kinematics(mechanism, home_row);

@@ -74,6 +74,11 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda parameters: core.with_parameters(parameters).parameters,
     )
     yield Call(
+        "_core.Mechanism.counted_from",
+        {"home": mechanism.home},
+        lambda home: core.counted_from(home).parameters,
+    )
+    yield Call(
         "_core.Mechanism.joint_centres",
         {"pose": poses[0]},
         lambda leg, pose: core.joint_centres(leg, pose, 0.1),
@@ -117,6 +122,11 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         "_core.forward_kinematics",
         {"readings": readings, "start": poses},
         lambda readings, start: _core.forward_kinematics(core, readings, start),
+    )
+    yield Call(
+        "_core.continued",
+        {"readings": readings, "home": mechanism.home, "known": poses},
+        lambda readings, home, known: _core.continued(core, readings, home, known),
     )
     yield Call(
         "_core.observability_rows",
