@@ -152,8 +152,23 @@ void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
               std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
   const RowMatrix& e = pose.elimination.conditions;
-  const RowMatrix explained =
-      product(product(pose.jacobian, covariance), pose.jacobian.transpose());
+  // J C J' by the rows' own unknowns, which are few.
+  const Index m = pose.by_unknowns.rows();
+  RowMatrix of_rows = RowMatrix::Zero(m, m);
+  Vector along(covariance.cols());
+  for (Index k = 0; k < m; ++k) {
+    along.setZero();
+    for (Index i = 0; i < along.size(); ++i) {
+      const double derivative = pose.by_unknowns(k, i);
+      if (derivative != 0) {
+        along += derivative * covariance.row(i).transpose();
+      }
+    }
+    for (Index l = 0; l <= k; ++l) {
+      of_rows(k, l) = of_rows(l, k) = pose.by_unknowns.row(l).dot(along);
+    }
+  }
+  const RowMatrix explained = product(product(e.transpose(), of_rows), e);
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
     if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {

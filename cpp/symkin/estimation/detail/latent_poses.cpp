@@ -116,10 +116,18 @@ LatentRows LatentPoses::kernel_rows(const double* errors) {
           clear_.data()};
 }
 
-double LatentPoses::at(Index pose, Index place, Index i) const {
-  const Index lanes = latent_kernels().lanes;
-  return room_[((pose / lanes) * places_.size + place + i) * lanes + pose % lanes];
-}
+// Numbers of one pose in the room of its pack.
+class LatentPoses::OfPose {
+ public:
+  OfPose(const LatentPoses& poses, Index pose)
+      : lanes_(latent_kernels().lanes),
+        first_(&poses.room_[pose / lanes_ * poses.places_.size * lanes_ + pose % lanes_]) {}
+  double operator()(Index place, Index i) const { return first_[(place + i) * lanes_]; }
+
+ private:
+  Index lanes_;
+  const double* first_;
+};
 
 void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
                                 Index leg, const std::vector<bool>& aside) {
@@ -220,6 +228,7 @@ void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) 
 }
 
 LinearPose LatentPoses::rows(Index pose) const {
+  const OfPose at(*this, pose);
   const Index bound = mechanism_.leg_count() * mechanism_.closures();
   const Index dof = mechanism_.dof();
   LinearPose linear;
@@ -239,19 +248,18 @@ LinearPose LatentPoses::rows(Index pose) const {
       origin.by_error = legs_[at_index(origin.index)].by_reading[pose * closures + i % closures];
     }
     linear.origins.push_back(origin);
-    linear.misfit[row] = at(pose, places_.misfits, i);
-    linear.variances[row] = at(pose, places_.variances, i);
+    linear.misfit[row] = at(places_.misfits, i);
+    linear.variances[row] = at(places_.variances, i);
     for (Index k = 0; k < dof; ++k) {
-      linear.by_pose(row, k) = at(pose, places_.by_pose, i * dof + k);
+      linear.by_pose(row, k) = at(places_.by_pose, i * dof + k);
     }
     const Index width = closure ? width_ : shared_;
     const Index first = closure ? origin.index * width_ : mechanism_.leg_count() * width_;
     for (Index k = 0; k < width; ++k) {
       const Index column = columns_[at_index(first + k)];
       if (column >= 0) {
-        linear.by_unknowns(row, column) +=
-            closure ? at(pose, places_.by_unknowns, i * width + k)
-                    : at(pose, places_.by_shared, (i - bound) * width + k);
+        linear.by_unknowns(row, column) += closure ? at(places_.by_unknowns, i * width + k)
+                                                   : at(places_.by_shared, (i - bound) * width + k);
       }
     }
   }
@@ -259,6 +267,7 @@ LinearPose LatentPoses::rows(Index pose) const {
 }
 
 LinearPose LatentPoses::conditions(Index pose) const {
+  const OfPose at(*this, pose);
   LinearPose linear = rows(pose);
   const Index r = plan_.variances.cols() - mechanism_.dof();
   RowMatrix& g = linear.elimination.conditions;
@@ -267,7 +276,7 @@ LinearPose LatentPoses::conditions(Index pose) const {
   for (Index i = 0; i < plan_.variances.cols(); ++i) {
     if (plan_.variances(pose, i) >= 0) {
       for (Index k = 0; k < r; ++k) {
-        g(row, k) = at(pose, places_.conditions, i * r + k);
+        g(row, k) = at(places_.conditions, i * r + k);
       }
       ++row;
     }

@@ -51,11 +51,11 @@ class LatentPoses {
   LinearPose conditions(Index pose) const;
 
  private:
+  class OfPose;
   void linearise_leg(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors, Index leg,
                      const std::vector<bool>& aside);
   void set_places();
   LatentRows kernel_rows(const double* errors);
-  double at(Index pose, Index place, Index i) const;
 
   const Mechanism& mechanism_;
   const Observations& observations_;
