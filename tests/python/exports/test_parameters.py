@@ -142,7 +142,7 @@ def test_a_table_that_cannot_be_made_is_refused_in_words() -> None:
     with pytest.raises(SymkinError, match="expected the same"):
         symkin.export(robot, "table", nominal=symkin.load_mechanism("3RRR"))
     for grid in (1, 1001, -1):
-        with pytest.raises(SymkinError, match=f"a grid of {grid} poses along each of 2"):
+        with pytest.raises(SymkinError, match=f"grid (is|of) {grid}"):
             symkin.export(robot, "table", nominal=robot, grid=grid)
 
 

@@ -147,7 +147,7 @@ def test_measurements_are_taken_as_people_have_them(paper, tmp_path) -> None:
         (lambda robot, data: robot.identify(data, free=[]), "free is empty"),
         (
             lambda robot, data: robot.identify(data).cross_validated(2.5),
-            "folds is 2.5; expected a wh",
+            "2.5 folds; expected a whole number",
         ),
     ],
 )

@@ -213,7 +213,7 @@ def test_a_scheduler_that_does_not_answer_is_told(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"workers": 0}, "workers is 0; expected from 1"),
+        ({"workers": 0}, "workers is 0; expected a whole number from 1"),
         ({"workers": 2, "scheduler": "tcp://127.0.0.1:9"}, "expected one of the two"),
         ({"format": "xls"}, 'expected "csv" or "parquet"'),
     ],

@@ -110,7 +110,7 @@ def test_a_plan_is_the_same_whatever_the_offsets_are(paper):
     parameters = paper.parameters.copy()
     parameters[:, -1] += [0.2, -0.3, 0.4]
     other = paper.with_parameters(parameters)
-    settings = {"count": 16, "seed": 4, "spares": 0}
+    settings = {"pose_count": 16, "seed": 4, "spares": 0}
     poses = symkin.sample_workspace(paper, 400, 1).poses
     plans = [symkin.make_plan(each, poses, **settings) for each in (paper, other)]
     np.testing.assert_array_equal(plans[0].poses, plans[1].poses)

@@ -21,7 +21,7 @@ class LatentSums {
         bound_(in.legs * in.closures),
         conditions_(in.rows - in.dof),
         size_(in.legs * in.width + in.shared),
-        sums_(new T[static_cast<std::size_t>(size_ * (size_ + 1))]),
+        sums_(size_ * (size_ + 1)),
         precisions_(room(bound_ * bound_)),
         multipliers_(room(bound_)),
         crossed_(room(bound_ * in.shared)),
@@ -33,7 +33,7 @@ class LatentSums {
     const Index count = size_ * (size_ + 1);
     for (Index part = 0; part < kParts; ++part) {
       for (Index i = 0; i < count; ++i) {
-        sums_[static_cast<std::size_t>(i)] = T(0.0);
+        sums_[i] = T(0.0);
       }
       for (Index pack = part; pack < packs<T>(in_); pack += kTogether * kParts) {
         for (Index b = 0; b < kTogether; ++b) {
@@ -52,8 +52,16 @@ class LatentSums {
   }
 
  private:
-  using Room = std::unique_ptr<T[]>;
-  static Room room(Index count) { return Room(new T[static_cast<std::size_t>(kTogether * count)]); }
+  class Room {
+   public:
+    explicit Room(Index count) : values_(new T[static_cast<std::size_t>(count)]) {}
+    T* get() const { return values_.get(); }
+    T& operator[](Index i) { return values_.get()[i]; }
+
+   private:
+    std::unique_ptr<T[]> values_;
+  };
+  static Room room(Index count) { return Room(kTogether * count); }
   // Neighbours first, so that two packs of two give what one of four gives.
   static double over_lanes(const T& value) {
     double lanes[kLanes];
