@@ -193,3 +193,14 @@ def test_the_frame_of_a_delta_is_found_and_its_target_counts_as_the_platform(del
     assert list(aligned.columns()) == ["x_m", "y_m", "z_m"]
     found = symkin.identify(delta, taken, frames=["base"], prior="tolerances")
     assert found.trustworthy, found.doubts
+
+
+def test_what_sorted_poses_leave_open_is_named_where_parameters_are_held():
+    robot = symkin.load_mechanism("3RPS")
+    assert not robot.is_estimated.all()
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 2000))
+    measured = symkin.simulate(robot, plan, seed=1).measurements
+    poses = measured.poses[np.argsort(measured.poses[:, 0])]
+    with pytest.raises(NotIdentifiableError, match=r"not shown: .* of leg \d") as told:
+        symkin.identify(robot, replace(measured, poses=poses), "joint")
+    assert str(told.value).count("not shown") == 1

@@ -161,17 +161,30 @@ def _require_deviations(calibrated: Mechanism) -> None:
 
 def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
-    names = list(mechanism.parameter_names)
-    scales = parameter_tolerances(mechanism)
-    legs, scale = len(mechanism.legs), scales.max(axis=0)
-    if len(getattr(error, "null_directions", ())) == scales.size:  # of all legs together
-        names = [f"{name} of leg {leg + 1}" for leg in range(legs) for name in names]
-        scale = scales.ravel()
-    named = with_combinations(error, names, scale)
+    names, scales = mechanism.parameter_names, parameter_tolerances(mechanism)
+    own = _columns(mechanism, len(getattr(error, "null_directions", ())))
+    alone = {leg for leg, _ in own} == {0}
+    called = [names[i] if alone else f"{names[i]} of leg {leg + 1}" for leg, i in own]
+    scale = [scales[:, i].max() if alone else scales[leg, i] for leg, i in own]
+    named = with_combinations(error, called, np.array(scale)) if own else error
     causes = [
         each for leg in range(len(mechanism.legs)) for each in undefined_angles(mechanism, leg)
     ]
     return NotIdentifiableError("; ".join([str(named), *causes]))
+
+
+def _columns(mechanism: Mechanism, count: int) -> list[tuple[int, int]]:
+    """Leg and parameter of so many columns; of one leg's, leg 1 stands for all.
+
+    They are those of one leg or of all together, and all of them or those that are estimated.
+    """
+    everything = np.ones_like(mechanism.is_estimated)
+    for columns in (everything, mechanism.is_estimated):
+        for legs in (1, len(mechanism.legs)):
+            own = np.argwhere(columns[:legs])
+            if len(own) == count:
+                return [(leg, i) for leg, i in own.tolist()]
+    return []
 
 
 def _leg_fit(leg: _core.LegIdentification) -> LegFit:
