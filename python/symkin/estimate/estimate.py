@@ -133,7 +133,8 @@ class Estimate(Examined[M], FolderResult):
         if self.converged:
             verdict = "converged; ask for its doubts"
             if "doubts" in self.kept.known:
-                verdict = f"converged, {len(self.doubts) or 'no'} doubts"
+                count = len(self.doubts)
+                verdict = f"converged, {count or 'no'} doubt{'' if count == 1 else 's'}"
         return (
             f"Estimate({self.nominal.name}, {self.estimator}, {len(self.names)} unknowns, "
             f"{len(self.measurements.poses)} poses, {verdict}, chi_square={self.chi_square:.4g} "

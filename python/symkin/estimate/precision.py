@@ -417,7 +417,10 @@ def heights_of(found: Found, validation: CrossValidation | None) -> Heights | No
     touched = np.isfinite(places).all(axis=1) & np.isfinite(heights)
     if touched.sum() <= 3:  # as many as a plane has coefficients
         return None
-    effects, span = _size_effects(found, places[touched])
+    sizes = _size_effects(found, places[touched])
+    if sizes is None:
+        return None
+    effects, span = sizes
     before, after = _prior_covariance(found), np.asarray(found.covariance)
     along_x = effects[0]
     gain = after @ along_x / (along_x @ after @ along_x + (CALIPER / span) ** 2)
@@ -454,10 +457,11 @@ def _prior_covariance(found: Found) -> Array:
     return np.diag(np.nan_to_num(np.array(known)) ** 2)
 
 
-def _size_effects(found: Found, places: Array) -> tuple[Array, float]:
+def _size_effects(found: Found, places: Array) -> tuple[Array, float] | None:
     """How lengths in the plane grow with the unknowns, relative to them, a row a direction.
 
-    They are centred among the points, as long as these are wide.
+    They are centred among the points, as long as these are wide, or as far as the robot reaches;
+    None where it reaches nothing of them, as one that was identified from wrong readings.
     """
     centre = places.mean(axis=0)
     half = float(np.sqrt(np.mean(np.sum((places - centre)[:, :2] ** 2, axis=1))))
@@ -465,8 +469,12 @@ def _size_effects(found: Found, places: Array) -> tuple[Array, float]:
     along = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)])
     robot = found.mechanism.replace(frames=None, curvature=None)
     survey = survey_of(found, robot, "height")
-    ends = [survey.effects(centre + sign * half * along)[0][:, :3] for sign in (-1, 1)]
-    return np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * half), 2 * half
+    for reach in half / 2.0 ** np.arange(4):
+        ends = [survey.effects(centre + sign * reach * along)[0][:, :3] for sign in (-1, 1)]
+        if all(len(end) == _DIRECTIONS for end in ends):
+            effects = np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * reach)
+            return effects, float(2 * reach)
+    return None
 
 
 def _shown(found: Found, before: Array, after: Array) -> list[Shown]:

@@ -229,3 +229,15 @@ def test_a_wrong_height_is_named_by_its_row_of_which_it_may_be_any_observation(d
     told = next(each for each in found.doubts if "do not fit" in each)
     assert f"row {taken.row_numbers[7]}," in told
     assert "or as well another observation of that row" in told
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.5])
+def test_steps_that_are_wrong_by_two_are_told_in_words(factor):
+    delta = symkin.load_mechanism("linear_delta")
+    plan = symkin.make_plan(delta, symkin.sample_workspace(delta, 2000), 12, observe="height")
+    measured = symkin.simulate(delta, plan, seed=1, observe="height").measurements
+    wrong = dataclasses.replace(measured, readings=factor * measured.readings)
+    found = symkin.identify(delta, wrong)
+    assert not found.trustworthy
+    assert found.doubts or found.failure
+    assert isinstance(found.notes, tuple)  # what the heights show among them
