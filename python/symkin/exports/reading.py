@@ -108,7 +108,7 @@ def import_mechanism(path: str | os.PathLike[str]) -> Imported:
         Naming the file and what is missing.
     """
     path = Path(path)
-    data = file_bytes(path, lambda message: SymkinError(f"{path}: {message}"))
+    data = file_bytes(path, lambda message: SymkinError(f"{path}: {message}"), _MOST_BYTES)
     if not data.lstrip().startswith(b"<"):
         return _printer(path)
     try:
@@ -117,7 +117,7 @@ def import_mechanism(path: str | os.PathLike[str]) -> Imported:
         raise SymkinError(f"{path}: is neither a printer.cfg nor XML: {error}") from error
     except SymkinError as error:
         raise SymkinError(f"{path}: {error}") from error
-    except (AttributeError, KeyError, IndexError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, IndexError, TypeError, ValueError, RecursionError) as error:
         raise SymkinError(f"{path}: is not as symkin writes such a model: {error!r}") from error
 
 
@@ -147,6 +147,8 @@ def _model(text: str) -> Imported:
             own |= _coordinates("platform", tree.points[f"leg{number}_end"], chain)
         legs.append(Leg(chain, own, mode))
     home = np.array(known["home"], dtype=np.float64)
+    if not np.isfinite(home).all():
+        raise SymkinError(f"has home {known['home']}; expected finite numbers")
     far = max(float(np.linalg.norm(b.position)) for b in tree.bodies.values())
     size = _AROUND * np.array([far] * min(3, len(home)) + [1.0] * max(0, len(home) - 3))
     if (platform, len(home)) == ("rigid", 3):
@@ -303,6 +305,8 @@ def _numbers(element: ET.Element, name: str) -> Array:
 
 # --- Klipper's printer.cfg ---
 
+_MOST_BYTES = 10_000_000  # of a file: models have meshes beside them, not in them
+
 _SAVED = "#*#"  # begins the lines that SAVE_CONFIG writes
 _ANGLES = (210.0, 330.0, 90.0)
 _FULL_STEPS = 200.0
@@ -440,7 +444,7 @@ class _Config:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        data = file_bytes(path, lambda message: SymkinError(f"{path}: {message}"))
+        data = file_bytes(path, lambda message: SymkinError(f"{path}: {message}"), _MOST_BYTES)
         lines = data.decode("utf-8", "replace").splitlines()
         saved = [line[len(_SAVED) :].strip() for line in lines if line.startswith(_SAVED)]
         own = [line for line in lines if not line.startswith(_SAVED)]

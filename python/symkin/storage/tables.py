@@ -297,17 +297,19 @@ def csv_text(columns: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def file_bytes(path: Path, error: Callable[[str], SymkinError]) -> bytes:
+def file_bytes(path: Path, error: Callable[[str], SymkinError], most: int | None = None) -> bytes:
     """Return what a regular file holds; `error` makes the exception out of what is wrong with it.
 
-    Pipes and devices are refused, since they may never end.
+    Pipes and devices are refused, since they may never end, and files of more than `most` bytes.
     """
     try:
-        mode = path.stat().st_mode
-        if stat.S_ISDIR(mode):
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
             raise error("is a directory, not a file")
-        if not stat.S_ISREG(mode):
+        if not stat.S_ISREG(status.st_mode):
             raise error("is a device or a pipe; expected a regular file")
+        if most is not None and status.st_size > most:
+            raise error(f"has {status.st_size} bytes; expected at most {most}")
         data = path.read_bytes()
     except FileNotFoundError as missing:
         raise error("no such file") from missing

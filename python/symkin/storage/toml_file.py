@@ -73,9 +73,7 @@ def read_toml(path: Path, kind: type[TomlFileError] = MechanismFileError) -> Tom
     TomlFileError
         If it is not a readable file, is empty, or is not TOML; the last with the line.
     """
-    data = file_bytes(path, lambda message: kind(message, path))
-    if len(data) > _MOST_BYTES:
-        raise kind(f"has {len(data)} bytes; expected at most {_MOST_BYTES}", path)
+    data = file_bytes(path, lambda message: kind(message, path), _MOST_BYTES)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
