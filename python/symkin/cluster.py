@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import itertools
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from typing import Any
 
 from symkin.errors import SymkinError
@@ -79,7 +81,16 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
                 )
             )
         try:
+            if scheduler is not None:
+                # Beside a loop that runs here, as in a notebook.
+                with ThreadPoolExecutor(1) as beside:
+                    beside.submit(asyncio.run, _answer_of(scheduler)).result()
             client = opened.enter_context(Client(address, timeout=_CONNECT))
+        except TypeError as error:
+            raise SymkinError(
+                f"{scheduler}: TLS needs certificates; name them in the configuration of Dask "
+                "(distributed.comm.tls)"
+            ) from error
         except (OSError, ValueError) as error:
             raise SymkinError(
                 f"{scheduler}: no Dask scheduler answers; expected the address that "
@@ -92,6 +103,19 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
                 f"{scheduler}: the scheduler has no workers; start some: dask worker {scheduler}"
             ) from error
         yield client
+
+
+async def _answer_of(scheduler: str) -> None:
+    """Ask a scheduler what it is: a client would wait for ever where nobody speaks."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    arguments = Security().get_connection_args("client")
+    asked = rpc(scheduler, timeout=_CONNECT, connection_args=arguments)
+    try:
+        await asyncio.wait_for(asked.identity(), _CONNECT)
+    finally:
+        await asked.close_rpc()
 
 
 def spread(
@@ -115,7 +139,13 @@ def spread(
 
     ready: Any = as_completed(submitted(0))
     for future in ready:
-        result = future.result()
+        try:
+            result = future.result()
+        except CancelledError as error:
+            raise SymkinError(
+                "the scheduler has gone; what was written is kept, and the same command goes on "
+                "from there"
+            ) from error
         future.release()
         ready.update(submitted(ready.count()))
         yield result

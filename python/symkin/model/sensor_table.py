@@ -157,7 +157,9 @@ def wrong_row(rows: Sequence[tuple[float, float]]) -> tuple[int, str] | None:
         if len(row) != _LEAST_ROWS or not all(map(math.isfinite, row)):
             return index, f"is {tuple(row)}; expected two finite numbers"
     order = sorted(range(len(rows)), key=lambda index: rows[index][0])
-    rises = rows[order[-1]][1] > rows[order[0]][1]
+    first, last = rows[order[0]][1], rows[order[-1]][1]
+    rises = last > first
+    wanted = "grow or fall" if last == first else "grow" if rises else "fall"
     for before, index in itertools.pairwise(order):
         (shown, straight), (previous, lower) = rows[index], rows[before]
         if shown == previous:
@@ -165,7 +167,7 @@ def wrong_row(rows: Sequence[tuple[float, float]]) -> tuple[int, str] | None:
         if straight == lower or (straight > lower) != rises:
             return index, (
                 f"has {straight:.10g} at the reading {shown:.10g}, after {lower:.10g} at "
-                f"{previous:.10g}; expected values that {'grow' if rises else 'fall'} throughout"
+                f"{previous:.10g}; expected values that {wanted} throughout"
             )
     return None
 

@@ -4,6 +4,7 @@ import builtins
 import logging
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -200,6 +201,23 @@ def test_without_dask_one_process_works_and_two_say_what_to_install(
     run_study(one_cell)
     with pytest.raises(symkin.SymkinError, match=r"pip install 'symkin\[cluster\]'"):
         run_study(one_cell, workers=2)
+
+
+def test_a_port_that_is_silent_is_told(
+    one_cell: StudyDefinition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("symkin.cluster._CONNECT", 1)
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(symkin.SymkinError, match="no Dask scheduler answers"):
+            run_study(one_cell, scheduler=address)
+
+
+def test_tls_without_certificates_is_told(one_cell: StudyDefinition) -> None:
+    with pytest.raises(symkin.SymkinError, match=r"TLS needs certificates.*distributed\.comm\.tls"):
+        run_study(one_cell, scheduler="tls://127.0.0.1:1")
 
 
 def test_a_scheduler_that_does_not_answer_is_told(
