@@ -19,7 +19,7 @@ from symkin.errors import named_legs
 from symkin.estimate.found import Found
 from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
-from symkin.model.turns import turn_of
+from symkin.model.turns import turn_of, turned_home
 
 __all__ = [
     "Taken",
@@ -141,18 +141,14 @@ def _out_of_reach(found: Found) -> Iterator[str]:
 
 def lost_turns(taken: Taken) -> Iterator[str]:
     """Readings that are turns away from each other, or from where the model has them."""
-    calibrated, nominal = taken.calibrated, taken.nominal
-    roots = calibrated.inverse_kinematics(taken.poses)
     # Counted from the nominal robot's home, lest both be half a turn from the sensor's zero.
-    home = [each.inverse_kinematics(each.home)[0] for each in (calibrated, nominal)]
+    roots = turned_home(taken.nominal, taken.calibrated.inverse_kinematics(taken.poses))
     for leg in range(taken.readings.shape[1]):
         turn = turn_of(taken.nominal, leg)
         rows = taken.rows(leg)
         readings = taken.readings[rows, leg]
         if turn is None or len(rows) < 2:
             continue
-        turns = np.rint((home[1][leg] - home[0][leg]) / turn)
-        roots[:, leg] += turn * (turns if np.isfinite(turns) else 0)
         by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
         away = np.round((readings - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():
