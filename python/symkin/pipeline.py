@@ -146,7 +146,7 @@ class ProtocolResult(FolderResult):
         errors = self.identification.mechanism.parameters - true
         return {**self.identification.columns(), "true": true[has], "error": errors[has]}
 
-    def write_files(self, folder: Path) -> None:
+    def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write the files of all stages into a folder."""
         write_plan(self.plan, folder / "plan.csv", self.nominal)
         measured = self.simulation.measurements
@@ -154,7 +154,7 @@ class ProtocolResult(FolderResult):
         measured = dataclasses.replace(measured, poses=seen)
         dataclasses.replace(self.simulation, measurements=measured).write(folder)
         self.identification.write_tables(folder)
-        super().write_files(folder)
+        super().write_files(folder, report=report)
 
     def _figures(self, estimator: Estimator, poses: PoseUse) -> EstimatorFigures:
         simulation, where = self.simulation, self.candidates.poses

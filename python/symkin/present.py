@@ -118,6 +118,9 @@ class Page:
         What was done and what came out.
     next_step : str
         What to do now.
+    next_command : str
+        The command that does it, on a line of its own; ``{folder}`` stands for where the result's
+        files are.
     sections : sequence of Section
         The rest, most important first.
     files : sequence of str
@@ -135,6 +138,7 @@ class Page:
     notes: Sequence[str] = ()
     paragraphs: Sequence[str] = ()
     next_step: str = ""
+    next_command: str = ""
     sections: Sequence[Section] = ()
     files: Sequence[str] = ()
     inputs: Sequence[tuple[str, Path | bytes]] = ()
@@ -182,9 +186,9 @@ def notebook_of(result: object) -> str:
     return html
 
 
-def page_text(page: Page, *, whole: bool = False) -> str:
-    """Return a page as the command line prints it."""
-    text: str = _rendering().page_text(page, whole=whole)
+def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
+    """Return a page as the command line prints it, whose files are in a folder."""
+    text: str = _rendering().page_text(page, whole=whole, folder=folder)
     return text
 
 

@@ -29,15 +29,17 @@ class Result(Value):
         """Return the top of its page, without what takes longer to calculate."""
         return present.summary_of(self)
 
-    def text(self, *, whole: bool = False) -> str:
+    def text(self, *, whole: bool = False, folder: str = "") -> str:
         """Return what the command line prints of it.
 
         Parameters
         ----------
         whole : bool
             Whether to add all sections of the page, as ``--verbose`` does.
+        folder : str
+            Where its files are, for the command that it proposes.
         """
-        return present.page_text(self.page(), whole=whole)
+        return present.page_text(self.page(), whole=whole, folder=folder)
 
     def __repr__(self) -> str:
         """Return title, verdict and the few numbers that matter."""
@@ -112,7 +114,9 @@ class FolderResult(Result):
 
     FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
 
-    def write(self, folder: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    def write(
+        self, folder: str | os.PathLike[str], *, overwrite: bool = False, report: bool = True
+    ) -> Path:
         """Write its files, see `FILES`.
 
         Parameters
@@ -121,19 +125,22 @@ class FolderResult(Result):
             Made if it does not exist.
         overwrite : bool
             Whether files that exist may be replaced.
+        report : bool
+            Whether to draw the report, which takes about as long as all else.
 
         Returns
         -------
         Path
-            The report.
+            The report, or the results without it.
         """
+        files = self.FILES if report else self.FILES[:-1]
         with OutputFiles(overwrite=overwrite) as outputs:
-            self.write_files(outputs.folder(Path(folder), *self.FILES))
-        return Path(folder) / self.FILES[-1]
+            self.write_files(outputs.folder(Path(folder), *files), report=report)
+        return Path(folder) / files[-1]
 
-    def write_files(self, folder: Path) -> None:
+    def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write them into a folder that is there."""
         self.save(folder / "results.json")
-        present.write_page(
-            dataclasses.replace(self.page(), files=self.FILES[:-1]), folder / "report.html"
-        )
+        if report:
+            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            present.write_page(page, folder / "report.html")

@@ -13,8 +13,10 @@ PACKAGE = Path(__file__).parents[2] / "python" / "symkin"
 # The front door, which imports what is asked for, and names it for tools that look for types.
 FRONT_DOOR = "symkin"
 # Where rooms below the pages ask for them, and pages for figures, which take a while to import;
-# and where a file is read for a mechanism, as a robot, whose verbs are of the rooms above.
+# and where a file is read for a mechanism, as a robot, whose verbs are of the rooms above; and the
+# command, which says its version without all that it can do.
 SEAMS = {
+    "symkin.__main__",
     "symkin.present",
     "symkin.model.given",
     "symkin.show.images",

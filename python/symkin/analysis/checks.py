@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
@@ -15,7 +14,7 @@ from symkin.analysis.conditions import Conditions, check_conditions
 from symkin.analysis.observability import Observability, analyse_observability
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, named_legs
-from symkin.files.mechanism_file import read_mechanism, shipped_mechanisms
+from symkin.files.mechanism_file import typed_name
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import (
@@ -222,11 +221,10 @@ class CheckResult(Result):
             )
         if self.mechanism.source is None:
             return f"symkin.plan(mechanism, design={self.design!r})"
-        named = shlex.quote(_typed_name(self.mechanism))
         asked = self.mechanism.identification
         other = asked is not None and asked.unusual  # for which there is one design alone
         design = "" if other else f" --design {self.design}"
-        return f"symkin plan {named}{design} --out planned"
+        return f"symkin plan {typed_name(self.mechanism)}{design} --out planned"
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 1, as in all tables."""
@@ -375,15 +373,6 @@ def _difference(comparison: SymmetryComparison) -> str:
         f"leg {worst.leg + 1} differs{'' if alone else ' most'}, {worst.parameter} by "
         f"{scale * abs(worst.deviation):.2g}{unit} ({tolerances} tolerances)"
     )
-
-
-def _typed_name(mechanism: Mechanism) -> str:
-    """What the command line takes for it."""
-    source = mechanism.source
-    assert source is not None
-    name = source.stem
-    shipped = name in shipped_mechanisms() and read_mechanism(name).source == source
-    return name if shipped else str(source)
 
 
 def undefined_angles(mechanism: Mechanism, leg: int) -> tuple[str, ...]:

@@ -17,13 +17,14 @@ from typing import Annotated, Any
 import typer
 
 from symkin.cli.console import exit_code_of
+from symkin.cli.help import WHOLE_HELP, HelpedCommand
 from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
 from symkin.version import version as installed_version
 
-_DEBUG = "--debug"
+_DEBUG, _HELP, _WHOLE = "--debug", "--help", "--help-all"
 
 # Plain help starts faster than rich's, and pastes cleanly.
 app = typer.Typer(
@@ -49,7 +50,7 @@ for name, function in {
     "new": new,
     "list": list_mechanisms,
 }.items():
-    app.command(name)(function)
+    app.command(name, cls=HelpedCommand)(function)
 
 
 @app.callback(invoke_without_command=True)
@@ -75,6 +76,8 @@ def overview(
     reads never is; both are checked before anything is computed. Outputs appear whole or not at
     all.
 
+    Help of a command has what is used every day; --help-all has all of it.
+
     Exit code: 0; 1 for a result that did not converge, or for rows out of reach (kinematics); 2 for
     an input that cannot be used.
     """
@@ -89,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line, by default the program's own, and return its exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = _DEBUG in given
-    given = [argument for argument in given if argument != _DEBUG] or ["--help"]
+    given = [argument for argument in given if argument != _DEBUG] or [_HELP]
     with _own_streams(debug) if arguments is None else contextlib.nullcontext():
         return exit_code_of(lambda: _run(given), debug)
 
@@ -99,7 +102,9 @@ def _run(given: Sequence[str]) -> Any:
     if any(each == "" or re.fullmatch(r"--[a-z-]+=", each) for each in given):
         raise typer.BadParameter("an argument is empty, as of a variable without a value")
     try:
-        return _command()(args=list(given), prog_name="symkin", standalone_mode=False)
+        known = {WHOLE_HELP: _WHOLE in given}
+        plain = [_HELP if each == _WHOLE else each for each in given]
+        return _command()(args=plain, prog_name="symkin", standalone_mode=False, obj=known)
     except SystemExit as ended:  # typer ends so for a closed pipe, by code 1, and completions
         if ended.code != 1:
             raise

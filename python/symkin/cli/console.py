@@ -7,27 +7,50 @@ import contextlib
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
 from symkin.errors import FailedFitError, SymkinError, printable
+from symkin.options import OPTIONS
 from symkin.results import Result
 from symkin.storage.results_file import results_text, write_results
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
 _LONGEST = 500
 
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document instead of text.")
+]
+
 # Which module holds it depends on typer's version.
 UsageError: Any = typer.BadParameter.__mro__[1]
 
 
-def say(text: str = "") -> None:
+@dataclass(frozen=True)
+class Telling:
+    """How a result is told: on the screen, and in a page."""
+
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Print all sections of the page, with their tables.")
+    ] = False
+    report: Annotated[bool, typer.Option("--report/--no-report", help=OPTIONS["report"].help)] = (
+        True
+    )
+    as_json: JsonOption = False
+
+    def of_files(self, names: Sequence[str]) -> list[str]:
+        """Of these files, those that are written."""
+        return [name for name in names if self.report or not name.endswith(".html")]
+
+
+def say(text: object = "") -> None:
     """Print lines, however long; what a terminal would obey is escaped."""
-    for line in text.split("\n"):
+    for line in str(text).split("\n"):
         sys.stdout.write(f"{printable(line)}\n")
 
 
@@ -38,25 +61,30 @@ def print_json(document: Mapping[str, Any]) -> None:
 
 def print_result(
     result: Result,
+    telling: Telling,
+    folder: Path | None,
+    files: Sequence[str],
     document: Mapping[str, Any] | None = None,
-    *,
-    as_json: bool,
-    after: object = None,
-    whole: bool = False,
 ) -> None:
-    """Print what there is to say of a result and, after it, a line; or its JSON document alone."""
-    if as_json:
+    """Print what there is to say of a result, its files, the last on its own line; or its JSON."""
+    if telling.as_json:
         print_json(result.to_dict() if document is None else document)
         return
-    say(result.text(whole=whole))
-    if after is not None:
-        say(f"\n{after}")
+    say(result.text(whole=telling.verbose, folder=str(folder or "")))
+    if folder is None:
+        return
+    *others, last = telling.of_files(files)
+    say(f"\nBeside it: {', '.join(others)}" if others else "")
+    say(folder / last)
 
 
-def write_result(result: Result, document: Mapping[str, Any], folder: Path, name: str) -> None:
+def write_result(
+    result: Result, telling: Telling, document: Mapping[str, Any], folder: Path, name: str
+) -> None:
     """Write a result's JSON document and its page."""
     write_results(document, folder / f"{name}.json")
-    result.report(folder / f"{name}.html")
+    if telling.report:
+        result.report(folder / f"{name}.html")
 
 
 @contextmanager

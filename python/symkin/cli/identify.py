@@ -11,14 +11,13 @@ import typer
 import symkin
 from symkin.analysis.alignment import Convention, poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
-from symkin.cli.console import not_converged, print_result, progress, write_result
+from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
 from symkin.cli.options import (
     CandidatesOption,
     ColumnsOption,
     EstimatorOption,
     GaugeOption,
     IgnoreOption,
-    JsonOption,
     LossOption,
     LossPerOption,
     LossScaleOption,
@@ -81,6 +80,7 @@ def identify(
             "What the sensors show and what straight ones would, of a certificate: CSV with "
             "columns reading_deg and joint_deg (any unit), and leg if they differ. By default "
             "what the mechanism's file says.",
+            like="sensor",
         ),
     ] = None,
     printed: Annotated[
@@ -108,7 +108,7 @@ def identify(
     max_iterations: MaxIterationsOption = 100,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Identify what is unknown of a robot from measurements.
 
@@ -145,7 +145,7 @@ def identify(
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
         inputs = [*nominal.files, measurements, columns, sensor_table]
         with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *Estimate.FILES) if out else None
+            target = outputs.folder(out, *telling.of_files(Estimate.FILES)) if out else None
             stage("identifying")
             found = symkin.identify(
                 nominal,
@@ -165,8 +165,8 @@ def identify(
                 found = found.cross_validated(cross_validate, seed, blocks=cross_validate_blocks)
             if target:
                 stage("writing the report")
-                found.write(target)
-    print_result(found, as_json=as_json, after=out and out / "report.html")
+                found.write(target, report=telling.report)
+    print_result(found, telling, out, Estimate.FILES)
     if not found.converged:
         not_converged(found.failure)
 
@@ -210,7 +210,7 @@ def identify_batch(
     workers: WorkersOption = 1,
     scheduler: SchedulerOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Identify many robots of one drawing into one table, a row a robot.
 
@@ -232,7 +232,8 @@ def identify_batch(
         stage("reading the mechanism and the measurements")
         nominal = symkin.load_mechanism(mechanism)
         with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
-            target = outputs.folder(out, f"fleet.{table}", "report.html") if out else None
+            written = telling.of_files(("report.html", f"fleet.{table}"))
+            target = outputs.folder(out, *written) if out else None
             mapping = columns_of(columns)
             robots = fleet_of_files(nominal, files, mapping, ignore=ignore or ())
             stage(f"identifying {len(robots)} robots")
@@ -254,8 +255,8 @@ def identify_batch(
             )
             if target:
                 stage("writing the table")
-                found.write(target, table=table)
-    print_result(found, as_json=as_json, after=out and out / f"fleet.{table}")
+                found.write(target, table=table, report=telling.report)
+    print_result(found, telling, out, written)
     failed = found.verdicts.count("failed")
     if failed:
         not_converged(f"{failed} of {len(found.robots)} robots; the table says why")
@@ -266,6 +267,7 @@ def identify_batch(
     "symkin align out/measurements.csv --mechanism hexapod_jugglebot --out aligned",
 )
 def align(
+    *,
     table: Annotated[
         Path,
         typer.Argument(metavar="TABLE", help="Poses of the device and of the robot, row by row."),
@@ -305,7 +307,7 @@ def align(
     length: Annotated[float, of("length")] = 1.0,
     out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Find where a measuring device stands, and what it measures on the platform.
 
@@ -327,10 +329,10 @@ def align(
         "two measurements, since poses always agree with themselves",
     )
     model = None if mechanism is None else symkin.load_mechanism(mechanism)
+    names = ("frames.toml", "results.json", "report.html")
     inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
-        names = ("frames.toml", "results.json", "report.html")
-        folder = outputs.folder(out, *names) if out else None
+        folder = outputs.folder(out, *telling.of_files(names)) if out else None
         stage("reading the poses")
         if model is not None:
             measured, own = poses_of_mechanism(
@@ -349,8 +351,9 @@ def align(
         if folder:
             (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
             found.save(folder / names[1])
-            found.report(folder / names[2])
-    print_result(found, as_json=as_json)
+            if telling.report:
+                found.report(folder / names[2])
+    print_result(found, telling, out, names)
 
 
 @command(
@@ -360,6 +363,7 @@ def align(
     "symkin evaluate out/calibrated.toml --measurements out/measurements.csv",
 )
 def evaluate(
+    *,
     model: Annotated[
         str,
         typer.Argument(
@@ -379,7 +383,7 @@ def evaluate(
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Say how far the end-effector is from where the model puts it.
 
@@ -405,7 +409,7 @@ def evaluate(
         robot = symkin.load_mechanism(actual) if actual is not None else None
         inputs = [*loaded.files, *(robot.files if robot else ()), plan, measurements, columns]
         with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *_FILES) if out else None
+            target = outputs.folder(out, *telling.of_files(_FILES)) if out else None
             stage("evaluating")
             if measurements is not None:
                 measured = symkin.read_measurements(
@@ -427,8 +431,8 @@ def evaluate(
                 "evaluation": result.to_dict(),
             }
             if target:
-                write_result(result, document, target, "evaluation")
-    print_result(result, document, as_json=as_json, after=out and out / "evaluation.html")
+                write_result(result, telling, document, target, "evaluation")
+    print_result(result, telling, out, _FILES, document)
 
 
 def _require_one_robot(

@@ -14,9 +14,16 @@ import numpy as np
 import typer
 
 import symkin
-from symkin.cli.console import print_json, print_result, progress, say, write_result
-from symkin.cli.options import (
+from symkin.cli.console import (
     JsonOption,
+    Telling,
+    print_json,
+    print_result,
+    progress,
+    say,
+    write_result,
+)
+from symkin.cli.options import (
     MechanismArgument,
     OverwriteOption,
     SeedOption,
@@ -105,20 +112,18 @@ def _first_sentence(path: Path) -> str:
     return re.split(r"(?<=\.) +(?=[A-Z])|  ", text)[0]
 
 
+_CHECK_FILES = ("check.json", "check.html")
+_WORKSPACE_FILES = ("workspace.json", "workspace.html")
+
+
 @command("symkin check 3RRR", "symkin check 3RRR --out checked")
 def check(
+    *,
     mechanism: MechanismArgument,
     out: Annotated[Path | None, folder_of("check.html and check.json")] = None,
-    verbose: Annotated[
-        bool,
-        typer.Option(
-            "--verbose",
-            help="Print groups, the paper's conditions, home, and what poses show, too.",
-        ),
-    ] = False,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Say whether a mechanism file describes what you mean, and what it means for measuring.
 
@@ -139,15 +144,14 @@ def check(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            target = outputs.folder(out, "check.json", "check.html") if out else None
+            target = outputs.folder(out, *telling.of_files(_CHECK_FILES)) if out else None
             stage("sampling the workspace")
             result = symkin.check_mechanism(loaded, seed)
             document = {"command": "check", "settings": {"seed": seed}, **result.to_dict()}
             if target is not None:
                 stage("writing the page")
-                write_result(result, document, target, "check")
-    after = out and out / "check.html"
-    print_result(result, document, as_json=as_json, after=after, whole=verbose)
+                write_result(result, telling, document, target, "check")
+    print_result(result, telling, out, _CHECK_FILES, document)
     symkin.load_mechanism(mechanism)  # tells in one sentence if the declared symmetry is absent
     if result.unusable is not None:
         raise symkin.SymkinError(result.unusable)
@@ -155,6 +159,7 @@ def check(
 
 @command("symkin workspace 3RRR --out out --both-modes")
 def workspace(
+    *,
     mechanism: MechanismArgument,
     out: Annotated[Path | None, folder_of("workspace.html and workspace.json")] = None,
     orientations: Annotated[
@@ -170,7 +175,7 @@ def workspace(
     both_modes: Annotated[bool, of("both_modes")] = False,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Draw a workspace and test its symmetry.
 
@@ -187,7 +192,7 @@ def workspace(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            target = outputs.folder(out, "workspace.json", "workspace.html") if out else None
+            target = outputs.folder(out, *telling.of_files(_WORKSPACE_FILES)) if out else None
             stage("studying the workspace")
             study = symkin.study_workspace(
                 loaded, orientation_list, count, seed, resolution, both_modes
@@ -196,8 +201,8 @@ def workspace(
             document = {"command": "workspace", "settings": settings, **study.to_dict()}
             if target is not None:
                 stage("writing the page")
-                write_result(study, document, target, "workspace")
-    print_result(study, document, as_json=as_json, after=out and out / "workspace.html")
+                write_result(study, telling, document, target, "workspace")
+    print_result(study, telling, out, _WORKSPACE_FILES, document)
 
 
 _OUT_OF_REACH = 1

@@ -87,20 +87,23 @@ def command(*examples: str) -> Callable[[Command], Command]:
     return made
 
 
-def option(metavar: str, help: str, **limits: Any) -> Any:  # noqa: A002  # as typer has it
-    """An option that takes a value."""
-    return typer.Option(metavar=metavar, help=help, **limits)
+def option(metavar: str, help: str, like: str = "", **limits: Any) -> Any:  # noqa: A002  # as typer
+    """An option that takes a value; it stands in the help where the one that it is `like` does."""
+    group = OPTIONS[like].seldom if like else ""
+    return typer.Option(metavar=metavar, help=help, rich_help_panel=group, **limits)
 
 
 def of(name: str, *flags: str) -> Any:
     """An option of the table: its help, what stands for a value, and its limits."""
     known = OPTIONS[name]
     if known.kind is bool:
-        return typer.Option(*(flags or (known.flag,)), help=known.help)
+        return typer.Option(
+            *(flags or (known.flag,)), help=known.help, rich_help_panel=known.seldom
+        )
     limits: dict[str, Any] = {"min": known.least, "max": known.most} if not known.unit else {}
     if known.metavar:
         limits["metavar"] = known.metavar
-    return typer.Option(*flags, help=known.help, **limits)
+    return typer.Option(*flags, help=known.help, rich_help_panel=known.seldom, **limits)
 
 
 def refuse_unless(goes: bool, sentence: str) -> None:
@@ -128,9 +131,6 @@ MechanismArgument = Annotated[
         show_default=False,
     ),
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document instead of text.")
-]
 SeedOption = Annotated[int | None, of("seed")]
 OverwriteOption = Annotated[bool, of("overwrite")]
 CandidatesOption = Annotated[int | None, of("candidates")]
@@ -140,6 +140,7 @@ ColumnsOption = Annotated[
         "FILE",
         "TOML file whose [measurements] section says which columns hold what; by default "
         "the section of the mechanism's file, or symkin's own column names.",
+        like="ignore",
     ),
 ]
 IgnoreOption = Annotated[list[str] | None, of("ignore")]
@@ -192,20 +193,27 @@ class Observing:
         option(
             "FRAME",
             "The base in the measuring device's frame: 'x, y, phi' or 'x, y, z, rx, ry, rz'.",
+            like="missing",
         ),
     ] = None
-    target: Annotated[str | None, option("FRAME", "What is measured, in the platform's frame.")] = (
-        None
-    )
+    target: Annotated[
+        str | None, option("FRAME", "What is measured, in the platform's frame.", like="missing")
+    ] = None
     points: Annotated[
-        list[str] | None, option("POINT", "A target point in the platform's frame; several.")
+        list[str] | None,
+        option("POINT", "A target point in the platform's frame; several.", like="missing"),
     ] = None
     anchors: Annotated[
-        list[str] | None, option("POINT", "Where distances are measured from; several.")
+        list[str] | None,
+        option("POINT", "Where distances are measured from; several.", like="missing"),
     ] = None
     plane: Annotated[
         str | None,
-        option("C", "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights; by default 0, 0, 0."),
+        option(
+            "C",
+            "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights; by default 0, 0, 0.",
+            like="missing",
+        ),
     ] = None
 
     def observed(self, mechanism: Mechanism, missing: float = 0.0, spread: float = 0.0) -> Observed:

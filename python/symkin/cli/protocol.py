@@ -5,14 +5,21 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import symkin
-from symkin.cli.console import not_converged, print_result, progress, progress_bar, write_result
+from symkin.cli.console import (
+    JsonOption,
+    Telling,
+    not_converged,
+    print_result,
+    progress,
+    progress_bar,
+    write_result,
+)
 from symkin.cli.options import (
     AccuracyOption,
     CandidatesOption,
@@ -21,7 +28,6 @@ from symkin.cli.options import (
     ColumnsOption,
     EstimatorOption,
     IgnoreOption,
-    JsonOption,
     MechanismArgument,
     Observing,
     OverwriteOption,
@@ -73,11 +79,16 @@ def plan(
     required: Annotated[
         Path | None,
         option(
-            "FILE", "Table of poses that must be measured; they count among the poses of every leg."
+            "FILE",
+            "Table of poses that must be measured; they count among the poses of every leg.",
+            like="candidates",
         ),
     ] = None,
     measured: Annotated[
-        Path | None, option("FILE", "Measurements that exist already, to which poses are added.")
+        Path | None,
+        option(
+            "FILE", "Measurements that exist already, to which poses are added.", like="candidates"
+        ),
     ] = None,
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
@@ -89,6 +100,7 @@ def plan(
             "REGION",
             "Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
             "an open end has no limit). May be given several times.",
+            like="candidates",
         ),
     ] = None,
     minimum_distance: Annotated[str, of("minimum_distance")] = "0",
@@ -99,7 +111,7 @@ def plan(
     threads: ThreadsOption = 0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Choose the poses to measure.
 
@@ -145,7 +157,7 @@ def plan(
         )
         files = (*_PLAN_FILES, _POINTS) if probing else _PLAN_FILES
         with OutputFiles([*loaded.files, required, measured, columns], overwrite) as outputs:
-            folder = outputs.folder(out, *files)
+            folder = outputs.folder(out, *telling.of_files(files))
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")
@@ -172,8 +184,8 @@ def plan(
             made.save(folder / "plan.csv")
             if probing:
                 write_bed_points(made, folder / _POINTS)
-            write_result(made, document, folder, "plan")
-    print_result(made, document, as_json=as_json, after=_written(out, files))
+            write_result(made, telling, document, folder, "plan")
+    print_result(made, telling, out, files, document)
 
 
 @command("symkin pose-count 3RRR --out counted", "symkin pose-count 3RRR --accuracy 0.05mm")
@@ -191,7 +203,7 @@ def pose_count(
     unknown: Unknown,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Predict how many poses are enough.
 
@@ -206,7 +218,7 @@ def pose_count(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            folder = outputs.folder(out, *_COUNT_FILES) if out else None
+            folder = outputs.folder(out, *telling.of_files(_COUNT_FILES)) if out else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")
@@ -227,9 +239,8 @@ def pose_count(
                 result = curve.for_accuracy(*wanted)
             document = {"command": "pose-count", **result.to_dict()}
             if folder is not None:
-                write_result(result, document, folder, "pose-count")
-    after = _written(out, _COUNT_FILES) if out else None
-    print_result(result, document, as_json=as_json, after=after)
+                write_result(result, telling, document, folder, "pose-count")
+    print_result(result, telling, out, _COUNT_FILES, document)
 
 
 def _refuse_unused_count(
@@ -240,10 +251,6 @@ def _refuse_unused_count(
         choosing.method != "all" or (pose_count is None and not spares),
         "--method all takes every candidate; --pose-count and --spares go with the other methods",
     )
-
-
-def _written(folder: Path, files: Sequence[str]) -> str:
-    return f"Written: {', '.join(str(folder / name) for name in files)}"
 
 
 @command(
@@ -279,8 +286,7 @@ def simulate(
             stage("simulating measurements")
             simulation = symkin.simulate(loaded, commanded, seed, observe=observe)
             simulation.write(folder)
-    after = f"{out / 'measurements.csv'}\n{out / 'actual.toml'}"
-    print_result(simulation, as_json=as_json, after=after)
+    print_result(simulation, Telling(as_json=as_json), out, Simulation.FILES)
 
 
 @command("symkin run 3RRR --out out")
@@ -295,7 +301,7 @@ def run(
     candidates: CandidatesOption = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Run the whole protocol on a simulated robot and write a report.
 
@@ -310,7 +316,7 @@ def run(
         changes = {name: value for name, value in given.items() if value is not None}
         nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
         with OutputFiles(nominal.files, overwrite) as outputs:
-            target = outputs.folder(out, *ProtocolResult.FILES)
+            target = outputs.folder(out, *telling.of_files(ProtocolResult.FILES))
             result = symkin.run_protocol(
                 nominal,
                 estimator=estimator,
@@ -320,8 +326,8 @@ def run(
                 progress=stage,
             )
             stage("writing the report")
-            result.write(target)
-    print_result(result, as_json=as_json, after=out / "report.html")
+            result.write(target, report=telling.report)
+    print_result(result, telling, out, ProtocolResult.FILES)
     if not result.identification.converged:
         not_converged(result.identification.failure)
 
@@ -335,6 +341,7 @@ def _builtin(incomplete: str) -> list[str]:
     "symkin study --show protocols > mine.toml",
 )
 def study(
+    *,
     name: Annotated[
         str | None,
         typer.Argument(
@@ -369,7 +376,7 @@ def study(
     scheduler: SchedulerOption = None,
     format: Annotated[Format, of("format")] = "csv",  # noqa: A002  # the option's name
     overwrite: OverwriteOption = False,
-    as_json: JsonOption = False,
+    telling: Telling,
 ) -> None:
     """Compare protocols on the same simulated robots.
 
@@ -381,7 +388,7 @@ def study(
     if show is not None:
         others = (
             name, out, mechanism, robots, accuracy, workers > 1, scheduler, format != "csv",
-            overwrite, as_json,
+            overwrite, telling != Telling(),
         )  # fmt: skip
         refuse_unless(
             not any(others), "--show prints a study; expected no other study and no other option"
@@ -419,5 +426,5 @@ def study(
             tell("looking for the cheapest protocol", 1.0)
             result = result.for_accuracy(*wanted)
         tell("writing the report", 1.0)
-        report = result.write(out, overwrite=True)
-    print_result(result, as_json=as_json, after=report)
+        report = result.write(out, overwrite=True, report=telling.report)
+    print_result(result, telling, out, (report.name,))

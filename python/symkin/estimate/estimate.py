@@ -223,10 +223,10 @@ class Estimate(Examined[M], FolderResult):
             "error_if_alone_wrong": rows.blunder,
         }
 
-    def write_files(self, folder: Path) -> None:
+    def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write the calibrated mechanism, the results, two tables and the report into a folder."""
         self.write_tables(folder)
-        super().write_files(folder)
+        super().write_files(folder, report=report)
 
     def write_tables(self, folder: Path) -> None:
         """Write the calibrated mechanism and the two tables alone."""

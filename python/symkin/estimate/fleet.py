@@ -145,7 +145,12 @@ class Fleet(Result):
         return columns
 
     def write(
-        self, folder: str | os.PathLike[str], *, table: str = "csv", overwrite: bool = False
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        table: str = "csv",
+        overwrite: bool = False,
+        report: bool = True,
     ) -> Path:
         """Write the table and its page.
 
@@ -157,6 +162,8 @@ class Fleet(Result):
             What the table is written as: ``fleet.csv`` or ``fleet.parquet``.
         overwrite : bool
             Whether files that exist may be replaced.
+        report : bool
+            Whether to write the page.
 
         Returns
         -------
@@ -165,9 +172,10 @@ class Fleet(Result):
         """
         name = f"fleet.{table}"
         with OutputFiles(overwrite=overwrite) as outputs:
-            target = outputs.folder(Path(folder), name, "report.html")
+            target = outputs.folder(Path(folder), name, *(("report.html",) if report else ()))
             write_table(target / name, self.columns())
-            present.write_page(self.page(), target / "report.html")
+            if report:
+                present.write_page(self.page(), target / "report.html")
         return Path(folder) / name
 
     @classmethod

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+import shlex
 from typing import Literal
 
 from symkin.errors import one_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.settings import NoiseSettings
-from symkin.options import Estimator, Loss, PoseUse
+from symkin.options import OPTIONS, Estimator, Loss, PoseUse
 from symkin.values import Value, record
 
 __all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
@@ -46,6 +48,19 @@ class EstimateOptions(Value):
                 many = (value,) if isinstance(value, str) else tuple(value)
                 object.__setattr__(self, name, many)
         super().__post_init__()
+
+    def on_command_line(self) -> str | None:
+        """The same as options of the command, each after a space; None if it cannot say them."""
+        words: list[str] = []
+        for each in dataclasses.fields(self):
+            value = getattr(self, each.name)
+            if value == each.default:
+                continue
+            for one in value if isinstance(value, tuple) else (value,):
+                if not isinstance(one, str | int | float):
+                    return None
+                words += [OPTIONS[each.name].flag, shlex.quote(str(one))]
+        return "".join(f" {word}" for word in words)
 
     def declared(self, noise: NoiseSettings) -> NoiseSettings:
         """The noise that was given, or else this."""

@@ -7,6 +7,7 @@ import dataclasses
 import functools
 import math
 import os
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, overload
@@ -551,3 +552,13 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         raise source.error(
             ("joint_limits",), f"at the home pose {described} they are exceeded by {legs}"
         )
+
+
+def typed_name(mechanism: Mechanism) -> str:
+    """What a command line takes for a mechanism; ``MECHANISM`` if it comes from no file."""
+    source = mechanism.source
+    if source is None:
+        return "MECHANISM"
+    name = source.stem
+    shipped = name in shipped_mechanisms() and read_mechanism(name).source == source
+    return shlex.quote(name if shipped else str(source))

@@ -34,6 +34,8 @@ class Option:
         Of a number.
     unit : str
         Of a number that the command line takes with any unit, as text.
+    seldom : str
+        Title of its group in the whole help, if the short one leaves it out.
     objects : bool
         Whether Python takes an object for it, too, which its function looks at.
     """
@@ -46,6 +48,7 @@ class Option:
     least: float | None = None
     most: float | None = None
     unit: str = ""
+    seldom: str = ""
     objects: bool = False
 
     @property

@@ -27,62 +27,73 @@ from symkin.options.words import (
 
 __all__ = ["OPTIONS", "checked"]
 
+# Titles of the groups that the short help leaves out
+_CHOOSING = "How poses are chosen"
+_OBSERVING = "What is observed, and where things stand"
+_UNKNOWN = "What is unknown"
+_FITTING = "How it is fitted"
+_COMPUTING = "How it is computed"
+_TABLES = "How tables are read"
+
 # fmt: off
 _ALL = (
     # Of all commands
-    Option("seed", int, metavar="N", least=0, most=2**63 - 1,
+    Option("seed", int, metavar="N", least=0, most=2**63 - 1, seldom=_COMPUTING,
            help="Of all that is random; by default the mechanism's. Same seed, same bytes."),
-    Option("threads", int, default=0, metavar="N", least=0, most=1024,
+    Option("threads", int, default=0, metavar="N", least=0, most=1024, seldom=_COMPUTING,
            help="0 for all; the result is always the same."),
-    Option("workers", int, default=1, metavar="N", least=1, most=1024,
+    Option("workers", int, default=1, metavar="N", least=1, most=1024, seldom=_COMPUTING,
            help="Processes on this machine; more than 1 need Dask."),
-    Option("scheduler", str, metavar="ADDRESS",
+    Option("scheduler", str, metavar="ADDRESS", seldom=_COMPUTING,
            help="A running Dask scheduler, whose workers compute: tcp://host:8786."),
     Option("overwrite", bool, default=False,
            help="Replace output files that exist; never one that is read."),
-    Option("ignore", list[str], metavar="COLUMN",
+    Option("report", bool, default=True,
+           help="Draw the page, which takes about as long as all else."),
+    Option("ignore", list[str], metavar="COLUMN", seldom=_TABLES,
            help="A column of the measurements that is left out on purpose. May be given several "
                 "times."),
     # How poses are chosen
     Option("pose_count", int, metavar="N", least=1, most=10**6,
            help="Poses that each leg is identified from; by default the mechanism's."),
-    Option("candidates", int, metavar="N", least=1, most=10**7, objects=True,
+    Option("candidates", int, metavar="N", least=1, most=10**7, objects=True, seldom=_CHOOSING,
            help="Poses drawn from the workspace; by default the mechanism's."),
     Option("design", Design,
            help="A set of poses for each leg, the default; whole orbits of poses under the "
                 "symmetry, N in all, which every leg uses; or N poses in all, chosen for all legs"
                 " at once, the default where what is observed or unknown needs it."),
-    Option("rows", RowKind, default="noise_aware",
+    Option("rows", RowKind, default="noise_aware", seldom=_CHOOSING,
            help="What a pose is worth to the selection: the paper's dg/dparam, or the closures' "
                 "derivatives weighted by the declared noise."),
-    Option("criterion", Criterion, default="O1",
+    Option("criterion", Criterion, default="O1", seldom=_CHOOSING,
            help="Observability index to maximise, or the expected end-effector error to minimise."),
-    Option("method", SelectionMethod, default="exchange",
+    Option("method", SelectionMethod, default="exchange", seldom=_CHOOSING,
            help="Exchange; Sun and Hollerbach's; exchange with a proof; or a baseline."),
-    Option("margin_sigmas", float, default=3.0, metavar="K", least=0,
+    Option("margin_sigmas", float, default=3.0, metavar="K", least=0, seldom=_CHOOSING,
            help="Keep poses K standard deviations of what the tolerances do away from the end of "
                 "a leg's reach and from singularities, if that is more than the mechanism's "
                 "margins."),
     Option("minimum_distance", float, default=0.0, metavar="LENGTH", least=0, unit="m",
+           seldom=_CHOOSING,
            help="Between the positions of any two poses of a set, such as 0.05 or 5cm."),
-    Option("symmetry", bool, default=True,
+    Option("symmetry", bool, default=True, seldom=_CHOOSING,
            help="Choose for the reference leg alone, or for every leg by itself."),
-    Option("visit", Visit, default="travel",
+    Option("visit", Visit, default="travel", seldom=_CHOOSING,
            help="Order of the rows: a short way from home, or set by set."),
-    Option("spares", int, metavar="N", least=0,
+    Option("spares", int, metavar="N", least=0, seldom=_CHOOSING,
            help="Spares of each selection; by default half as many as poses."),
-    Option("time_limit", float, metavar="S", least=0,
+    Option("time_limit", float, metavar="S", least=0, seldom=_CHOOSING,
            help="Seconds for the proof of the method exhaustive; by default 10."),
-    Option("least_gain", float, default=0.02, metavar="SHARE", least=0, most=1,
+    Option("least_gain", float, default=0.02, metavar="SHARE", least=0, most=1, seldom=_CHOOSING,
            help="Of the position error, that another pose must save to be worth while."),
     # What is observed
     Option("observe", list[Observable], metavar="KIND", objects=True,
            help="What is observed: pose (the default), position, orientation, points, distance, "
                 "height, reported (the platform's pose by the controller), or readings alone; may"
                 " be repeated."),
-    Option("missing", float, default=0.0, metavar="FRACTION", least=0, most=1,
+    Option("missing", float, default=0.0, metavar="FRACTION", least=0, most=1, seldom=_OBSERVING,
            help="Of the readings, that are not taken."),
-    Option("spread", float, default=0.0, metavar="S", least=0, most=3,
+    Option("spread", float, default=0.0, metavar="S", least=0, most=3, seldom=_OBSERVING,
            help="Times exp(S z), z normal, the noise differs from row to row; the table says it."),
     # What is unknown
     Option("free", list[str], metavar="PATTERN",
@@ -90,35 +101,35 @@ _ALL = (
                 "?; without a dot, in any leg. By default all parameters of all legs."),
     Option("fixed", list[str], metavar="PATTERN",
            help="Held, whatever else says so."),
-    Option("shared", list[str], metavar="PATTERN",
+    Option("shared", list[str], metavar="PATTERN", seldom=_UNKNOWN,
            help="Changed by the same amount in all legs that match."),
     Option("prior", dict, metavar="PRIOR", objects=True,
            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."),
     Option("frames", list[Frame], metavar="FRAME",
            help="Unknown: base, target, points, anchors or plane. May be given several times, as "
                 "may the patterns, or several in one, with commas."),
-    Option("sensor", Sensor,
+    Option("sensor", Sensor, seldom=_UNKNOWN,
            help="What sensors may do besides a straight line: bend, or err once a turn."),
-    Option("gauge", Gauge,
+    Option("gauge", Gauge, seldom=_UNKNOWN,
            help="What settles combinations that no observation shows: the tolerances as priors; "
                 "the nearest to the drawing; or as few held parameters as will do."),
-    Option("loss_per", LossPer,
+    Option("loss_per", LossPer, seldom=_FITTING,
            help="Whether a blunder spoils its pose, or is found and left out alone."),
     # How it is estimated
     Option("estimator", Estimator,
            help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi;"
                 " the same cost by Levenberg-Marquardt; or all together, the default where it is "
                 "needed."),
-    Option("poses", PoseUse, default="all",
+    Option("poses", PoseUse, default="all", seldom=_FITTING,
            help="Whether a leg uses all poses, or only its own set, as in the paper."),
     Option("loss", Loss, default="none",
            help="Robust loss against outliers."),
-    Option("loss_scale", float, metavar="S", least=1e-9,
+    Option("loss_scale", float, metavar="S", least=1e-9, seldom=_FITTING,
            help="Where the loss bends, in standard deviations; by default where it keeps 95% "
                 "efficiency."),
     Option("noise", Literal["estimate"], objects=True,
            help="Estimate the noise with the unknowns; by default it is the mechanism's."),
-    Option("max_iterations", int, default=100, metavar="N", least=1, most=10**9,
+    Option("max_iterations", int, default=100, metavar="N", least=1, most=10**9, seldom=_FITTING,
            help="Steps after which a solver gives up."),
     # Of single commands
     Option("resolution", int, default=201, metavar="N", least=2, most=4000,

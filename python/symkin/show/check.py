@@ -24,7 +24,16 @@ from symkin.model.symmetry.groups import describe_element
 from symkin.present import Group, Headline, Page, Section, Table
 from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.show.observability import observability_section, singular_values_table
-from symkin.show.wording import NONE, count, plural, quantity, setting, significant, sources
+from symkin.show.wording import (
+    NONE,
+    count,
+    on_paper,
+    plural,
+    quantity,
+    setting,
+    significant,
+    sources,
+)
 from symkin.show.workspace import elements_table, sampling_table
 
 _DESIGNS = {
@@ -37,6 +46,7 @@ _TITLES = {
     5: "Section 5: symmetrical observability",
 }
 _ALWAYS_SHOWN = 10  # deviations
+_SOUND = 10  # condition number at home that needs no word
 
 
 def check_page(result: CheckResult) -> Page:
@@ -67,6 +77,7 @@ def check_summary(result: CheckResult) -> Page:
     mechanism, comparison = result.mechanism, result.comparison
     doubts = _doubts(result)
     exact = comparison.verdict == comparison.sensors == "exact"
+    commanded = result.next_step.startswith("symkin ")
     bad = result.blind or result.missing or result.unusable is not None
     return Page(
         title=f"{mechanism.name}: check",
@@ -76,7 +87,8 @@ def check_summary(result: CheckResult) -> Page:
         judgement=result.verdict,
         doubts=doubts,
         notes=_notes(result),
-        next_step=result.next_step,
+        next_step="" if commanded else result.next_step,
+        next_command=result.next_step if commanded else "",
         inputs=sources(mechanism.source),
     )
 
@@ -95,13 +107,13 @@ def _headlines(result: CheckResult) -> list[Headline]:
     if ranks[worst] == counts[worst]:
         shown = "all " + " or ".join(map(str, sorted(set(counts))))
     more = "by default; symkin pose-count tells what more are worth"
-    return [
+    headlines = [
         ("Parameters that poses show", shown, "of every leg"),
         ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
         ("Design", result.design, _DESIGNS[result.design]),
         ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
-        condition,
     ]
+    return headlines if home.condition <= _SOUND else [*headlines, condition]
 
 
 def _doubts(result: CheckResult) -> list[str]:
@@ -167,8 +179,9 @@ def _own_frames(mechanism: Mechanism) -> list[str]:
 def _legs(result: CheckResult) -> Section:
     mechanism, home = result.mechanism, result.home
     before = [("image of", *(f"leg {leg.reference + 1}" for leg in result.origins))]
-    readings = (setting(value, digits=6) for value in home.readings.round(12) + 0.0)
-    after = [(f"reading at home, {mechanism.reading_unit}", *readings)]
+    factor, unit = on_paper(mechanism.reading_unit)
+    readings = (setting(factor * value, digits=6) for value in home.readings.round(12) + 0.0)
+    after = [(f"reading at home, {unit}", *readings)]
     return Section("legs", "Legs", (), [legs_table(mechanism, before, after)])
 
 

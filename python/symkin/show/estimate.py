@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shlex
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import KINDS
+from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
 from symkin.present import Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
@@ -37,6 +39,7 @@ from symkin.show.wording import (
     fixed,
     left_by_priors,
     milli,
+    on_paper,
     plural,
     quoted,
     ratio,
@@ -93,6 +96,7 @@ def estimate_summary(found: Estimate) -> Page:
         notes=found.notes,
         paragraphs=[_done(found), _degrees(found), *_left_out(found)],
         next_step=_next_step(found),
+        next_command=_next_command(found),
         inputs=sources(found.nominal.source, found.measurements.source),
     )
 
@@ -133,13 +137,22 @@ def _next_step(found: Estimate) -> str:
     if found.heights is not None:
         return "let the controller use the calibrated mechanism, print, and measure the print."
     if found.cross_validation is None:
-        return (
-            "see how well poses are predicted that the fit did not see: identify with "
-            "--cross-validate 5."
-        )
+        return "see how well poses are predicted that the fit did not see, with --cross-validate 5"
+    return "let the controller use the calibrated mechanism, and evaluate it on poses measured anew"
+
+
+def _next_command(found: Estimate) -> str:
+    """What does the next step; empty where a person must act first."""
+    if not found.trustworthy or found.heights is not None:
+        return ""
+    if found.cross_validation is not None:
+        return "symkin evaluate {folder}/calibrated.toml --measurements measured-anew.csv"
+    source, options = found.measurements.source, found.options.on_command_line()
+    if source is None or options is None:
+        return ""
     return (
-        "let the controller use the calibrated mechanism, and evaluate it on poses measured anew: "
-        "symkin evaluate calibrated.toml --measurements FILE."
+        f"symkin identify {typed_name(found.nominal)} {shlex.quote(str(source))}{options} "
+        "--cross-validate 5 --out checked"
     )
 
 
@@ -174,7 +187,7 @@ def _error_headlines(found: Estimate) -> Iterator[Headline]:
         if validation is not None:
             remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
         value = became(found.nominal_residual_rms, found.residual_rms, unit)
-        yield "Closure of the legs, root mean square", value, remark
+        yield "Closure of the legs, rms", value, remark
 
 
 def _done(found: Estimate) -> str:
@@ -302,20 +315,23 @@ def _parameter_table(found: Estimate, actual: Mechanism | None) -> Table:
             )
             for each, row in zip(own, rows, strict=True):
                 name = each.name.partition(".")[2]
-                true = actual.legs[leg].parameters[name]
-                row += [fixed(true, decimals_of(each.deviation)), fixed(errors[name], 2)]
+                value = actual.legs[leg].parameters[name]
+                factor, _ = on_paper(each.unit)
+                true = fixed(factor * value, decimals_of(factor * each.deviation))
+                row += [true, fixed(errors[name], 2)]
         groups.append(Group(rows, _title(block)))
-    return Table("Identified parameters", columns, groups, brief=actual is None)
+    return Table("Identified parameters", columns, groups)
 
 
 def _parameter_row(each: Unknown) -> list[str]:
-    decimals = decimals_of(each.deviation)
+    factor, unit = on_paper(each.unit)
+    decimals = decimals_of(factor * each.deviation)
     return [
         each.name.partition(".")[2],
-        each.unit,
-        fixed(each.nominal, decimals),
-        fixed(each.value, decimals),
-        significant(each.deviation, 2),
+        unit,
+        fixed(factor * each.nominal, decimals),
+        fixed(factor * each.value, decimals),
+        significant(factor * each.deviation, 2),
         significant(each.deviation / each.tolerance, 2),
         _change(each),
         each.status,
@@ -326,11 +342,12 @@ def _change(each: Unknown) -> str:
     """A change from the drawing as a person says it: in mm, degrees, or percent of a gain."""
     if not math.isfinite(each.change):
         return NONE
-    in_words = {"m": (1e3, " mm"), "rad": (180 / np.pi, "\N{DEGREE SIGN}")}
-    percent = 100 / abs(each.nominal) if each.nominal else 1.0
-    factor, name = in_words.get(each.unit, (percent, " %"))
+    factor, name = on_paper(each.unit)
+    if name == each.unit:
+        factor, name = 100 / abs(each.nominal) if each.nominal else 1.0, "%"
     text = fixed(factor * each.change, decimals_of(factor * each.deviation, 3))
-    return f"{'+' if each.change > 0 else ''}{text}{name}"
+    sign, space = "+" * (each.change > 0), "" if name == "\N{DEGREE SIGN}" else " "
+    return f"{sign}{text}{space}{name}"
 
 
 def _title(block: str) -> str:
@@ -389,7 +406,7 @@ def _closure_table(found: Estimate) -> list[Table]:
         largest = milli(validation.residual_max, unit)
         rows.append((label, milli(validation.residual_rms, unit), largest))
     columns = ("Parameters", "Root mean square", "Maximum")
-    return [Table("Closure residual of all legs", columns, [Group(rows)], brief=True)]
+    return [Table("Closure residual of all legs", columns, [Group(rows)])]
 
 
 def _expected_table(found: Estimate) -> list[Table]:
@@ -406,7 +423,7 @@ def _expected_table(found: Estimate) -> list[Table]:
         where = ", ".join(significant(value) for value in expected.where)
         rows.append(("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"))
     caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
-    return [Table(caption, ("", "Error"), [Group(rows)], brief=True)]
+    return [Table(caption, ("", "Error"), [Group(rows)])]
 
 
 def _knowledge_section(found: Estimate) -> Section:

@@ -31,7 +31,11 @@ def evaluation_page(evaluation: Evaluation) -> Page:
     return Page(
         title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
         headlines=[
-            (f"{kind.capitalize()} error{how}", milli(getattr(of, f"{kind}_rms"), unit), "rms")
+            (
+                f"{kind.capitalize()} error{how}",
+                milli(getattr(of, f"{kind}_rms"), unit),
+                f"rms; at most {milli(getattr(of, f'{kind}_max'), unit)}",
+            )
             for how, of in ((", frames aligned", evaluation.aligned), ("", evaluation))
             if of is not None
             for kind, unit in evaluation.space.errors
@@ -59,15 +63,15 @@ def cross_validation_page(validation: CrossValidation) -> Page:
         unit = validation.closure_unit
         most = f"at most {milli(validation.residual_max, unit)}"
         rms = milli(validation.residual_rms, unit)
-        headlines.append(("Closure of the legs, root mean square", rms, most))
+        headlines.append(("Closure of the legs, rms", rms, most))
     for kind, value in validation.observed_rms.items():
         name, _, unit = kind.rpartition("_")
         label = f"{name.replace('_', ' ').capitalize()} from the others of the pose"
-        headlines.append((label, milli(value, unit), "root mean square"))
+        headlines.append((label, milli(value, unit), "rms"))
     sections = []
     if evaluation is not None:
         headlines += [
-            (f"{kind.capitalize()} error, root mean square", milli(value, unit), "")
+            (f"{kind.capitalize()} error, rms", milli(value, unit), "")
             for kind, unit in evaluation.space.errors
             for value in (getattr(evaluation, f"{kind}_rms"),)
         ]
@@ -117,7 +121,7 @@ def error_table(
     groups.append(Group(poses, "Poses"))
     columns = ["", *evaluations, *(["Change"] if change else [])]
     columns += ["Expected after"] if expected else []
-    return Table("End-effector error", columns, groups, brief=True)
+    return Table("End-effector error", columns, groups)
 
 
 def _error_rows(
@@ -156,7 +160,7 @@ def before_and_after(
         if expected is not None:
             remark += f"; {milli(getattr(expected, kind), unit)} expected"
         value = became(old, new, unit)
-        figures.append((f"{kind.capitalize()} error, root mean square", value, remark))
+        figures.append((f"{kind.capitalize()} error, rms", value, remark))
     return figures
 
 
@@ -211,7 +215,7 @@ def _closure_table(evaluation: Evaluation) -> list[Table]:
     unit = evaluation.space.closure_unit
     rows = [[name, milli(value, unit)] for name, value in values.items() if not math.isnan(value)]
     columns = ("Closure of", "Root mean square")
-    return [Table("How far the legs miss closing", columns, [Group(rows)], brief=True)]
+    return [Table("How far the legs miss closing", columns, [Group(rows)])]
 
 
 def _worst(evaluation: Evaluation) -> Table:
@@ -226,7 +230,7 @@ def _worst(evaluation: Evaluation) -> Table:
         if np.isfinite(errors[first][row])
     ]
     columns = ["Row", *(f"{kind.capitalize()} error" for kind, _ in kinds)]
-    return Table("Largest errors", columns, [Group(rows)], brief=True)
+    return Table("Largest errors", columns, [Group(rows)])
 
 
 def _next_step(evaluation: Evaluation) -> str:
@@ -244,7 +248,7 @@ def _next_step(evaluation: Evaluation) -> str:
 def heights_headlines(heights: Heights) -> Iterator[Headline]:
     """Heights before and after, and the size of what is printed."""
     remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
-    yield "Height, root mean square", became(heights.before, heights.after, "m"), remark
+    yield "Height, rms", became(heights.before, heights.after, "m"), remark
     remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
     sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
     yield "Size of what is printed, of 100 mm", sizes, remark

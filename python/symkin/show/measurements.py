@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symkin.analysis.alignment import Alignment
 from symkin.data.measurements import Measurements
+from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.planning.accuracy import set_name
@@ -94,7 +95,9 @@ def simulation_page(simulation: Simulation) -> Page:
             ("Poses measured", count(len(simulation.measurements.poses)), ""),
             ("Replaced by spares", count(sum(simulation.replaced)), which),
         ],
-        next_step="identify its parameters: symkin identify MECHANISM measurements.csv.",
+        next_step="identify its parameters",
+        next_command=f"symkin identify {typed_name(simulation.nominal)} "
+        "{folder}/measurements.csv --out identified",
     )
 
 

@@ -37,6 +37,7 @@ from symkin.show.wording import (
     has_lengths,
     leg_columns,
     milli,
+    on_paper,
     plural,
     pose_coordinates,
     quantity,
@@ -46,6 +47,7 @@ from symkin.show.wording import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_DIGITS = 7  # of a parameter, which has micrometres then
 _PLATFORMS = {
     "planar": "moves in the plane and turns",
     "point": "a point that moves in the plane",
@@ -142,11 +144,15 @@ def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
     same = len({unit for unit, own in zip(units, has, strict=True) if own}) == 1
     unit = units[int(np.argmax(has))] if same else ""
     name = mechanism.parameter_names[index]
-    values = mechanism.parameters[:, index].tolist()
+    shown = [on_paper(unit) for unit in units]
+    values = mechanism.parameters[:, index] * [factor for factor, _ in shown]
+    unit = on_paper(unit)[1]
     return [
         f"{name}, {unit}" if unit else name,
         *(
-            setting(values[leg], "" if same else units[leg], digits=6) if has[leg] else NONE
+            setting(float(values[leg]), "" if same else shown[leg][1], _DIGITS)
+            if has[leg]
+            else NONE
             for leg in legs
         ),
     ]
@@ -289,7 +295,7 @@ _ALPHABET = np.frombuffer(
 )
 _LARGEST, _NONE = 4094, 4095
 _DECADES = 4  # of the condition number
-_BUDGET = 150_000  # characters of all nodes
+_BUDGET = 80_000  # characters of all nodes
 _MOST = 61  # nodes along an axis
 _TRIED = 1000  # poses, for the error of the interpolation
 _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")

@@ -64,13 +64,11 @@ def observability_section(
     *,
     symmetric: bool,
     rows: RowKind = "paper",
-    brief: bool = False,
 ) -> Section:
     """Compare the observability of all legs, each at its own poses.
 
     Poses that a leg cannot reach are left out, and said so. `symmetric` says that the sets were
-    made to be images of each other; the indices are of the rows that poses were chosen by; a
-    `brief` table is printed by the command line.
+    made to be images of each other; the indices are of the rows that poses were chosen by.
     """
     reached = [_within_reach(mechanism, leg, poses) for leg, poses in enumerate(sets)]
     try:
@@ -116,7 +114,7 @@ def observability_section(
     groups = [Group(visible, f"{_R}, SI units"), Group(shares, of), Group(ranks, "Identifiability")]
     columns = ("", *leg_columns(len(legs)), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
-    table = Table(title, columns, groups, brief=brief)
+    table = Table(title, columns, groups)
     return Section("observability", "Observability", paragraphs, [bars, table])
 
 

@@ -19,7 +19,7 @@ from symkin.show.wording import fixed, milli, quoted, significant
 
 __all__ = ["observation_section", "rms"]
 
-_WORST_ROWS = 8
+_WORST_ROWS, _BRIEF_ROWS = 8, 4
 _SHOWN_ROWS = 8
 _WIDER = {
     "quadratic": "sensors that bend",
@@ -47,15 +47,16 @@ _CLOSURES = (
 
 
 def observation_section(found: Estimate, *, brief: bool = True) -> Section:
-    """Show what fits how well; `brief` tables are printed by the command line."""
+    """Show what fits how well; `brief` says why it is doubted on the command line."""
+    doubted = brief and bool(found.doubts)
     tables = [
-        *_worst_rows(found, brief),
-        *_leg_table(found, brief),
-        *_kind_table(found, brief),
+        *_worst_rows(found, doubted),
+        *_leg_table(found),
+        *_kind_table(found),
         *_test_table(found),
         *_corrections(found),
         *_wider_models(found),
-        *_models(found, brief),
+        *_models(found, doubted),
     ]
     paragraph = _T + _CLOSURES * _of_closures(found)
     return Section("observations", "Observations", [paragraph], [*tables, *_figures(found)])
@@ -109,14 +110,15 @@ def _worst_rows(found: Estimate, brief: bool) -> list[Table]:
         told.append([number, rows.what(row, space), *error, said])
     columns = ("Row", "Observation", "Estimated error", "t", "Error if alone wrong", "")
     caption = "Rows that fit worst"
-    return [Table(caption, columns, [Group(told)], brief=brief)] if told else []
+    table = Table(caption, columns, [Group(told)], brief=brief, brief_rows=_BRIEF_ROWS)
+    return [table] if told else []
 
 
 def _of_closures(found: Estimate) -> bool:
     return bool(KINDS.index("closures") in found.rows.kind)
 
 
-def _leg_table(found: Estimate, brief: bool) -> list[Table]:
+def _leg_table(found: Estimate) -> list[Table]:
     """How the closures of each leg were fitted; none where all was estimated together."""
     ratios = {leg: fit.chi_square_ratio for fit in found.goodness for leg in fit.legs}
     columns = ["Leg", "Converged", "Iterations", "Poses used", "Rejected as outliers"]
@@ -135,7 +137,7 @@ def _leg_table(found: Estimate, brief: bool) -> list[Table]:
         for leg, fit in enumerate(found.legs)
     ]
     caption = "How the legs fit (chi-square per degree of freedom, 1 if the noise is as declared)"
-    return [Table(caption, columns, [Group(rows)], brief=brief)] if rows else []
+    return [Table(caption, columns, [Group(rows)])] if rows else []
 
 
 def _rejected(found: Estimate, fit: LegFit) -> str:
@@ -147,7 +149,7 @@ def _rejected(found: Estimate, fit: LegFit) -> str:
     return f"{len(numbers)} (row{'s' * (len(numbers) > 1)} {shown}{more})"
 
 
-def _kind_table(found: Estimate, brief: bool) -> list[Table]:
+def _kind_table(found: Estimate) -> list[Table]:
     rows, space, unit = found.rows, found.nominal.pose_space, found.nominal.reading_unit
     told, validation = [], found.cross_validation
     units = np.array([rows.unit(row, space, unit) for row in range(len(rows.pose))], dtype=object)
@@ -164,7 +166,7 @@ def _kind_table(found: Estimate, brief: bool) -> list[Table]:
     columns = ["Observations", "Number", "Estimated error, rms", "t, rms", "t, largest"]
     columns += [] if validation is None else ["Predicted unseen within"]
     caption = "What was observed, and how it fits"
-    return [Table(caption, columns, [Group(told)], brief=brief)] if told else []
+    return [Table(caption, columns, [Group(told)])] if told else []
 
 
 def _test_table(found: Estimate) -> list[Table]:

@@ -10,10 +10,14 @@ import numpy as np
 
 from symkin.analysis.observability import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample
+from symkin.data.sensor_tables import shown_readings
 from symkin.errors import named_legs
 from symkin.estimate.survey import SILENT
+from symkin.files.mechanism_file import typed_name
 from symkin.model.chains import legs_in_words
+from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import vectors_from_quaternions
 from symkin.options import OPTIONS
 from symkin.planning import HeldByPriors, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.accuracy import set_name
@@ -23,7 +27,17 @@ from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
-from symkin.show.wording import count, left_by_priors, milli, plural, quantity, setting, significant
+from symkin.show.wording import (
+    count,
+    fixed,
+    left_by_priors,
+    milli,
+    on_paper,
+    plural,
+    quantity,
+    setting,
+    significant,
+)
 from symkin.show.workspace import workspace_section
 
 CRITERIA = {
@@ -41,6 +55,7 @@ _DESIGNS = {
 }
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
+_COUNTED = 12  # numbers of poses on the first screen
 _PERCENT = "\N{NO-BREAK SPACE}%"
 
 
@@ -87,13 +102,11 @@ def plan_page(plan: Plan) -> Page:
         plan_section(plan),
         _unknowns_section(plan)
         if surveyed
-        else observability_section(
-            mechanism, sets, symmetric=symmetric, rows=plan.row_kind, brief=True
-        ),
+        else observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind),
     ]
     if isinstance(plan.candidates, WorkspaceSample):
         sections.append(workspace_section(mechanism, plan.candidates, plan))
-    sections.append(mechanism_section(mechanism, plan.poses[:1]))
+    sections += [mechanism_section(mechanism, plan.poses[:1]), _sheet_section(plan)]
     errors = (
         "Expected errors are those of the end effector over the workspace after identification "
         "with all poses, for the declared noise."
@@ -110,8 +123,8 @@ def plan_page(plan: Plan) -> Page:
         notes=notes,
         paragraphs=[errors] if expected is not None else [],
         next_step="take the poses in their order, spares only in place of those that the robot "
-        "cannot take; then symkin identify MECHANISM measurements.csv --out DIR"
-        + (", with the same unknowns" if surveyed else ""),
+        "cannot take; then" + (", with the same unknowns" if surveyed else ""),
+        next_command=f"symkin identify {typed_name(mechanism)} measurements.csv --out identified",
         sections=sections,
     )
 
@@ -161,13 +174,14 @@ def _expected_headlines(
 
 def _unknowns_section(plan: Plan) -> Section:
     """What will be known of each unknown."""
-    rows = [
-        (e.name, e.unit or "1", *map(significant, (e.deviation, e.tolerance, e.prior)))
-        for e in plan.unknowns
-    ]
+    rows = []
+    for each in plan.unknowns:
+        factor, unit = on_paper(each.unit)
+        figures = (each.deviation, each.tolerance, each.prior)
+        rows.append((each.name, unit or "1", *(significant(factor * value) for value in figures)))
     columns = ("Unknown", "Unit", "Expected deviation", "Tolerance", "Prior")
     caption = "Standard deviations to expect of the unknowns"
-    table = Table(caption, columns, [Group(rows)], brief=True)
+    table = Table(caption, columns, [Group(rows)])
     return Section("unknowns", "What will be known", [], [table])
 
 
@@ -196,10 +210,39 @@ def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
         figures += [replaced[at]] if simulation else []
         rows.append((set_name(leg), *map(str, figures)))
     columns = ("Set of", "Poses", "Spares", *(("Replaced by spares",) if simulation else ()))
-    parts = [Table("Planned poses", columns, [Group(rows)], brief=True)]
+    parts = [Table("Planned poses", columns, [Group(rows)])]
     if plan.basis is not None:
         parts.append(_selections(plan.basis))
     return Section("plan", "Plan", _paragraphs(plan, simulation), parts)
+
+
+def _sheet_section(plan: Plan) -> Section:
+    """The poses in the order of measuring, to print and tick."""
+    mechanism, space = plan.mechanism, plan.mechanism.space
+    poses, readings = as_drawn(mechanism, plan.poses), shown_readings(mechanism, plan.readings)
+    angles, turned = poses[:, space.size :], space.orientation
+    if space.has_quaternion:
+        angles, turned = vectors_from_quaternions(angles), ("rx", "ry", "rz")
+    factor, unit = on_paper(mechanism.reading_unit)
+    figures = np.hstack([1e3 * poses[:, : space.size], np.degrees(angles), factor * readings])
+    columns = ["Done", *(f"{name}, mm" for name in space.position)]
+    columns += [f"{name}, \N{DEGREE SIGN}" for name in turned]
+    columns += [f"Reading {leg}, {unit}" for leg in range(1, readings.shape[1] + 1)]
+    groups = []
+    for title, chosen in (("", ~plan.spare), ("Spares, in place of those not reached", plan.spare)):
+        told = [
+            [f"\N{WHITE SQUARE} {row + 1}", *(fixed(value, 2) for value in figures[row])]
+            for row in np.flatnonzero(chosen).tolist()
+        ]
+        groups += [Group(told, title)] * bool(told)
+    paragraph = (
+        "To print: the poses in the order of measuring, as they are commanded. The number is the "
+        "row of plan.csv, which has all digits."
+    )
+    if space.has_quaternion:
+        paragraph += " Orientations are rotation vectors."
+    table = Table("Poses in the order of measuring", columns, groups)
+    return Section("sheet", "Lab sheet", [paragraph], [table])
 
 
 def _selections(basis: PlanBasis) -> Table:
@@ -215,7 +258,7 @@ def _selections(basis: PlanBasis) -> Table:
         rows.append([named_legs(choice.legs), said, *shown, proven])
     columns = ["For", f"Value of {basis.criterion}", "Efficiency", "Of the determinant"]
     columns += ["With repeats", "Proven optimal"]
-    return Table("Selections and their certificates", columns, [Group(rows)], brief=True)
+    return Table("Selections and their certificates", columns, [Group(rows)])
 
 
 def _paragraphs(plan: Plan, simulation: Simulation | None) -> list[str]:
@@ -281,7 +324,8 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         judgement=enough + remark,
         doubts=doubts,
         paragraphs=[" ".join(paragraph)],
-        next_step=_plan(curve, curve.enough or int(curve.counts[-1])),
+        next_step="" if curve.survey is None else "with the same options",
+        next_command=_plan(curve, curve.enough or int(curve.counts[-1])),
         sections=[_curve_section(curve)],
     )
 
@@ -318,8 +362,8 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         verdict="bad" if not reached else "doubtful" if doubts else "good",
         judgement=judgement + remark,
         doubts=[*([] if reached else [doubt]), *doubts],
-        next_step=_plan(curve, needed.tried) if reached else "",
-        sections=[*([remedies] if needed.remedies else []), _curve_section(curve)],
+        next_command=_plan(curve, needed.tried) if reached else "",
+        sections=[*([remedies] if needed.remedies else []), _curve_section(curve, brief=False)],
     )
 
 
@@ -328,8 +372,8 @@ def _plan(curve: PoseCountCurve, count: int) -> str:
     usual["design"] = default_design(curve.survey)
     given = {name: curve.settings[name] for name in usual}
     other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
-    same = "" if curve.survey is None else ", with the same options"
-    return f"symkin plan MECHANISM{other} --pose-count {count} --out DIR{same}"
+    named = typed_name(curve.mechanism)
+    return f"symkin plan {named}{other} --pose-count {count} --out planned"
 
 
 def _remedies(needed: NeededPoses) -> Table:
@@ -347,7 +391,7 @@ def _remedies(needed: NeededPoses) -> Table:
     return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
 
 
-def _curve_section(curve: PoseCountCurve) -> Section:
+def _curve_section(curve: PoseCountCurve, *, brief: bool = True) -> Section:
     kinds = curve.mechanism.space.errors
     figure = Image(
         "pose_count",
@@ -362,7 +406,13 @@ def _curve_section(curve: PoseCountCurve) -> Section:
         row = [str(number), str(curve.measured[at])]
         row += [milli(getattr(curve, kind)[at], unit) for kind, unit in kinds]
         rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
-    columns = ["Poses a leg", "Poses in all"]
+    columns = ["Poses a leg", "In all"]
     columns += [f"{kind.capitalize()} error, rms" for kind, _ in kinds]
-    table = Table("What more poses bring", [*columns, "Efficiency"], [Group(rows)], brief=True)
+    table = Table(
+        "What more poses bring",
+        [*columns, "Efficiency"],
+        [Group(rows)],
+        brief=brief,
+        brief_rows=_COUNTED,
+    )
     return Section("curve", "Number of poses", [], [figure, table])

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import io
 import json
@@ -10,6 +11,7 @@ import os
 import re
 import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING, cast
 
 from markupsafe import Markup, escape
 
-from symkin.present import Image, Movable, Page, Table
+from symkin.present import Headline, Image, Movable, Page, Table
 from symkin.show.theme import THEME, point_names
 from symkin.storage.output_files import OutputFiles
 from symkin.version import version
@@ -27,7 +29,8 @@ from symkin.version import version
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_PIPE_WIDTH = 100
+_PIPE_WIDTH = 80
+_LEAST_REMARK = 24  # characters
 _TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
 
 
@@ -40,29 +43,71 @@ def summary_text(page: Page) -> str:
     return _typed("\n".join(lines))
 
 
-def page_text(page: Page, *, whole: bool = False) -> str:
+def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
     """Return what the command line prints: the summary, then the brief tables.
 
-    The `whole` page has all sections, with their paragraphs and tables.
+    The `whole` page has all sections, with their paragraphs and tables. Sentences are filled to
+    the terminal's width; commands stay on one line, so that they can be pasted.
     """
     lines = [page.title, *([page.subtitle] if page.subtitle else [])]
     if page.judgement:
-        lines += [page.judgement]
-    lines += [f"Doubt: {doubt}" for doubt in page.doubts]
+        lines += [_filled(page.judgement)]
+    lines += [_filled(f"Doubt: {doubt}") for doubt in page.doubts]
     blocks = ["\n".join(lines)]
     if page.headlines:
-        rows = [[label, value, remark] for label, value, remark in page.headlines]
-        blocks.append(_grid([], rows, words=3))
+        blocks.append(_headlines(page.headlines))
     for section in page.sections:
         tables = [part for part in section.parts if isinstance(part, Table)]
         if whole:
-            blocks += ["\n".join([section.title.upper(), *section.paragraphs])]
+            blocks += ["\n".join([section.title.upper(), *map(_filled, section.paragraphs)])]
             blocks += [table_text(table) for table in tables]
         else:
             blocks += [table_text(_cut(table)) for table in tables if table.brief]
-    blocks += ["\n".join(f"Note: {note}" for note in page.notes)] if page.notes else []
-    blocks += [f"Next: {page.next_step}"] if page.next_step else []
+    blocks += ["\n".join(_filled(f"Note: {note}") for note in page.notes)] if page.notes else []
+    blocks += _next(page, folder)
     return _typed("\n\n".join(blocks))
+
+
+def _headlines(headlines: Sequence[Headline]) -> str:
+    """Label, value and remark in columns; a remark that is too long goes on below itself."""
+    first, second = (max(len(each[column]) for each in headlines) for column in (0, 1))
+    indent = first + second + 4
+    lines = []
+    for label, value, remark in headlines:
+        folded = textwrap.wrap(remark, max(_width() - indent, _LEAST_REMARK)) or [""]
+        lines.append(f"{label:<{first}}  {value:<{second}}  {folded[0]}".rstrip())
+        lines += [" " * indent + more for more in folded[1:]]
+    return "\n".join(lines)
+
+
+def command_text(page: Page, folder: str = "") -> str:
+    """Return the command that a page proposes, with the folder of its files."""
+    return page.next_command.replace("{folder}", folder or "DIR")
+
+
+def _next(page: Page, folder: str) -> list[str]:
+    """What to do now: a sentence, and the command to paste."""
+    if not page.next_command:
+        return [_filled(f"Next: {page.next_step}")] if page.next_step else []
+    command = command_text(page, folder)
+    if not page.next_step:
+        return [f"Next: {command}"]
+    return [f"{_filled(f'Next: {page.next_step}')}:\n  {command}"]
+
+
+def _width() -> int:
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH
+
+
+def _filled(sentence: str) -> str:
+    """A sentence on lines that are not wider than the terminal; only spaces may be broken."""
+    return textwrap.fill(
+        sentence,
+        max(_width(), 40),
+        subsequent_indent="  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def table_text(table: Table) -> str:
@@ -104,8 +149,7 @@ def _grid(heading: list[str], rows: list[list[str]], words: int) -> str:
         grid.add_column(name, justify="left" if number < words else "right", no_wrap=True)
     for row in rows:
         grid.add_row(*row, *[""] * (count - len(row)))
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH
-    console = Console(file=io.StringIO(), width=width, markup=False)
+    console = Console(file=io.StringIO(), width=_width(), markup=False)
     # A table that is too wide is better wrapped by the terminal than cut.
     unbound = console.options.update(max_width=10_000)
     console.width = max(console.width, console.measure(grid, options=unbound).maximum)
@@ -120,10 +164,12 @@ def _typed(text: str) -> str:
 
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_DOTS_PER_INCH = 160  # of clouds of points, which are pixels within the drawing
+_DOTS_PER_INCH = 110  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
 _LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
 _DIGITS = 12  # of the SHA-256
+_PIXELS = re.compile(r"data:image/png;base64,\s*([A-Za-z0-9+/=\s]+)")
+_COLOURS = 48  # of a cloud of points
 
 
 def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
@@ -179,6 +225,7 @@ def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) ->
     environment.tests["table"] = lambda part: isinstance(part, Table)
     environment.tests["movable"] = lambda part: isinstance(part, Movable)
     environment.filters["symbols"] = _symbols
+    environment.filters["command"] = command_text
     environment.filters["drawn"] = _drawn
     environment.filters["data"] = _data
     environment.filters["digest"] = _digest
@@ -225,8 +272,19 @@ def _svg(figure: Figure, name: str) -> str:
     drawing = re.sub(
         r"<metadata>.*?</metadata>|<style .*?</style>|<!--.*?-->", "", drawing, flags=re.S
     )
-    drawing = drawing.replace("xlink:href", "href")
+    drawing = _PIXELS.sub(_with_few_colours, drawing.replace("xlink:href", "href"))
     return re.sub(r"\n\s*", "\n", drawing)
+
+
+def _with_few_colours(pixels: re.Match[str]) -> str:
+    """The pixels of a cloud in a palette: a fifth of the bytes, which nobody sees."""
+    from PIL import Image as Pixels
+
+    picture = Pixels.open(io.BytesIO(base64.b64decode(pixels[1])))
+    smaller = io.BytesIO()
+    kept = picture.quantize(_COLOURS, Pixels.Quantize.FASTOCTREE, dither=Pixels.Dither.NONE)
+    kept.save(smaller, "png", optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(smaller.getvalue()).decode()}"
 
 
 def _themed(drawing: str) -> str:

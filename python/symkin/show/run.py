@@ -8,6 +8,7 @@ import dataclasses
 from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.observability import ExpectedAccuracy
 from symkin.estimate.fleet import Fleet
+from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Image, Page, Section, Table, Verdict
@@ -75,8 +76,9 @@ def run_summary(result: ProtocolResult) -> Page:
         paragraphs=[_done(result), _achieved(result)],
         next_step=(
             "measure your robot at the poses of plan.csv, write what you measure into a table "
-            "like measurements.csv, and identify: symkin identify MECHANISM measured.csv."
+            "like measurements.csv, and identify"
         ),
+        next_command=f"symkin identify {typed_name(nominal)} measured.csv --out identified",
         inputs=sources(nominal.source),
     )
 
@@ -142,7 +144,7 @@ def _accuracy_section(result: ProtocolResult) -> Section:
 def _comparison_table(result: ProtocolResult) -> Table:
     """What every estimator makes of the same measurements."""
     kinds = result.nominal.space.errors
-    columns = ["Estimator", "Poses of a leg"]
+    columns = ["Estimator", "Poses"]
     for kind, _ in kinds:
         columns += [f"{kind.capitalize()}, rms", "Expected"]
     rows = []

@@ -49,7 +49,10 @@ def study_summary(result: StudyResult) -> Page:
         judgement=_judgement(result, off),
         doubts=doubts,
         paragraphs=[_done(result)],
-        next_step=_next(result),
+        next_step="measure at the poses of the cheapest protocol that is accurate enough"
+        if (command := _next(result))
+        else "",
+        next_command=command,
     )
 
 
@@ -194,8 +197,7 @@ def _next(result: StudyResult) -> str:
     cell = best.cell
     return (
         f"symkin plan {cell.mechanism} --design {cell.design} --rows {cell.rows} --criterion "
-        f"{cell.criterion} --pose-count {best.pose_count} --out DIR; measure; then symkin identify "
-        f"... --estimator {cell.estimator} --poses {cell.use}"
+        f"{cell.criterion} --pose-count {best.pose_count} --out planned"
     )
 
 

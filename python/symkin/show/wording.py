@@ -65,6 +65,11 @@ def milli(value: float, unit: str) -> str:
     return quantity(1e3 * value, f"m{unit}")
 
 
+def on_paper(unit: str) -> tuple[float, str]:
+    """The unit that drawings of mechanisms have for a parameter, and how many of it are one."""
+    return {"m": (1e3, "mm"), "rad": (180 / math.pi, "\N{DEGREE SIGN}")}.get(unit, (1.0, unit))
+
+
 def left_by_priors(
     mechanism: Mechanism, held: HeldByPriors, expected: Expected | ExpectedAccuracy
 ) -> list[str]:

@@ -25,6 +25,11 @@ class Finished:
     err: str
 
     @property
+    def words(self) -> str:
+        """What is printed as one line, wherever lines were filled."""
+        return " ".join(self.out.split())
+
+    @property
     def json(self) -> Any:
         return json.loads(self.out)
 

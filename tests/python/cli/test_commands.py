@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
+from symkin.pipeline import ProtocolResult
 from symkin.show.wording import milli
 
 COMMANDS = [
@@ -83,7 +84,33 @@ def test_check_says_which_leg_differs_by_what(
     document = symkin("check", name, "--json").json
     assert document["verdict"] == verdict
     assert document["measuring"]["design"] == design
-    assert verdict in symkin("check", name).out
+    assert verdict in symkin("check", name).words
+
+
+def test_first_screens_fit_a_terminal(symkin: Callable, protocol: Path, tmp_path: Path) -> None:
+    measured = protocol / "measurements.csv"
+    small = ("--candidates", 300, "--pose-count", 10)
+    for command in (
+        ("check", "3RRR"),
+        ("plan", "3RRR", *small, "--out", tmp_path / "a"),
+        ("pose-count", "3RRR", "--candidates", 300),
+        ("run", "3RRR", *small, "--out", tmp_path / "b"),
+        ("identify", "3RRR", measured, "--out", tmp_path / "c"),
+        ("evaluate", "3RRR", "--measurements", measured),
+    ):
+        lines = symkin(*command).out.splitlines()
+        paths = [line for line in lines if str(tmp_path) in line or line.startswith("  symkin")]
+        assert len(lines) <= 28, command
+        assert max(len(line) for line in lines if line not in paths) <= 80, command
+
+
+def test_a_result_without_its_report_is_all_but_the_page(symkin: Callable, tmp_path: Path) -> None:
+    small = ("--candidates", 300, "--pose-count", 10, "--no-report")
+    made = symkin("run", "3RRR", *small, "--out", tmp_path / "out")
+    assert made.code == 0
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert written == set(ProtocolResult.FILES) - {"report.html"}
+    assert made.out.splitlines()[-1] == str(tmp_path / "out" / "residuals.csv")
 
 
 def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
@@ -98,7 +125,7 @@ def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
     assert symmetry["verdict"] == "nearly"
     worst = symmetry["deviations"][0]
     where = f"leg {worst['leg']} differs most, {worst['parameter']} by "
-    assert f"alike within tolerances, not exactly: {where}" in shown.out
+    assert f"alike within tolerances, not exactly: {where}" in shown.words
     row = rf"^leg {worst['leg']}, {worst['parameter']} +{worst['deviation']:#.3g} "
     assert re.search(row, shown.out, re.MULTILINE)
     assert worst["standard_deviation"] > 0
@@ -137,8 +164,10 @@ def test_plan_shows_the_same_of_every_leg(symkin: Callable, tmp_path: Path) -> N
     first, *others = (leg["r_diagonal"] for leg in document["legs"])
     assert all(leg == pytest.approx(first, rel=1e-9) for leg in others)
     shown = symkin(*arguments, "--overwrite")
-    assert "|R_ii|" in shown.out
-    assert str(out / "plan.csv") in shown.out
+    assert "Beside it: plan.csv, plan.json" in shown.out
+    assert shown.out.splitlines()[-1] == str(out / "plan.html")
+    assert "|R_ii|" not in shown.out
+    assert "|R_ii|" in symkin(*arguments, "--overwrite", "--verbose").out
 
 
 def test_plan_writes_its_certificate_to_a_page(symkin: Callable, tmp_path: Path) -> None:
@@ -208,9 +237,9 @@ def test_pose_count_says_how_many_poses_an_accuracy_needs(symkin: Callable, tmp_
 
 def test_pose_count_recommends_the_plan_that_it_counted_the_poses_of(symkin: Callable) -> None:
     small = ("pose-count", "3RRR", "--candidates", 200)
-    assert "symkin plan MECHANISM --pose-count" in symkin(*small).out
+    assert "symkin plan 3RRR --pose-count" in symkin(*small).out
     shown = symkin(*small, "--design", "orbits", "--rows", "paper").out
-    assert "symkin plan MECHANISM --design orbits --rows paper --pose-count" in shown
+    assert "symkin plan 3RRR --design orbits --rows paper --pose-count" in shown
 
 
 def test_pose_count_says_what_else_helps_where_more_poses_do_not(symkin: Callable) -> None:
@@ -335,7 +364,8 @@ def test_identify_prints_residuals_parameters_and_cross_validation(
     symkin: Callable, protocol: Path
 ) -> None:
     measured = protocol / "measurements.csv"
-    shown = symkin("identify", "3RRR", measured, "--cross-validate", 8, "--loss", "cauchy")
+    command = ("identify", "3RRR", measured, "--cross-validate", 8, "--loss", "cauchy")
+    shown = symkin(*command, "--verbose")
     assert shown.code == 0
     for words in (
         "Closure residual of all legs",
@@ -355,7 +385,7 @@ def test_identify_predicts_the_end_effector_at_unseen_poses_in_blocks(
     symkin: Callable, protocol: Path
 ) -> None:
     command = ("identify", "3RRR", protocol / "measurements.csv", "--cross-validate", 3)
-    blocks = symkin(*command, "--cross-validate-blocks")
+    blocks = symkin(*command, "--cross-validate-blocks", "--verbose")
     assert blocks.code == 0
     assert "As it is, 3-block cross-validation\nunseen position, root mean square" in blocks.out
     random, blocks = (
@@ -374,7 +404,7 @@ def test_blocks_without_cross_validation_are_refused(refused: Callable, protocol
 
 def test_evaluate_says_first_what_no_frame_explains(symkin: Callable, protocol: Path) -> None:
     command = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
-    lines = symkin(*command).out.splitlines()
+    lines = symkin(*command, "--verbose").out.splitlines()
     first = lines.index("End-effector error")
     labels = [line.split("  ")[0] for line in lines[first + 2 :]]
     assert labels[:2] == [
@@ -481,7 +511,7 @@ def test_evaluate_shows_the_closures_of_measurements(symkin: Callable, protocol:
     arguments = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
     closures = symkin(*arguments, "--json").json["evaluation"]["closures"]
     assert len(closures["legs_rms_m"]) == 3
-    lines = symkin(*arguments).out.splitlines()
+    lines = symkin(*arguments, "--verbose").out.splitlines()
     first = lines.index("How far the legs miss closing") + 2
     shown = [line.split("  ") for line in lines[first : first + 4]]
     expected = [closures["rms_m"], *closures["legs_rms_m"]]
@@ -517,6 +547,17 @@ def test_help_of_a_command_shows_an_example(symkin: Callable, command: str) -> N
     assert "\n  Example:\n    symkin " in shown.out
     assert f"    symkin {command} " in shown.out
     assert "--json" in shown.out
+
+
+@pytest.mark.parametrize("command", ["plan", "identify", "simulate"])
+def test_help_leaves_what_is_seldom_used_to_the_whole_help(symkin: Callable, command: str) -> None:
+    short, whole = symkin(command, "--help").out, symkin(command, "--help-all").out
+    assert "\n  --seed" not in short
+    assert "How it is computed:" in whole
+    assert "--seed" in whole
+    left = whole.count("\n  --") - short.count("\n  --")
+    assert f"--help-all has {left} more options." in short
+    assert "more options" not in whole
 
 
 def test_symkin_alone_shows_its_commands(symkin: Callable) -> None:

@@ -96,7 +96,7 @@ def test_poses_without_an_expected_accuracy_are_left_out_and_counted(
 ) -> None:
     out = tmp_path / "out"
     file = written(with_margin(FIVE_BAR, "0 mm"))
-    made = symkin("run", file, "--out", out, *SMALL)
+    made = symkin("run", file, "--out", out, *SMALL, "--verbose")
     assert made.code == 0, made.err
     figures = library.read_results(out / "results.json")["evaluation"]
     failed = [figures[column]["failed"] for column in ("before", "after", "expected")]

@@ -123,7 +123,7 @@ def test_identified_and_true_parameters_are_the_results(run):
 
 
 def _numbers(rows):
-    """Columns identified, standard deviation, true and error of the parameters."""
+    """Columns identified, standard deviation, true and error of the parameters, in SI units."""
     superscripts = str.maketrans(
         "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079", "-0123456789"
     )
@@ -132,7 +132,10 @@ def _numbers(rows):
         mantissa, _, power = cell.replace("\N{MINUS SIGN}", "-").partition("\xa0\xd7\xa010")
         return float(mantissa) * 10.0 ** int(power.translate(superscripts) or 0)
 
-    return (np.array([number(row[column]) for row in rows]) for column in (3, 4, 8, 9))
+    units = {"mm": 1e-3, "\N{DEGREE SIGN}": np.pi / 180}
+    si = np.array([units.get(row[1], 1.0) for row in rows])
+    columns = (np.array([number(row[column]) for row in rows]) for column in (3, 4, 8, 9))
+    return (values * of for values, of in zip(columns, (si, si, si, 1.0), strict=True))
 
 
 def test_observability_of_all_legs_is_the_results(run):
@@ -211,7 +214,7 @@ def test_the_report_of_measurements_has_residuals_and_cross_validation(measured,
     assert cells[5] == significant(identification.goodness[1].chi_square_ratio)
     rows = measured_page.tables["Identified parameters"]
     assert rows[0][-2:] == ["Change", "Status"]
-    assert rows[2][3] == fixed(identification.mechanism.parameters[0, 0], 5)
+    assert rows[2][1:4:2] == ["mm", fixed(1e3 * identification.mechanism.parameters[0, 0], 2)]
 
 
 def test_the_first_figure_of_measurements_is_what_no_frame_explains(measured, measured_page):
