@@ -20,10 +20,14 @@ __all__ = [
     "SymmetryError",
     "TomlFileError",
     "did_you_mean",
+    "known_extension",
     "named_legs",
     "one_of",
     "printable",
 ]
+
+
+_NEAR = 0.5  # share of letters in common; "nope" is near nothing
 
 
 class SymkinError(ValueError):
@@ -106,13 +110,29 @@ def shown(value: object) -> str:
     return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} {name}"
 
 
+def known_extension(path: Path, *known: str) -> None:
+    """Refuse to write what no program would read by its name, such as JSON into ``x.xlsx``.
+
+    Raises
+    ------
+    SymkinError
+        For an extension that is not one of the known; none at all is right.
+    """
+    if path.suffix and path.suffix.lower() not in known:
+        *others, last = known
+        expected = f"{', '.join(others)} or {last}" if others else last
+        raise SymkinError(
+            f'{path.name}: "{path.suffix}" is not what is written; expected {expected}'
+        )
+
+
 def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
     """Return ``'; did you mean "x"?'`` for the nearest valid name, or an empty string."""
     # Only an error needs difflib: importing it here keeps `import symkin` fast.
     from difflib import get_close_matches
 
     by_lower_case = {valid.lower(): valid for valid in valid_names}
-    nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0.4)
+    nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=_NEAR)
     return f'; did you mean "{by_lower_case[nearest[0]]}"?' if nearest else ""
 
 

@@ -143,6 +143,16 @@ class Page:
     files: Sequence[str] = ()
     inputs: Sequence[tuple[str, Path | bytes]] = ()
 
+    def __str__(self) -> str:
+        """Return title, verdict and the few numbers that matter, a line each."""
+        return summary_text(self)
+
+
+def figures_of(page: Page) -> dict[str, Callable[[], FigureBase | Axes]]:
+    """Return what draws each figure of a page, by name."""
+    parts = (part for section in page.sections for part in section.parts)
+    return {part.name: part.draw for part in parts if isinstance(part, Image)}
+
 
 def _shown(function: Any, result: object) -> Any:
     """What is told of a result once `symkin.show`, which tells all of them, is there."""

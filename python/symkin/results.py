@@ -7,13 +7,18 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from symkin import present
+from symkin.errors import SymkinError, known_extension
 from symkin.present import Page
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.results_file import write_results
 from symkin.values import Value
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
 
 __all__ = ["FolderResult", "Result"]
 
@@ -66,6 +71,28 @@ class Result(Value):
         """
         return present.write_page(self.page(), Path(path), overwrite=overwrite)
 
+    def plot(self, name: str = "") -> FigureBase | Axes:
+        """Draw a figure of its page, by default the first.
+
+        Parameters
+        ----------
+        name : str
+            Which, such as ``"residuals"`` of an estimate.
+
+        Raises
+        ------
+        SymkinError
+            For another name, naming those that there are.
+        """
+        figures = present.figures_of(self.page())
+        if not figures:
+            raise SymkinError(f"a {type(self).__name__} has no figures")
+        chosen = name or next(iter(figures))
+        if chosen not in figures:
+            names = ", ".join(figures)
+            raise SymkinError(f'no figure is called "{name}"; expected one of {names}')
+        return figures[chosen]()
+
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write it as a JSON file, which `read_results` reads.
 
@@ -81,6 +108,7 @@ class Result(Value):
         Path
             The file.
         """
+        known_extension(Path(path), ".json")
         write_results(self.to_dict(), path, overwrite=overwrite)
         return Path(path)
 

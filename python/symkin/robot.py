@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from typing import Literal, Self, Unpack
+from typing import TYPE_CHECKING, Literal, Self, Unpack
 
 from numpy.typing import ArrayLike
 
@@ -32,7 +32,12 @@ from symkin.planning.making import plan
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
+from symkin.show.images import plotted
 from symkin.storage.tables import TableSource
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import FigureBase
 
 __all__ = ["Robot", "load", "load_mechanism", "read_estimate"]
 
@@ -47,6 +52,10 @@ class Robot(Mechanism):
     def of(cls, mechanism: Mechanism) -> Self:
         """Return a mechanism, as one that was read from a printer's configuration, as a robot."""
         return cls(**mechanism.arguments)
+
+    def plot(self) -> FigureBase | Axes:
+        """Draw it at home; see `symkin.plot.mechanism` for more."""
+        return plotted("mechanism", self)()
 
     def check(self, seed: int | None = None) -> CheckResult:
         """Return `symkin.check_mechanism` of it."""

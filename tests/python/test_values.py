@@ -138,7 +138,7 @@ def test_a_mechanism_is_shown_in_a_line_and_in_a_notebook_as_a_drawing_and_a_tab
     assert "<b>" not in shown
     assert shown.count("<svg") == 1
     assert shown.count("<tr>") == 2 + len(paper.parameter_names)
-    assert re.search(r"base_<wbr>radius, m</th>\s*<td>3\.4641</td>", shown)
+    assert re.search(r"base_<wbr>radius, mm</th>\s*<td>3464\.102</td>", shown)
 
 
 def test_the_methods_are_the_functions() -> None:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.data.observables import OBSERVABLES
-from symkin.errors import MeasurementError, NotIdentifiableError, printable
+from symkin.errors import MeasurementError, NotIdentifiableError, printable, shown
 from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import NoiseSettings
@@ -327,6 +327,21 @@ class MeasuredRows(Result):
                     f"{origin}leg {leg + 1} has {poses} measured poses; "
                     f"its {count} parameters need at least {count}"
                 )
+
+    def __len__(self) -> int:
+        """How many rows there are."""
+        return len(self.poses)
+
+    def __getitem__(self, rows: slice | ArrayLike) -> Self:
+        """Return the measurements of a slice, of rows by their places from 0, or of a mask."""
+        if isinstance(rows, slice):
+            return self.subset(np.arange(len(self))[rows])
+        wanted = np.atleast_1d(np.asarray(rows))
+        if wanted.dtype == bool and wanted.shape != (len(self),):
+            raise MeasurementError(f"a mask of {wanted.size} for {len(self)} rows")
+        if wanted.ndim != 1 or wanted.dtype.kind not in "bi":
+            raise MeasurementError(f"rows {shown(rows)}; expected a slice, places or a mask")
+        return self.subset(np.flatnonzero(wanted) if wanted.dtype == bool else wanted)
 
     def subset(self, rows: NDArray[np.intp]) -> Self:
         """Return the measurements of some rows, from 0."""

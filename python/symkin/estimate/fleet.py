@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from symkin import present
 from symkin.data.measurements import Measurements
 from symkin.data.reading import ROBOT, read_fleet, read_measurements
-from symkin.errors import MeasurementError, SymkinError, one_of
+from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
 from symkin.estimate.fleet_doubts import doubts_of, impossible, suspects
 from symkin.estimate.fleet_jobs import Job, Robots, identified
 from symkin.estimate.fleet_together import surroundings_of
@@ -96,6 +96,17 @@ class Fleet(Result):
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
+
+    def __len__(self) -> int:
+        """How many robots there are."""
+        return len(self.robots)
+
+    def __getitem__(self, robot: str) -> dict[str, Any]:
+        """Return the row of a robot: what its columns say of it."""
+        if robot not in self.robots:
+            raise SymkinError(f'no robot is called "{robot}"{did_you_mean(robot, self.robots)}')
+        row = self.robots.index(robot)
+        return {name: values[row] for name, values in self.columns().items()}
 
     @cached_property
     def verdicts(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, known_extension
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_schema import ends_of
 from symkin.model.canonical import canonical
@@ -73,6 +73,7 @@ def save_mechanism(
         could not be read, as for a home pose out of reach.
     """
     mechanism = as_mechanism(mechanism)
+    known_extension(Path(path), ".toml")
     with OutputFiles(overwrite=overwrite) as outputs:
         target = outputs.file(Path(path))
         text = mechanism_text(mechanism, header=header)

@@ -20,7 +20,7 @@ from typing import IO, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import MeasurementError, SymkinError, did_you_mean
+from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
 
 
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
@@ -280,6 +280,7 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
 
     Numbers read back to the same floats; NaN is written as an empty cell.
     """
+    known_extension(path, ".csv", ".txt", ".gz", *_PARQUET)
     if path.suffix in _PARQUET:
         arrow, parquet = _parquet(str(path))
         # from_pandas makes NaN a missing value.
