@@ -425,7 +425,7 @@ def _drawn(element: Element, tip: NDArray[np.float64], radius: float) -> None:
         shape = {"type": "capsule", "fromto": _triple([np.zeros(3), tip]), "size": _said(radius)}
     else:
         shape = {"type": "sphere", "size": _said(2 * radius)}
-    SubElement(element, "geom", shape | pale)
+    SubElement(element, "geom", shape | pale | {"mass": _said(_MASS)})
 
 
 def _held_points(element: Element, structure: Structure, radius: float) -> None:

@@ -128,6 +128,15 @@ def test_a_model_stands_still_at_its_key_frame_without_gravity(made: Callable, m
     np.testing.assert_allclose(data.body("platform").xpos, robot.home[:3], atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["linear_delta", "5bar", "agile_eye"])
+def test_bodies_of_small_robots_weigh_what_a_simulation_can_hold(
+    name: str, made: Callable, mujoco: Any
+) -> None:
+    model, _ = loaded(mujoco, made(name))
+    moving = model.body_mass[1:]
+    assert moving.min() == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, "agile_eye"])
 def test_the_tree_of_a_urdf_meets_its_cut_joints(name: str, made: Callable, mujoco: Any) -> None:
     parser = pytest.importorskip("urdf_parser_py.urdf")
