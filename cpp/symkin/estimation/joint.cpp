@@ -184,7 +184,7 @@ void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
                kMissing,     kMissing};
     if (e.cols() > 0 && variance > kSilent * all) {
       row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
-      row.blunder = multiplier / all / unit;
+      row.blunder = multiplier / variance / unit;
     }
     rows.push_back(row);
   }

@@ -129,15 +129,19 @@ def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) ->
     """What is unknown where a probe touched a bed and nothing was said of it.
 
     The bed's plane; the tolerances are priors. Where positions in the plane were measured
-    (`marked`) the place of the ruler, too. What was asked for, and what is returned, are arguments
-    of `identify`.
+    (`marked`) the place of the ruler, too, which nobody knows who says what is free, and nothing of
+    frames. What was asked for, and what is returned, are arguments of `identify`.
     """
     chosen = dict(wanted)
-    if "free" in chosen or "frames" in chosen:
+    if "frames" in chosen:
         return chosen
-    chosen["frames"] = ("base", "plane") if marked else ("plane",)
-    if marked:
+    said = "free" in chosen
+    placed = any(name.startswith("base.") for name in chosen.get("free") or ())
+    chosen["frames"] = ("base",) * (marked and not placed) + ("plane",) * (not said)
+    if "base" in chosen["frames"]:
         chosen["fixed"] = (*chosen.get("fixed", ()), "base.z", "base.rx", "base.ry")
+    if said:
+        return chosen
     if "gauge" not in chosen:
         chosen.setdefault("prior", "tolerances")
     return chosen

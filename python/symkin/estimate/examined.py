@@ -252,7 +252,7 @@ class Examined(Found[M]):
 
         None for platforms that turn, and if it did not converge.
         """
-        return heights_of(self, self.cross_validation)
+        return heights_of(self)
 
     @property
     def own_poses(self) -> Array:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,9 +17,8 @@ from symkin.analysis.probing import CALIPER, is_probed
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.blunders import without_blunders
-from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.found import Found
-from symkin.estimate.problem import Problem
+from symkin.estimate.problem import KINDS, Problem
 from symkin.estimate.survey import HeldByPriors, Survey
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
@@ -46,7 +46,7 @@ _INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave 
 _HELD = 1e-4  # deviations within which one pose alone is let move the estimate
 _STEPS = 50
 _DIRECTIONS = 12  # in the plane, over which printed sizes are averaged
-_FOLDS = 5
+_LEAST_SPARE = 3  # heights more than they show combinations, to judge by
 _SHOWN, _SILENT = 0.5, 0.9  # of the deviation before
 _PLAIN = {
     "distal_length": "length of the rods",
@@ -351,11 +351,11 @@ class Heights(Value):
     before : float
         Heights as the nominal robot would have them less those measured, about the plane that fits
         best, root mean square, m.
+    fitted : float
+        The same of the calibrated robot, m.
     after : float
-        Heights less what the calibrated robot predicts from the readings, at points that the
-        identification did not see, root mean square, m.
-    folds : int
-        Of that cross-validation.
+        Heights less what all other points lead to expect, each left out by itself (to first order),
+        root mean square, m. NaN where so few points say nothing of each other.
     size_before, size_after, size_with_length : float
         Standard deviation of the size of what it makes, of a length in the plane over that length:
         by the tolerances alone, as identified, and if one more length was measured along x to
@@ -367,8 +367,8 @@ class Heights(Value):
     """
 
     before: float = field(unit="rms_m")
+    fitted: float = field(unit="rms_m")
     after: float = field(unit="rms_m")
-    folds: int
     size_before: float
     size_after: float
     size_with_length: float
@@ -396,7 +396,7 @@ class Heights(Value):
         )
 
 
-def heights_of(found: Found, validation: CrossValidation | None) -> Heights | None:
+def heights_of(found: Found) -> Heights | None:
     """What the heights show; None if a robot that never turns was not probed, or not identified."""
     nominal, measurements, heights = found.nominal, found.measurements, found.measurements.heights
     if (
@@ -408,13 +408,11 @@ def heights_of(found: Found, validation: CrossValidation | None) -> Heights | No
     ):
         return None
     try:
-        validation = validation or cross_validation_of(
-            nominal, measurements, _FOLDS, nominal.protocol.seed, found.options
-        )
         places = nominal.forward_kinematics(measurements.readings)[0]
+        fitted = found.mechanism.forward_kinematics(measurements.readings)[0]
     except SymkinError:
         return None
-    touched = np.isfinite(places).all(axis=1) & np.isfinite(heights)
+    touched = np.isfinite(places + fitted).all(axis=1) & np.isfinite(heights)
     if touched.sum() <= 3:  # as many as a plane has coefficients
         return None
     sizes = _size_effects(found, places[touched])
@@ -427,14 +425,26 @@ def heights_of(found: Found, validation: CrossValidation | None) -> Heights | No
     with_length = after - np.outer(gain, along_x @ after)
     return Heights(
         before=_off_the_plane(places[touched], heights[touched]),
-        after=validation.observed_rms.get("heights_m", float("nan")),
-        folds=validation.folds,
+        fitted=_off_the_plane(fitted[touched], heights[touched]),
+        after=_predicted(found),
         size_before=_rms(effects, before),
         size_after=_rms(effects, after),
         size_with_length=_rms(effects, with_length),
         span=span,
         shown=tuple(_shown(found, before, after)),
     )
+
+
+def _predicted(found: Found) -> float:
+    """How well each height is predicted by the other points, root mean square; NaN of too few.
+
+    What it would be off by if it alone were wrong is its distance from what all others say.
+    """
+    rows = found.rows
+    off = rows.blunder[(rows.kind == KINDS.index("heights")) & np.isfinite(rows.blunder)]
+    if len(off) - found.data_rank < _LEAST_SPARE:
+        return math.nan
+    return float(np.sqrt(np.mean(off**2)))
 
 
 def _rms(effects: Array, covariance: Array) -> float:

@@ -247,8 +247,9 @@ def _next_step(evaluation: Evaluation) -> str:
 
 def heights_headlines(heights: Heights) -> Iterator[Headline]:
     """Heights before and after, and the size of what is printed."""
-    remark = f"{ratio(heights.before, heights.after)}; after, at points that were not used"
-    yield "Height, rms", became(heights.before, heights.after, "m"), remark
+    remark = f"{ratio(heights.before, heights.fitted)}; each point predicted by the others: "
+    remark += milli(heights.after, "m") if math.isfinite(heights.after) else "too few to say"
+    yield "Height, rms", became(heights.before, heights.fitted, "m"), remark
     remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
     sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
     yield "Size of what is printed, of 100 mm", sizes, remark
@@ -261,8 +262,7 @@ def heights_section(heights: Heights | None) -> list[Section]:
     paragraphs = [
         f"The heights that the nominal robot would have differ from those measured by "
         f"{milli(heights.before, 'm')} (root mean square, about the plane that fits best). The "
-        f"identified one predicts them to {milli(heights.after, 'm')} at points that it did not "
-        f"use, in {plural(heights.folds, 'part')}.",
+        f"identified one fits them to {milli(heights.fitted, 'm')}. {_predicted(heights)}",
         *heights.notes,
     ]
     rows = [
@@ -273,6 +273,15 @@ def heights_section(heights: Heights | None) -> list[Section]:
     caption = "What the heights show (in brackets: left of the tolerance)"
     table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
     return [Section("heights", "Heights and the size of prints", paragraphs, [table])]
+
+
+def _predicted(heights: Heights) -> str:
+    if not math.isfinite(heights.after):
+        return "There are too few points to say how well one that was not used is predicted."
+    return (
+        f"Each height is predicted by the other points to {milli(heights.after, 'm')}, with the "
+        "noise of the probe."
+    )
 
 
 def _with_share(known: float) -> str:

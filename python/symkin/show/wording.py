@@ -15,6 +15,7 @@ from symkin.planning import HeldByPriors
 
 NONE = "\N{EN DASH}"
 _SPACE = "\N{NO-BREAK SPACE}"
+_NOTHING = 1e-8  # m or rad, a hundredth of what the best instruments tell
 _MUCH = 0.3  # of an expected error: the rest is then 5% smaller than all of it
 _MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPTS = str.maketrans(
@@ -61,7 +62,9 @@ def setting(value: float, unit: str = "", digits: int = 5) -> str:
 
 
 def milli(value: float, unit: str) -> str:
-    """A small length or angle in thousandths of its unit: ``0.0821 mm``."""
+    """A small length or angle in thousandths of its unit: ``0.0821 mm``; rounding is no figure."""
+    if 0 < abs(value) < _NOTHING:
+        return f"< {setting(1e3 * _NOTHING, f'm{unit}')}"
     return quantity(1e3 * value, f"m{unit}")
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.probing import PrintedLength, with_printed_length
 from symkin.errors import SymkinError
 from symkin.exports.reading import import_mechanism
 
@@ -124,6 +125,23 @@ def test_probed_heights_lead_to_the_printer_as_it_was_built(printer: Path) -> No
     for name, value in expected.items():
         np.testing.assert_allclose(values[:, names.index(name)], value, atol=2e-6)
     np.testing.assert_allclose(values[:, names.index("distal_length")], ARM * 1e-3)
+
+
+def test_a_printed_length_goes_with_an_imported_printer(printer: Path) -> None:
+    found = import_mechanism(printer)
+    assert found.measurements is not None
+    built = symkin.identify(found.mechanism, found.measurements).mechanism
+    ends = np.array([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]])
+    taken, _ = built.forward_kinematics(found.mechanism.inverse_kinematics(ends))
+    piece = PrintedLength(0.1, float(np.linalg.norm(taken[1, :2] - taken[0, :2])))
+    with_piece = with_printed_length(found.mechanism, found.measurements, piece)
+    fit = symkin.identify(found.mechanism, with_piece)
+    assert fit.converged
+    assert fit.chi_square_ratio < 0.01
+    radius = fit.mechanism.parameter_names.index("base_radius")
+    np.testing.assert_allclose(
+        fit.mechanism.parameters[:, radius], BUILT["radius"] * 1e-3, atol=2e-6
+    )
 
 
 def test_what_klipper_is_given_comes_back(made: Callable, tmp_path: Path) -> None:

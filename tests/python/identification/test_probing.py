@@ -12,6 +12,7 @@ from symkin.analysis.probing import PrintedLength, with_printed_length
 from symkin.data.reading import write_measurements
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate.precision import in_words
+from symkin.estimate.problem import KINDS
 from symkin.model.settings import NoiseSettings
 from symkin.planning.simulation import disturb
 
@@ -76,9 +77,9 @@ def test_what_was_asked_for_is_not_changed(delta, actual):
     assert set(found.names) == {f"leg{leg}.sensor_offset" for leg in (1, 2, 3)}
 
 
-def test_heights_are_smaller_at_points_that_were_not_used(probed):
+def test_heights_are_smaller_and_predicted_by_each_other(probed):
     heights = probed.heights
-    assert heights.after < 2e-5 < heights.before
+    assert heights.fitted < heights.after < 2e-5 < heights.before
     assert heights.size_with_length < heights.size_after < heights.size_before
 
 
@@ -189,9 +190,16 @@ def test_results_tell_heights_before_and_after(probed):
     heights = json.loads(json.dumps(probed.to_dict()))["heights"]
     assert heights["before_rms_m"] == probed.heights.before
     assert heights["after_rms_m"] == probed.heights.after
-    assert "Height, root mean square" in probed.text()
+    assert "Height, rms" in probed.text()
     section = next(each for each in probed.page().sections if each.anchor == "heights")
     assert any("rods" in each for each in section.paragraphs)
+
+
+def test_seven_points_do_not_tell_how_well_an_eighth_is_predicted(delta, actual):
+    few = symkin.identify(delta, touched(actual)[:7])
+    assert np.isnan(few.heights.after)
+    assert few.heights.fitted < few.heights.before
+    assert "too few to say" in " ".join(few.text().split())
 
 
 def test_a_written_probe_table_gives_the_same(probed, delta, actual, tmp_path):
@@ -241,3 +249,16 @@ def test_steps_that_are_wrong_by_two_are_told_in_words(factor):
     assert not found.trustworthy
     assert found.doubts or found.failure
     assert isinstance(found.notes, tuple)  # what the heights show among them
+
+
+def test_a_height_is_off_by_what_it_is_off_when_it_is_left_out(probed, delta, actual):
+    measured, rows = touched(actual), probed.rows
+    heights = rows.kind == KINDS.index("heights")
+    for row in (0, 7, 20):
+        kept = np.arange(len(measured)) != row
+        others = symkin.identify(delta, measured[kept])
+        x, y, z = others.mechanism.forward_kinematics(measured.readings[[row]])[0][0]
+        c0, c1, c2 = (each.value for each in others.unknowns if each.name.startswith("plane."))
+        off = z - (c0 + c1 * x + c2 * y)
+        said = float(rows.blunder[heights & (rows.pose == row)][0])
+        assert abs(said) == pytest.approx(abs(off), rel=0.02)
