@@ -25,7 +25,7 @@ import numpy as np
 
 import symkin
 from symkin.analysis.observed import Observed
-from symkin.estimate.corrections import in_modes
+from symkin.estimate.evidence.edits import in_modes
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.model.turns import turn_of
 
@@ -229,7 +229,8 @@ def outcome(number: int, mistaken: int, seed: int) -> str:
         words = [each[0].upper() + each[1:] for each in PROPOSED]
         said = [str(error).partition(each)[2] for each in words if each in str(error)]
     else:
-        said = [each for each in found.doubts if each.startswith(PROPOSED) or TURNED in each]
+        told = map(str, found.doubts)
+        said = [each for each in told if each.startswith(PROPOSED) or TURNED in each]
         if mistake.name == "none":
             return "right" if not found.doubts else "wrong" if said else "doubt"
         if not found.doubts and found.converged:

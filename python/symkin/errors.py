@@ -31,7 +31,15 @@ _NEAR = 0.5  # share of letters in common; "nope" is near nothing
 
 
 class SymkinError(ValueError):
-    """Base of every error that symkin raises about what it was given."""
+    """Base of every error that symkin raises about what it was given.
+
+    Attributes
+    ----------
+    likely_cause : symkin.estimate.Doubt or None
+        A mistake in the measurements that would explain it, if one was found.
+    """
+
+    likely_cause: Any = None
 
 
 class QuantityError(SymkinError):

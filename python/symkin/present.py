@@ -7,9 +7,11 @@ A result is made in rooms that know nothing of pages. `page_of`, `summary_of` an
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,6 +22,23 @@ if TYPE_CHECKING:
 
 Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
+Asker = Literal["python", "command"]
+_ASKER: ContextVar[Asker] = ContextVar("asker", default="python")
+
+
+def asker() -> Asker:
+    """Who asks, in whose language remedies are told: a script, or the command line."""
+    return _ASKER.get()
+
+
+@contextlib.contextmanager
+def asked_by(who: Asker) -> Iterator[None]:
+    """Tell remedies in the language of another."""
+    before = _ASKER.set(who)
+    try:
+        yield
+    finally:
+        _ASKER.reset(before)
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ PAGES = (
     "user-guide/fleets.md",
     "user-guide/unknowns.md",
     "user-guide/trusting.md",
+    "user-guide/findings.md",
     "user-guide/evaluating.md",
     "user-guide/exporting.md",
     "user-guide/studies.md",

@@ -23,7 +23,7 @@ def everything(folder: Path) -> Estimate[symkin.Robot]:
         radius = each.params["leg1.base_radius"]
         print(radius.value - radius.nominal, radius.deviation, radius.unit, radius.status)
         print(each.chi_square / each.degrees_of_freedom, each.limit, len(each.names))
-        print(each.covariance.shape, each.trustworthy, [doubt.upper() for doubt in each.doubts])
+        print(each.covariance.shape, each.trustworthy, [doubt.code for doubt in each.doubts])
     calibrated: symkin.Robot = together.mechanism
     error = calibrated.evaluate(actual=simulated.actual, poses=candidates)
     print(error.position_rms, found.cross_validated(3).cross_validation)

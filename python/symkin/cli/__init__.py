@@ -22,6 +22,7 @@ from symkin.cli.identify import align, evaluate, identify, identify_batch
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
+from symkin.present import asked_by
 from symkin.version import version as installed_version
 
 _DEBUG, _HELP, _WHOLE = "--debug", "--help", "--help-all"
@@ -93,7 +94,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = _DEBUG in given
     given = [argument for argument in given if argument != _DEBUG] or [_HELP]
-    with _own_streams(debug) if arguments is None else contextlib.nullcontext():
+    streams = _own_streams(debug) if arguments is None else contextlib.nullcontext()
+    with streams, asked_by("command"):
         return exit_code_of(lambda: _run(given), debug)
 
 

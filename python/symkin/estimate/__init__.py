@@ -2,8 +2,10 @@
 """From measurements to parameters, their uncertainty, and what speaks against them."""
 
 from symkin.estimate.cross_validation import CrossValidation
-from symkin.estimate.diagnosis import Outlier, ResidualTest
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.outliers import Outlier
+from symkin.estimate.evidence.residuals import ResidualTest
 from symkin.estimate.fleet import Fleet, identify_many
 from symkin.estimate.found import GoodnessOfFit, Latent, LegFit
 from symkin.estimate.identification import cross_validate, identify
@@ -14,6 +16,7 @@ from symkin.estimate.problem import Rows
 
 __all__ = [
     "CrossValidation",
+    "Doubt",
     "Estimate",
     "EstimateOptions",
     "Estimator",
@@ -23,6 +26,7 @@ __all__ = [
     "Latent",
     "LegFit",
     "Loss",
+    "Note",
     "Outlier",
     "PoseUse",
     "ResidualTest",

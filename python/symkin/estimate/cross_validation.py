@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from symkin.analysis.evaluation import Evaluation, closures_of, pose_differences
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.corrections import explained
+from symkin.estimate.evidence.corrections import explained
 from symkin.estimate.fit import by_leg
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import KINDS, OBSERVED, Rows

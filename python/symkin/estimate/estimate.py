@@ -13,10 +13,10 @@ import numpy as np
 
 from symkin.data.columns import pose_column_names
 from symkin.data.measurements import Measurements
-from symkin.estimate.corrections import explained
 from symkin.estimate.cross_validation import cross_validation_of
-from symkin.estimate.doubts import contradiction_of
 from symkin.estimate.estimate_file import saved
+from symkin.estimate.evidence.corrections import explained
+from symkin.estimate.evidence.wider import contradiction_of
 from symkin.estimate.examined import Examined
 from symkin.estimate.fit import by_leg, changed_settings
 from symkin.estimate.found import M
@@ -157,8 +157,8 @@ class Estimate(Examined[M], FolderResult):
                 "estimator": self.estimator,
                 "converged": self.converged,
                 "trustworthy": self.trustworthy,
-                "doubts": list(self.doubts),
-                "notes": list(self.notes),
+                "doubts": plain(self.doubts),
+                "notes": plain(self.notes),
                 "params": {each.name: _without_name(each) for each in self.unknowns},
                 **found,
                 "noise_is_estimated": self.options.noise == "estimate",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,11 +17,15 @@ from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.closures import closure_influence, closure_rows
-from symkin.estimate.corrections import Hypothesis, hypotheses_of
 from symkin.estimate.cross_validation import CrossValidation
-from symkin.estimate.diagnosis import Diagnosis, Outlier, ResidualTest, diagnose
-from symkin.estimate.doubts import doubts_of, notes_of, outliers_of, symptoms_of
-from symkin.estimate.fit import changed_settings
+from symkin.estimate.evidence.corrections import Hypothesis
+from symkin.estimate.evidence.examine import Evidence, Noticed, judged, noticed
+from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.models import Model, model_of, models_of
+from symkin.estimate.evidence.notes import notes_of
+from symkin.estimate.evidence.outliers import Outlier
+from symkin.estimate.evidence.residuals import ResidualTest
+from symkin.estimate.evidence.wider import Alternative, alternatives_of
 from symkin.estimate.found import Found, Latent, M
 from symkin.estimate.precision import (
     Correlation,
@@ -35,7 +39,6 @@ from symkin.estimate.precision import (
     survey_of,
 )
 from symkin.estimate.solution import settled, together
-from symkin.estimate.wider_models import Alternative, Model, alternatives_of, model_of, models_of
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.values import field, record
@@ -125,28 +128,27 @@ class Examined(Found[M]):
 
     @property
     @once
-    def _diagnosis(self) -> Diagnosis:
-        """Leg by leg."""
-        return diagnose(self)
+    def _noticed(self) -> Noticed:
+        return noticed(self, lambda: self.alternatives, self.model)
 
     @property
     @once
-    def doubts(self) -> tuple[str, ...]:
+    def _evidence(self) -> Evidence:
+        return judged(self, self._noticed)
+
+    @property
+    @once
+    def doubts(self) -> tuple[Doubt, ...]:
         """Reasons not to trust the estimate, apart from convergence; empty if there are none.
 
         All tests together raise one in fewer than 1 of 100 sound robots.
         """
-        if self.legs:
-            return self._diagnosis.doubts
-        return tuple(doubts_of(self, self.symptoms, self.hypotheses))
+        return self._evidence.doubts
 
     @property
-    @once
-    def symptoms(self) -> tuple[str, ...]:
+    def symptoms(self) -> tuple[Doubt, ...]:
         """What speaks against the estimate, whatever the cause."""
-        if self.legs:
-            return self._diagnosis.symptoms
-        return tuple(symptoms_of(self, self.alternatives, self.model))
+        return (*self._noticed.lasting, *self._noticed.symptoms)
 
     @property
     def trustworthy(self) -> bool:
@@ -155,25 +157,19 @@ class Examined(Found[M]):
 
     @property
     @once
-    def notes(self) -> tuple[str, ...]:
-        """What to know of the estimate and of the mechanism's settings, in sentences."""
-        if self.legs:
-            found: Iterable[str] = self._diagnosis.notes
-        else:
-            found = notes_of(self, self.heights, self.symptoms)
-        changed = changed_settings(self.nominal, self.mechanism)
-        return (*self.measurements.notes, *found, *changed)
+    def notes(self) -> tuple[Note, ...]:
+        """What to know of the estimate and of the mechanism's settings."""
+        return tuple(notes_of(self, self.heights, self.symptoms, complete=self._evidence.complete))
 
     @property
     def tests(self) -> tuple[ResidualTest, ...]:
-        """Tests of the closures for what the model may lack; none where poses are latent."""
-        return self._diagnosis.tests if self.legs else ()
+        """Tests of the closures at poses measured in full for what the model may lack."""
+        return self._noticed.tests
 
     @property
-    @once
     def outliers(self) -> tuple[Outlier, ...]:
         """Poses, or observations, that do not fit the others, the worst first."""
-        return self._diagnosis.outliers if self.legs else tuple(outliers_of(self))
+        return self._noticed.outliers
 
     @property
     @once
@@ -182,7 +178,7 @@ class Examined(Found[M]):
 
         None leg by leg, where `tests` tell.
         """
-        return () if self.legs else tuple(alternatives_of(self))
+        return tuple(alternatives_of(self))
 
     @property
     @once
@@ -207,14 +203,9 @@ class Examined(Found[M]):
         return {}
 
     @property
-    @once
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """Corrections that were tried since something speaks against it; empty otherwise."""
-        if self.legs:
-            return self._diagnosis.hypotheses
-        if self.converged and not self.symptoms:
-            return ()
-        return hypotheses_of(self.nominal, self.measurements, self.options)
+        return self._evidence.hypotheses
 
     @property
     @once

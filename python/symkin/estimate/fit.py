@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +30,6 @@ __all__ = [
     "calibrated_mechanism",
     "changed_settings",
     "core_measurements",
-    "unguarded_note",
 ]
 
 Array = NDArray[np.float64]
@@ -200,17 +197,6 @@ def _leg_fit(leg: _core.LegIdentification) -> LegFit:
         student_degrees=leg.student_degrees,
         unguarded=tuple(leg.unguarded),
     )
-
-
-def unguarded_note(measurements: Measurements, rows: Sequence[int]) -> Iterator[str]:
-    """Say where the loss would not see a gross error."""
-    if rows:
-        numbers = ", ".join(map(str, measurements.row_numbers[list(rows)]))
-        which = f"row {numbers}" if len(rows) == 1 else f"any of the rows {numbers}"
-        yield (
-            f"a gross error in {which} would not be seen, since the estimate follows it: measure "
-            "more poses near it"
-        )
 
 
 def calibrated_mechanism(

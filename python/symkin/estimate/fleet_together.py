@@ -100,7 +100,7 @@ def _row(found: Estimate) -> FoundTogether:
     }
     return FoundTogether(
         failure="",
-        doubt="; ".join(found.doubts),
+        doubt="; ".join(map(str, found.doubts)),
         columns={name: np.atleast_1d(np.asarray(each, float)) for name, each in numbers.items()},
         surroundings={
             each.name: (each.unit, each.value, each.deviation)

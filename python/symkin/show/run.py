@@ -71,8 +71,8 @@ def run_summary(result: ProtocolResult) -> Page:
         headlines=before_and_after(result.before, result.after, result.after, result.expected),
         verdict=verdict,
         judgement=words,
-        doubts=found.doubts,
-        notes=(*found.notes, *_replaced(result.simulation)),
+        doubts=tuple(map(str, found.doubts)),
+        notes=(*map(str, found.notes), *_replaced(result.simulation)),
         paragraphs=[_done(result), _achieved(result)],
         next_step=(
             "measure your robot at the poses of plan.csv, write what you measure into a table "

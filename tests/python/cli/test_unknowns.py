@@ -153,7 +153,7 @@ def test_a_delta_is_calibrated_from_points_to_size(tmp_path, capsys):
     assert found["identification"]["frames"]["plane"]
     heights = found["heights"]
     assert 0 < heights["size_after"] < heights["size_before"]
-    assert any("one more length" in note for note in found["identification"]["notes"])
+    assert any("one more length" in note["cause"] for note in found["identification"]["notes"])
 
 
 def test_a_printed_length_does_not_go_with_frames(tmp_path, capsys):

@@ -224,7 +224,7 @@ def test_a_fleet_asks_what_one_robot_is_asked(mechanism, robots, said_in):
         alone = symkin.identify(mechanism, measured, **asked)
         np.testing.assert_array_equal(fleet.parameters[row], alone.mechanism.parameters)
         assert fleet.chi_square[row] == alone.chi_square
-        assert fleet.doubts[row] == "; ".join(alone.doubts)
+        assert fleet.doubts[row] == "; ".join(map(str, alone.doubts))
         held = np.isnan(fleet.deviations[row])
         assert held[2].all()
         np.testing.assert_array_equal(

@@ -48,12 +48,12 @@ def test_straight_spools_leave_a_millimetre_and_are_doubted(robot, measured):
     found = symkin.identify(robot, measured, prior=PRIORS, gauge="nominal")
     assert found.converged
     assert not found.trustworthy
-    assert any("--sensor quadratic" in doubt for doubt in found.doubts)
+    assert {"sensor": "quadratic"} in [doubt.options for doubt in found.doubts]
     assert line_rms(found) == pytest.approx(1.10e-3, rel=0.05)
 
 
 def test_spools_whose_radius_changes_leave_a_third_of_it(robot, measured):
     found = symkin.identify(robot, measured, prior=PRIORS, gauge="nominal", sensor="quadratic")
     assert found.converged
-    assert not any("--sensor" in doubt for doubt in found.doubts)
+    assert not any("sensor" in doubt.options for doubt in found.doubts)
     assert line_rms(found) == pytest.approx(0.37e-3, rel=0.05)

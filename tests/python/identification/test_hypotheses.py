@@ -10,11 +10,14 @@ import pytest
 import symkin
 from symkin.analysis.observed import Observed
 from symkin.errors import FailedFitError
-from symkin.estimate import corrections, problem
-from symkin.estimate.corrections import hypotheses_of, in_modes
-from symkin.estimate.doubts import unexplained_rows
+from symkin.estimate import problem
+from symkin.estimate.evidence.corrections import Budget, hypotheses_of
+from symkin.estimate.evidence.edits import in_modes
+from symkin.estimate.evidence.fit_checks import unexplained_rows
+from symkin.estimate.evidence.trial import Correction
 from symkin.estimate.options import EstimateOptions
 from symkin.model.settings import Frames, NoiseSettings
+from symkin.present import asked_by
 
 POSITIONS = Observed("position")
 TRACKER = Observed("pose", base=(1.0, -0.5, 3.0), target=(0.05, 0.0, 0.17))
@@ -55,67 +58,96 @@ def said_of(mechanism, taken, **options):
     try:
         return symkin.identify(mechanism, taken, max_iterations=40, **options).doubts[:1]
     except symkin.SymkinError as error:
-        return (str(error),)
+        return (error.likely_cause,)
 
 
-MISTAKES = [
-    (of_leg(1, np.negative), "the readings of leg 2 have the opposite sign"),
-    (lambda m: replace(m, readings=-m.readings), "readings of legs 1, 2, 3 have the opposite sign"),
-    (exchanged, "the readings of legs 1, 2 are in the columns of legs 2, 1"),
-    (of_leg(0, np.degrees), "the readings of leg 1 look like degrees that were stated as radians"),
-    (of_leg(0, lambda r: 1.2 * r), "the readings of leg 1 grow 1.2 times as fast"),
-    (of_leg(2, lambda r: r + math.pi), "the sensor of leg 3 was set to zero half a turn off"),
-    (of_leg(2, lambda r: r + 2 * math.pi), "leg 3: all readings are a whole turn away"),
-    (in_millimetres, "lengths that were observed are millimetres, not metres"),
-    (lambda m: replace(m, poses=m.poses * [1, -1, 1]), "in the measured poses y is mirrored"),
-]
+def told(doubt):
+    """Code and legs of a cause, and of what else is wrong with that corrected."""
+    return [(each.code, tuple(leg + 1 for leg in each.legs)) for each in (doubt, *doubt.then)]
 
 
-@pytest.mark.parametrize(("mistake", "words"), MISTAKES, ids=[words for _, words in MISTAKES])
-def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake, words):
+def late(legs, rows):
+    def changed(taken):
+        readings = np.array(taken.readings)
+        readings[:, legs] = np.roll(readings[:, legs], rows, axis=0)
+        kept = np.arange(rows, len(readings))
+        return replace(taken, readings=readings).subset(kept)
+
+    return changed
+
+
+def half_in_millimetres(taken):
+    poses = np.array(taken.poses)
+    poses[::2, :2] *= 1e3
+    return replace(taken, poses=poses)
+
+
+MISTAKES = {
+    "sign": (of_leg(1, np.negative), "opposite-sign", (2,)),
+    "signs": (lambda m: replace(m, readings=-m.readings), "opposite-sign", (1, 2, 3)),
+    "order": (exchanged, "columns-exchanged", (1, 2)),
+    "unit": (of_leg(0, np.degrees), "unit-of-readings", (1,)),
+    "gain": (of_leg(0, lambda r: 1.2 * r), "gain", (1,)),
+    "half a turn": (of_leg(2, lambda r: r + math.pi), "zero-half-a-turn-off", (3,)),
+    "a turn": (of_leg(2, lambda r: r + 2 * math.pi), "turns-away", (3,)),
+    "millimetres": (in_millimetres, "unit-of-lengths", ()),
+    "late": (late((0, 1, 2), 1), "rows-shifted", (1, 2, 3)),
+    "one leg late": (late((1,), 2), "rows-shifted", (2,)),
+    "exchanged": (lambda m: replace(m, poses=m.poses[:, [1, 0, 2]]), "convention-of-poses", ()),
+    "block": (half_in_millimetres, "rows-in-another-unit", ()),
+    "mirror": (lambda m: replace(m, poses=m.poses * [1, -1, 1]), "convention-of-poses", ()),
+}
+
+
+@pytest.mark.parametrize(("mistake", "code", "legs"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake, code, legs):
     (said,) = said_of(paper, mistake(measured(paper, plan, POSITIONS)))
-    assert words in said
-    assert ", or as well: " not in said
+    assert told(said) == [(code, legs)]
+    assert not said.others
+    if code == "gain":
+        assert said.size == pytest.approx(1.2, rel=1e-2)
 
 
 @pytest.mark.parametrize(
-    ("mistake", "words"),
-    [
-        (of_leg(1, np.negative), "the readings of leg 2 have the opposite sign"),
-        (of_leg(0, np.degrees), "the readings of leg 1 look like degrees"),
-    ],
-    ids=["sign", "unit"],
+    ("mistake", "code", "legs"), [MISTAKES["sign"], MISTAKES["unit"]], ids=["sign", "unit"]
 )
-def test_a_mistake_is_named_where_the_frames_are_unknown(paper, plan, mistake, words):
+def test_a_mistake_is_named_where_the_frames_are_unknown(paper, plan, mistake, code, legs):
     taken = mistake(measured(paper, plan, TRACKER))
-    assert words in said_of(paper, taken, frames=["base", "target"])[0]
+    (said,) = said_of(paper, taken, frames=["base", "target"])
+    assert told(said) == [(code, legs)]
 
 
 def test_legs_that_a_turned_frame_makes_alike_are_all_named(paper, plan):
     taken = exchanged(measured(paper, plan, TRACKER))
     (said,) = said_of(paper, taken, frames=["base", "target"])
-    for pair in ("legs 1, 2 are", "legs 2, 3 are", "legs 1, 3 are"):
-        assert pair in said
+    assert {each.legs for each in (said, *said.others)} == {(0, 1), (1, 2), (0, 2)}
+    assert {each.code for each in (said, *said.others)} == {"columns-exchanged"}
 
 
 def test_legs_in_another_working_mode_are_named(paper):
     (robot, *_) = in_modes(paper, [1, -1, -1])
     taken = measured(robot, robot.plan(9, seed=3), POSITIONS)
-    assert "leg 1 stands in working mode +1: set working_mode = 1" in said_of(paper, taken)[0]
+    (said,) = said_of(paper, taken)
+    assert told(said) == [("working-mode", (1,))]
+    assert "leg 1 stands in working mode +1: set working_mode = 1" in said.cause
 
 
 def test_a_frame_that_nobody_mentioned_is_found_from_positions(paper, plan):
     taken = measured(paper, plan, Observed("position", base=(0.3, -0.2, 0.5)))
     (said,) = said_of(paper, taken)
-    assert "shifted by about (30" in said
-    assert "--frames base --frames target --fixed target.phi" in said
+    assert told(said) == [("frame-not-as-drawn", ())]
+    assert "shifted by about (30" in said.cause
+    assert said.options == {"frames": ("base", "target"), "fixed": ("target.phi",)}
+    assert 'identify with frames=["base", "target"], fixed=["target.phi"]' in str(said)
+    with asked_by("command"):
+        assert "--frames base --frames target --fixed target.phi" in str(said)
 
 
 def test_a_turned_hexapod_drum_is_named():
     quiet = NoiseSettings(1e-4, 1e-4, 5e-4)
     hexapod = symkin.load_mechanism("hexapod_jugglebot").replace(noise=quiet)
     taken = of_leg(4, np.negative)(measured(hexapod, hexapod.plan(9, seed=3), POSITIONS))
-    assert "the readings of leg 5 have the opposite sign" in said_of(hexapod, taken)[0]
+    assert told(said_of(hexapod, taken)[0]) == [("opposite-sign", (5,))]
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +177,7 @@ def test_a_pose_with_a_start_of_its_own_is_set_aside_too():
     plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
     taken = measured(arm, plan, Observed("distance", anchors=((2.0, 1.0),)), seed=1000)
     (said,) = said_of(arm, replace(taken, readings=-taken.readings))
-    assert "the readings of legs 1, 2 have the opposite sign" in said
+    assert told(said) == [("opposite-sign", (1, 2))]
 
 
 @pytest.mark.parametrize(
@@ -158,15 +190,15 @@ def test_a_first_look_has_enough_to_judge_by(monkeypatch, observed, least):
     arm = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((2.0, 1.0),)))
     plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
     taken = of_leg(0, np.negative)(measured(arm, plan, observed))
-    looks, some = [], corrections._Correction.some
+    looks, some = [], Correction.some
 
     def noted(correction, most):
         looks.append(most)
         return some(correction, most)
 
-    monkeypatch.setattr(corrections._Correction, "some", noted)
+    monkeypatch.setattr(Correction, "some", noted)
     tried = hypotheses_of(arm, taken, EstimateOptions())
-    assert "the readings of leg 1 have the opposite sign" in tried[0].what
+    assert told(tried[0].cause) == [("opposite-sign", (1,))]
     assert min(looks) == least
 
 
@@ -174,19 +206,15 @@ def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, 
     """The sign is of the leg, not of the column that its readings stand in."""
     taken = exchanged(of_leg(0, np.negative)(measured(paper, plan, POSITIONS)))
     (said,) = said_of(paper, taken)
-    assert (
-        "the readings of legs 1, 2 are in the columns of legs 2, 1; with that corrected, "
-        "the readings of leg 1 have the opposite sign" in said
-    )
-    assert ", or as well: " not in said
+    assert told(said) == [("columns-exchanged", (1, 2)), ("opposite-sign", (1,))]
+    assert not said.others
 
 
 def test_what_a_correction_leaves_is_looked_for_with_that_correction(paper, plan):
     """Of lengths a thousand times too large anything else is a small part."""
     framed = measured(paper, plan, Observed("position", base=(0.03, -0.02, 0.05)))
     (said,) = said_of(paper, in_millimetres(framed))
-    assert said.startswith("likely cause: lengths that were observed are millimetres")
-    assert "; with that corrected, the frame of the measurements is not the drawing's" in said
+    assert told(said) == [("unit-of-lengths", ()), ("frame-not-as-drawn", ())]
 
 
 def test_a_leg_of_a_five_bar_in_the_other_working_mode_is_named():
@@ -196,7 +224,7 @@ def test_a_leg_of_a_five_bar_in_the_other_working_mode_is_named():
     plan = symkin.make_plan(robot, sample, 30, symmetry=False)
     taken = measured(robot, plan, Observed("position", base=(1.0, -0.5, 3.0)))
     (said,) = said_of(arm, taken, frames=["base"])
-    assert "leg 1 stands in working mode +1: set working_mode = 1" in said
+    assert told(said) == [("working-mode", (1,))]
 
 
 def test_a_solver_that_stands_still_is_no_evidence_of_a_mistake(paper, missing, monkeypatch):
@@ -219,7 +247,8 @@ def test_what_is_stated_has_a_second_start_where_a_correction_ended(paper, plan,
 
     monkeypatch.setattr(problem._core, "starting_poses", none_as_stated)
     tried = hypotheses_of(paper, taken, EstimateOptions())
-    assert any("the frame of the measurements is not" in each.what for each in tried)
+    codes = [each.cause.code for each in tried if each.cause is not None]
+    assert "frame-not-as-drawn" in codes
     assert not any(each.proposed for each in tried)
 
 
@@ -227,8 +256,8 @@ def test_a_correction_that_leaves_more_than_noise_is_a_part_of_what_is_wrong(pap
     taken = of_leg(1, np.negative)(measured(paper, plan, POSITIONS))
     noise = 3e-4 * np.random.default_rng(1).standard_normal(taken.poses.shape)
     (said,) = said_of(paper, replace(taken, poses=taken.poses + noise))
-    assert said.startswith("part of what is wrong may be: the readings of leg 2 have the opposite")
-    assert said.endswith("; that is more than the noise explains)")
+    assert told(said) == [("opposite-sign", (2,))]
+    assert str(said).startswith("part of what is wrong may be: ")
 
 
 def test_sound_measurements_are_not_corrected(paper, plan):
@@ -271,4 +300,14 @@ def test_a_unit_in_which_the_observations_say_nothing_is_no_explanation():
         taken = measured(delta, probed, Observed("height"), seed)
         found = symkin.identify(delta, taken, free=["guide_swing", "plane"])
         assert found.doubts
-        assert not any("millimetres" in doubt for doubt in found.doubts)
+        assert "unit-of-lengths" not in [doubt.code for doubt in found.doubts]
+
+
+def test_what_is_spent_on_looking_for_a_cause_is_bounded_and_said(paper, plan):
+    taken = measured(paper, plan, POSITIONS)
+    noisy = taken.readings + 0.02 * np.random.default_rng(1).standard_normal(taken.readings.shape)
+    wrong = replace(taken, readings=noisy)
+    for budget, spent in ((Budget(), False), (Budget(left=90.0), True)):
+        tried = hypotheses_of(paper, wrong, EstimateOptions("joint"), budget=budget)
+        assert budget.spent == spent
+        assert tried

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.observability import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
-from symkin.estimate.doubts import blunder_limit, blunders_of
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.outliers import blunder_limit, blunders_of
 from symkin.estimate.problem import KINDS
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
@@ -229,9 +229,9 @@ def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
     limit = blunder_limit(found)
     for side in (-limit, limit):
         axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
-    for each in blunders_of(found)[:_NAMED]:
-        name = f" {rows.what(each.row, space)}, row {numbers[each.row]}"
-        place = (numbers[each.row], rows.t[each.row])
+    for each in islice(blunders_of(found), _NAMED):
+        name = f" {each.what}, row {each.row_number}"
+        place = (each.row_number, each.student)
         axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
     axes.axhline(0, color=LINE, linewidth=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

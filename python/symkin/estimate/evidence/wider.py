@@ -4,34 +4,30 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
+
 from symkin import _core
-from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.corrections import with_frames
-from symkin.estimate.cross_validation import cross_validation_of
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.frames import frame_doubt, with_frames
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
-from symkin.model.mechanism import Mechanism
+from symkin.model.core_setup import scalar_values
 from symkin.values import Value, field, record
 
 __all__ = [
     "Alternative",
-    "Fitting",
-    "Model",
     "alternatives_of",
-    "help_in_words",
-    "model_of",
-    "models_of",
-    "unseen_rms",
+    "contradiction_of",
+    "doubts_of_models",
 ]
 
 
-_FOLDS = 5
+_NAMED = 3
 
 
 @record
@@ -76,6 +72,8 @@ def alternatives_of(found: Found) -> list[Alternative]:
     options = found.options
     if not found.converged or found.degrees_of_freedom <= 0 or options.loss != "none":
         return []
+    if found.legs:
+        return []  # where every parameter is free, the tests of the closures tell
     options = dataclasses.replace(options, noise=found.noise)
     wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
     if options.sensor == "linear" and found.mechanism.curvature is None:
@@ -134,102 +132,69 @@ def all_free(options: EstimateOptions) -> EstimateOptions:
     return dataclasses.replace(options, free=None, fixed=fixed, shared=())
 
 
-@record
-class Model(Value):
-    """A model of the robot, its sensors and its surroundings, and what it leaves.
-
-    Attributes
-    ----------
-    what : str
-        "identified", "noise" (as large as the residuals ask for), "quadratic" or "eccentric"
-        sensors, "held" for what is held or shared, "frames" besides the geometry within its
-        tolerances, or "frames alone" with the geometry as drawn.
-    unknowns : int
-        How many are estimated.
-    chi_square : float
-        Of observations and priors, by the declared noise but for "noise".
-    degrees_of_freedom : int or float
-        Its degrees of freedom.
-    unseen_rms : float
-        Closures of the legs at full poses that the fit did not see, in 5 parts, root mean square,
-        m; NaN without full poses.
-    """
-
-    what: str
-    unknowns: int
-    chi_square: float
-    degrees_of_freedom: float
-    unseen_rms: float = field(unit="m")
+def doubts_of_models(
+    found: Found, alternatives: Sequence[Alternative], help_in_words: Callable[[str], str]
+) -> Iterator[Doubt]:
+    """Say which wider model explains best what is not explained."""
+    alarming = [each for each in alternatives if each.alarms]
+    if alarming:
+        # Each of these explains a part of what is due to another.
+        best = min(alarming, key=lambda each: (each.p_value, -each.statistic))
+        yield _doubt_of(found, best, help_in_words)
 
 
-Fitting = Callable[[str], Model | None]  # one of the models, by its name
+def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], str]) -> Doubt:
+    evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
+    figures = {"evidence": f" ({evidence})"}
+    if other.what in ("frames", "held"):
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
+    if other.what == "frames":
+        asked = found.nominal.space, fit.setup.base, found.options, other.options
+        return frame_doubt(*asked, figures["evidence"], other.p_value)
+    figures["help"] = help_in_words(other.what)
+    if other.what == "held":
+        moved = _most_moved(found, problem, fit)
+        figures["evidence"] = f" ({evidence} if all are free, which moves {moved})"
+        return Doubt("held-is-wrong", p=other.p_value, figures=figures)
+    code = {"quadratic": "sensor-curved", "eccentric": "sensor-eccentric"}[other.what]
+    figures |= {"whose": "all legs", "amount": ""}
+    every, options = tuple(range(len(found.nominal.legs))), {"sensor": other.what}
+    return Doubt(code, every, p=other.p_value, figures=figures, options=options)
 
 
-def models_of(found: Found, alternatives: Sequence[Alternative], model: Fitting) -> Iterator[Model]:
-    """Fit models besides the one that was asked for to the same observations."""
-    identified = model("identified")
-    assert identified is not None
-    yield identified
-    if found.spread > 1:
-        yield dataclasses.replace(
-            identified,
-            what="noise",
-            unknowns=identified.unknowns + 1,
-            chi_square=float(found.degrees_of_freedom),
-        )
-    wider = [model(each.what) for each in alternatives]
-    yield from (each for each in (*wider, model("frames alone")) if each is not None)
-
-
-def model_of(found: Found, alternatives: Sequence[Alternative], what: str) -> Model | None:
-    """Fit what was identified, one of its alternatives, or "frames alone"; None without a fit."""
-    if what == "identified":
-        goodness = found.chi_square, found.degrees_of_freedom
-        return Model(
-            what,
-            len(found.names),
-            *goodness,
-            unseen_rms(found.nominal, found.measurements, found.options),
-        )
-    options = {each.what: each.options for each in alternatives}.get(what)
-    if what == "frames alone":
-        framed = with_frames(found.nominal, found.measurements, found.options)
-        options = framed and dataclasses.replace(
-            framed, free=framed.frames, shared=(), prior=None, noise=found.noise
-        )
-    if options is None:
-        return None
-    try:
-        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
-    except SymkinError:
-        return None
-    if not fit.converged:
-        return None
-    goodness = fit.goodness.chi_square, fit.goodness.degrees_of_freedom
-    return Model(
-        what,
-        len(problem.layout.names),
-        *goodness,
-        unseen_rms(found.nominal, found.measurements, options),
-    )
-
-
-def unseen_rms(nominal: Mechanism, measurements: Measurements, options: EstimateOptions) -> float:
-    """How a model does at full poses that it did not see: closures of the legs, m; NaN without."""
-    try:
-        validation = cross_validation_of(
-            nominal, measurements, _FOLDS, nominal.protocol.seed, options
-        )
-    except SymkinError:
-        return math.nan
-    return validation.residual_rms
-
-
-def help_in_words(before: float, after: float, closure_unit: str) -> str:
-    """By how much a model helps at poses that the fit did not see; empty where nobody knows."""
-    if not math.isfinite(before + after):
+def contradiction_of(found: Found) -> str:
+    """Why an estimate did not converge that would if nothing was held; empty if that is not why."""
+    options = found.options
+    if options.free is None and not options.fixed and not options.shared:
         return ""
-    return (
-        f", which brings the closures at unseen poses from {1e3 * before:.3g} to "
-        f"{1e3 * after:.3g} m{closure_unit}"
+    wide = dataclasses.replace(
+        all_free(options), prior="tolerances", gauge="prior", noise=found.noise
     )
+    try:
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, wide).resolved()
+    except SymkinError:
+        return ""
+    if not fit.converged or fit.goodness.chi_square > fit.goodness.limit:
+        return ""
+    if not found.unexplained:
+        return (
+            "the observations hardly show what is free; with everything free within the "
+            "tolerances (--prior tolerances) it converges"
+        )
+    return (
+        "what is held or shared contradicts the observations: with everything free within the "
+        f"tolerances it converges, to chi-square {fit.goodness.chi_square:.3g} "
+        f"instead of {found.chi_square:.3g}, and moves {_most_moved(found, problem, fit)}"
+    )
+
+
+def _most_moved(found: Found, problem: Problem, fit: _core.JointFit) -> str:
+    """What of the held or shared moves most where it is free."""
+    held = {each.name for each in found.unknowns if each.status.partition(",")[0] != "free"}
+    layout = problem.layout
+    free = (layout.column >= 0) & (layout.tolerances > 0)
+    moves = np.abs(scalar_values(fit.setup) - scalar_values(problem.setup))[free]
+    names = np.array(layout.scalars)[free]
+    moved = sorted(zip(moves / layout.tolerances[free], names, strict=True), reverse=True)
+    named = [f"{name} ({by:.2g} tolerances)" for by, name in moved if name in held]
+    return ", ".join(named[:_NAMED])

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: MIT
+"""The closed list of what may be said of an estimate: a code, what it says, and what to do.
+
+Sentences are made from here alone. `{legs}` and `{rows}` name what a finding is about, `{options}`
+what to ask `identify` for, in the language of who asks; the rest are the finding's figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+__all__ = ["CAUSES", "DOUBTS", "NOTES", "Code"]
+
+
+class Code(NamedTuple):
+    """What is said in a sentence, and what to do about it, if there is anything."""
+
+    says: str
+    remedy: str = ""
+
+
+# Mistakes that are found by correcting them; as a doubt, a likely cause.
+CAUSES: Mapping[str, Code] = {
+    "gross-errors": Code(
+        "gross errors in rows {rows}: a robust loss (cauchy) finds {count} of {total} poses that "
+        "do not fit the others, whose chi-square is {after:.3g} per degree of freedom",
+        "look at these rows, or identify with {options}",
+    ),
+    "columns-exchanged": Code(
+        "the readings of {legs} are in the columns of legs {columns}", "exchange the columns"
+    ),
+    "working-mode": Code("{which}", "set working_mode so in the file"),
+    "opposite-sign": Code(
+        "the readings of {legs} have the opposite sign",
+        "negate the column{s}, or the sensor_gain of the drawing",
+    ),
+    "unit-of-readings": Code(
+        "the readings of {legs} look like {unit}", "name the column{s} by the true unit"
+    ),
+    "zero-half-a-turn-off": Code(
+        "the sensor{s} of {legs} {was} set to zero half a turn off the drawing's zero",
+        "change sensor_offset in the drawing by half a turn",
+    ),
+    "gain": Code(
+        "the readings of {legs} grow {rates} times as fast as the drawing's",
+        "correct sensor_gain, or the unit",
+    ),
+    "zero": Code(
+        "the sensor{s} of {legs} {was} set to zero {shifts} {unit} off the drawing's zero",
+        "identify with a wide prior of sensor_offset",
+    ),
+    "unit-of-lengths": Code(
+        "lengths that were observed are {unit}", "give them in metres, or name the columns so"
+    ),
+    "convention-of-poses": Code("in the measured poses {convention}", "correct the table"),
+    "rows-shifted": Code(
+        "the readings of {legs} stand {shift} in the table", "move the column{s} back"
+    ),
+    "rows-in-another-unit": Code(
+        "the positions of rows {rows} are {unit}, those of the others metres",
+        "give all of them in metres",
+    ),
+    "frame-not-as-drawn": Code(
+        "the frame of the measurements is not the drawing's{evidence}: {moved}turned by about "
+        "{angle:.3g} degrees",
+        "identify with {options}",
+    ),
+    "held-is-wrong": Code(
+        "parameters that are held or shared are not as they are said to be{evidence}",
+        "free them{help}",
+    ),
+    "held-factor": Code(
+        "the {name}, which is held, is {size:.4g} times the drawing's in all legs",
+        "multiply it in the drawing by that",
+    ),
+}
+
+DOUBTS: Mapping[str, Code] = {
+    **CAUSES,
+    # Too little was measured.
+    "parameters-alike": Code(
+        "{legs}: the poses hardly tell its parameters apart (condition number {size:.3g})",
+        "measure further out, or choose poses with a plan",
+    ),
+    "nothing-to-spare": Code(
+        "{who}no pose to spare, so the noise cannot be checked and nothing can speak against the "
+        "estimate: measure more"
+    ),
+    "little-to-spare": Code(
+        "{legs}: only {poses} to spare, so the noise can hardly be checked", "measure more"
+    ),
+    "many-rejected": Code("{legs}: the robust loss rejects {count} of its {total} poses"),
+    "rows-without-pose": Code("no pose explains row{n} {rows}, which {verb} left out"),
+    "leg-not-read": Code("{legs} has no reading: its parameters stay where the priors have them"),
+    "parameters-unknown": Code(
+        "the measurements say nothing of {names}: the standard deviation is more than {size:g} "
+        "times the tolerance, so the drawing knows better"
+    ),
+    # Residuals against the declared noise.
+    "residuals-large": Code(
+        "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), above {limits} "
+        "which 1 of 1000 sound robots exceeds: residuals are {size:.2g} times what the declared "
+        "noise explains; {then}"
+    ),
+    "few-far-off": Code(
+        "half of the residuals are only {size:.2g} times as large as declared: some poses are far "
+        "off; look at them, or use a robust loss"
+    ),
+    "residuals-small": Code(
+        "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), below {limits} "
+        "which 1 of 1000 sound robots falls short of: {why}"
+    ),
+    # What rows show by themselves.
+    "other-working-mode": Code(
+        "{legs}: the readings are those of working mode {mode:+d}, but the mechanism has "
+        "{drawn:+d}: set working_mode = {mode}"
+    ),
+    "some-in-other-mode": Code(
+        "{legs}: {count} of {total} readings (the first in row {first}) are those of the other "
+        "working mode ({mode:+d})"
+    ),
+    "out-of-reach": Code(
+        "{legs}: the calibrated model cannot take {count} of {total} measured poses; that of row "
+        "{first} is {milli:.3g} m{unit} beyond its reach"
+    ),
+    "turns-away": Code(
+        "{legs}: all readings are {turns} away from the sensor's zero that the mechanism has, "
+        "which the gain and the offset then have to explain"
+    ),
+    "turns-lost": Code(
+        "{legs}: {count} of {total} readings are a turn away from the others (rows {rows}): the "
+        "sensor wrapped or was reset; add the turn, since the gain would have to explain it"
+    ),
+    "rows-copied": Code(
+        "{count} of {total} poses are copies of others (first: row {first}): they agree a thousand "
+        "times better than the declared noise of measuring them allows, so they add no "
+        "information; the standard deviations are too small",
+        "leave rows {rows} out",
+    ),
+    "readings-coarse": Code(
+        "the readings of {legs} take only {count} values in steps of {size:.3g} {unit}: rounded, "
+        "repeated, or of a coarse sensor"
+    ),
+    "rows-unlike": Code(
+        "{these} not fit the others: look at the measurement, or use a robust loss"
+    ),
+    # What the residuals depend on.
+    "sensor-curved": Code(
+        "{whose}: the residuals contain a square of the reading{amount}: the sensors are not "
+        "linear, as with a spool that fills, a rope that stretches or a slipping drive{evidence}",
+        "identify with {options}{help}",
+    ),
+    "sensor-eccentric": Code(
+        "{whose}: the residuals repeat with each turn of the sensor{amount}: an encoder or a spool "
+        "runs out of true{evidence}",
+        "identify with {options}{help}",
+    ),
+    "depends-on-pose": Code(
+        "{whose}: the residuals depend on the pose, most on {terms}{amount}: something bends or "
+        "sags, a joint is not where the chain has it, or the measuring device is distorted"
+        "{evidence}"
+    ),
+    "neighbours-alike": Code(
+        "residuals of neighbouring rows are alike: something drifts in the order of measuring, "
+        "such as a warming structure, a slipping drive or a moving target{evidence}"
+    ),
+    "neighbours-opposite": Code(
+        "residuals of neighbouring rows are opposite: the rows alternate between two states, such "
+        "as two directions of approach (backlash){evidence}"
+    ),
+    "legs-together": Code(
+        "residuals of legs {pairs} vary together more than the declared noise of the pose "
+        "explains: its position and orientation parts are not in the declared proportion to each "
+        "other and to the readings'{evidence}"
+    ),
+    "estimators-disagree": Code(
+        "the estimators implicit and joint disagree by more than the noise explains: the declared "
+        "split of the noise between pose and readings is wrong, or the model lacks something"
+        "{evidence}"
+    ),
+    # The drawing and its tolerances.
+    "moved-together": Code(
+        "the parameters of all legs moved together: {movement}, which explains {share:.0%} of "
+        "their distance from the drawing"
+    ),
+    "all-far": Code(
+        "all parameters together are further from the drawing than their tolerances make plausible "
+        "(chi-square {size:.3g} for {count} parameters)"
+    ),
+    "parameters-far": Code("parameters are further from the drawing than is plausible: {names}"),
+}
+
+NOTES: Mapping[str, Code] = {
+    "search-cut-short": Code(
+        "Not every correction was tried, as of so many legs there are too many: that no cause is "
+        "named says less than for a robot with few legs."
+    ),
+    "columns-unread": Code("{words}"),
+    "settings-changed": Code("{words}"),
+    "heights": Code("{words}"),
+    "parameters-unneeded": Code(
+        "the measurements say nothing of {names}: the standard deviation is more than {size:g} "
+        "times the tolerance; the end effector is known better than by the drawing nevertheless"
+    ),
+    "parameters-weak": Code(
+        "the measurements say less than the tolerances of {names}: the standard deviation is "
+        "larger than the tolerance; what the platform does follows from combinations of these "
+        "parameters, which are known better"
+    ),
+    "rows-unguarded": Code(
+        "a gross error in {which} would not be seen, since the estimate follows it: measure more "
+        "poses near it"
+    ),
+    "gauge": Code("{words}: parameters and deviations depend on it."),
+    "priors-stand": Code(
+        "The data say next to nothing of {names}: what stands there is the prior."
+    ),
+    "noise-estimated": Code(
+        "The noise was estimated from the same observations, so that chi-square says nothing of "
+        "the model."
+    ),
+    "legs-interchangeable": Code(
+        "The observations do not show which leg is which: with the readings of the legs in the "
+        "order {orders} the estimate is as good. See by hand that every column is of the leg that "
+        "it names."
+    ),
+    "sensors-curved": Code(
+        "The calibrated sensors are curved: kinematics and errors at measured poses use them; "
+        "plans, simulations and identification leg by leg refuse them."
+    ),
+    "left-out": Code("Left out as blunders: {names}."),
+}

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: MIT
+"""What may have been mistaken where anything is observed: each correction is tried by a refit.
+
+Signs, order, zeros, gains and units of the readings, working modes, units and conventions of what
+was observed, frames that nobody mentioned. All are judged alike: by chi-square with the drawing's
+tolerances as priors, so that an estimate far from the drawing counts as much as residuals do.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import heapq
+import math
+import operator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import ClassVar
+
+import numpy as np
+
+from symkin import _core
+from symkin.data.measurements import Measurements
+from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
+from symkin.estimate.evidence.edits import corrections_of, pairs_of
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Model, per_degree
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import observed_count
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, field, record
+
+__all__ = ["Budget", "Hypothesis", "explained", "hypotheses_of", "likely_cause"]
+
+_TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
+_EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the cause
+_BETTER = 20.0  # of chi-square: corrections that differ by less are not told apart
+# Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
+# survive, and how many do.
+_LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
+_TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
+_HOPELESS = 1000.0  # times what another leaves that may well explain the data
+_NAMED = 3
+_HUGE = 1000.0  # times better suffices even if something else is wrong besides
+
+
+@record
+class Hypothesis(Value):
+    """A mistake that may have been made, and what a refit says once it is corrected.
+
+    Attributes
+    ----------
+    cause : Doubt or None
+        The mistake; None for everything being as it is stated, and where no estimate was found that
+        would tell.
+    chi_square : float
+        Of observations and tolerances together; infinite where no estimate was found. Of what is
+        stated, the least that its solver reached from any start, converged or not.
+    degrees_of_freedom : int or float
+        Its degrees of freedom; 0 where no estimate was found.
+    limit : float
+        What chi-square exceeds in one of 1000 sound robots; 0 where no estimate was found.
+    proposed : bool
+        Whether it, or one that cannot be told from it, explains the data and what is stated does
+        not.
+    """
+
+    derived: ClassVar[tuple[str, ...]] = ("what",)
+
+    cause: Doubt | None = field(private=True)
+    chi_square: float
+    degrees_of_freedom: float
+    limit: float
+    proposed: bool
+
+    @property
+    def what(self) -> str:
+        """The mistake in words; empty for everything being as it is stated."""
+        return "" if self.cause is None else self.cause.words
+
+    @property
+    def explained(self) -> bool:
+        """Whether the declared noise explains what it leaves."""
+        return self.chi_square <= self.limit
+
+    @property
+    def per_degree(self) -> float:
+        """Chi-square per degree of freedom."""
+        return self.chi_square / max(self.degrees_of_freedom, 1)
+
+
+@dataclasses.dataclass
+class Budget:
+    """What may be spent on looking for causes, counted so that the answer depends on no clock.
+
+    Attributes
+    ----------
+    left : float
+        First looks, of a robot with one leg; they cost as the square of the legs. As many as there
+        are for a hexapod, of two corrections at once too.
+    spent : bool
+        Whether it did not do for everything.
+    """
+
+    left: float = 6e4
+    spent: bool = False
+
+    def of(self, corrections: Iterable[Correction], legs: int) -> Iterator[Correction]:
+        """As many of them as there is a budget for."""
+        for each in corrections:
+            self.left -= legs**2
+            if self.left < 0:
+                self.spent = True
+                return
+            yield each
+
+
+@contextmanager
+def explained(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    options: EstimateOptions,
+    *,
+    by_leg: bool = False,
+) -> Iterator[None]:
+    """Say of measurements that allow no estimate what may be wrong with them."""
+    try:
+        yield
+    except SymkinError as error:
+        # What is refused before anything is fitted says why itself.
+        fitted = isinstance(error, FailedFitError) or (
+            isinstance(error, NotIdentifiableError) and not by_leg
+        )
+        tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
+        cause = likely_cause(tried)
+        if cause is None:
+            raise
+        error.likely_cause, words = cause, str(cause)
+        # Its fields name directions, so the error stays the same object.
+        error.args = (f"{error}. {words[0].upper()}{words[1:]}",)
+        raise
+
+
+def likely_cause(tried: Sequence[Hypothesis]) -> Doubt | None:
+    """The corrections that are proposed, with what speaks for them; None if none are.
+
+    A part of what is wrong where even they leave what nothing explains.
+    """
+    proposed = [each for each in tried if each.proposed and each.cause is not None]
+    causes = [each.cause for each in proposed if each.cause is not None]
+    if not causes:
+        return None
+    before = next(each.per_degree for each in tried if not each.what)
+    after = max(each.per_degree for each in proposed)
+    whole = all(each.explained for each in proposed)
+    return causes[0].as_cause(causes[1:], before, after, whole=whole)
+
+
+def hypotheses_of(
+    nominal: Mechanism,
+    measurements: Measurements,
+    options: EstimateOptions,
+    *,
+    by_leg: bool = False,
+    budget: Budget | None = None,
+) -> tuple[Hypothesis, ...]:
+    """Try corrections of what people mistake most often, the best first.
+
+    Each is tried on a few of the poses, what comes out best on more, and the best on all. What
+    explains the data as well as another but has unknowns besides is left to the other. Two at once
+    are tried where one does not explain the data, or only a part: then with that one. That of no
+    mistake is among them.
+    """
+    if by_leg:
+        # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
+        nominal = nominal.replace(frames=None)
+        options = dataclasses.replace(options, poses="all")
+    stated = Correction(_as_it_is, Model(nominal, options), measurements)
+    budget = budget or Budget()
+    legs = len(nominal.legs)
+    alone = _judged(stated, budget.of(corrections_of(stated), legs))
+    proposed = [each for each in alone if each.proposed]
+    before = next(each.per_degree for each in alone if each.cause is None)
+    if max((each.per_degree for each in proposed), default=before) < LITTLE:
+        return alone
+    # Of so many some are much less bad than a great mistake; what they leave has to be little.
+    parts = {each.what for each in proposed}
+    pairs = _judged(stated, budget.of(pairs_of(stated, parts), legs))
+    found = (each.per_degree for each in pairs if each.proposed)
+    return pairs if max(found, default=math.inf) < LITTLE else alone
+
+
+def _judged(stated: Correction, corrections: Iterable[Correction]) -> tuple[Hypothesis, ...]:
+    """What is stated and the best of corrections, each with what it leaves, the best first."""
+    told = observed_count(stated.measurements) - stated.mechanism.space.dof
+    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    for number, framed, steps, followed in _LOOKS:
+        looks = (
+            (each.look(max(framed if each.options.frames else number, enough), steps), each)
+            for each in corrections
+        )
+        best = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
+        least = min((value for value, _ in best), default=math.inf)
+        most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
+        corrections = [each for value, each in best if value <= most]
+    poses, steps = SECOND
+    tried = [(each, each.some(poses).fit(steps)) for each in corrections]
+    rivals = _rivals(tried)
+    if rivals and stated.options.loss != "none":
+        sound = rivals[0].not_rejected()
+        stated, *rivals = (each.subset(sound) for each in (stated, *rivals))
+    settled = [(each, fit) for each in rivals if (fit := each.fit(SECOND[1]))]
+    named = {id(each) for each in _rivals(settled)}
+    as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
+    hypotheses = [_told(stated, as_stated)]
+    for each, fit in settled:
+        freed = each.options is not stated.options
+        proposed = id(each) in named and _explains(fit, as_stated, freed=freed)
+        hypotheses.append(_told(each, fit, proposed=proposed))
+    kept = {id(each) for each in rivals}
+    hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
+    return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _as_stated(stated: Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
+    """What is stated, at the best that its solver reaches, or None.
+
+    From its own start, and from the poses that corrections found: that it did not converge, or to
+    no good end, is no evidence of the mistake. Most corrections set more free than is stated, and
+    would be proposed for a sound robot whose own start was poor.
+    """
+    best = stated.fit(SECOND[1], whole=False)
+    for fit in corrected:
+        if _explains(fit, best):
+            again = stated.fit(SECOND[1], whole=False, start=fit.poses)
+            best = min(best, again, key=per_degree)
+    return best
+
+
+def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None, *, freed: bool = True) -> bool:
+    """Whether a correction explains what is not explained as it is stated.
+
+    What only edits the table is not better by so much by chance; what sets more free has to be
+    better by twice that, and to leave nothing that noise does not explain. What explains only a
+    part must leave so much less of the measurements: a robot that shrinks until nothing matters is
+    as little worse than any nonsense as its tolerances make it.
+    """
+    after, before = per_degree(fit), per_degree(as_stated)
+    gained = (before - after) * fit.goodness.degrees_of_freedom
+    whole = fit.goodness.chi_square <= fit.goodness.limit
+    if whole if freed else after < _EXPLAINED:
+        return gained > (2 * _BETTER if freed else _BETTER)
+    if after * LITTLE >= before:
+        return False
+    by_residuals = float(np.nansum(fit.chi_squares)) > fit.goodness.chi_square / 2
+    return after < LITTLE or (by_residuals and math.inf > before > after * _HUGE)
+
+
+def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[Correction]:
+    """The best correction, and those that the data do not tell from it; none if these are many."""
+    found = [
+        (each, fit.goodness.chi_square, per_degree(fit))
+        for each, fit in tried
+        if fit and per_degree(fit) > _TOO_GOOD
+    ]
+    if not found:
+        return []
+    _, least, share = min(found, key=lambda each: each[1])
+    # Where the model lacks something, all are worse by as much.
+    found.sort(key=lambda each: each[1])
+    near = [each for each, value, _ in found if value <= least + _BETTER * max(share, 1.0)]
+    fewest = min(each.wide for each in near)
+    # The same correction may have been tried from several starts.
+    rivals = {each.key: each for each in reversed(near) if each.wide == fewest}
+    return list(rivals.values()) if len(rivals) <= _NAMED else []
+
+
+def _as_it_is(_: _core.JointFit) -> None:
+    """No mistake."""
+
+
+def _told(
+    correction: Correction, fit: _core.JointFit | None, *, proposed: bool = False
+) -> Hypothesis:
+    return Hypothesis(
+        cause=correction.told(fit),
+        chi_square=math.inf if fit is None else fit.goodness.chi_square,
+        degrees_of_freedom=0 if fit is None else fit.goodness.degrees_of_freedom,
+        limit=0.0 if fit is None else fit.goodness.limit,
+        proposed=proposed,
+    )

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: MIT
+"""An estimate against the drawing and its tolerances."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import named_legs
+from symkin.estimate.evidence.findings import Doubt, Note, few
+from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN
+from symkin.estimate.found import Found
+from symkin.estimate.parameters import Unknown
+from symkin.estimate.precision import Expected
+from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
+from symkin.model.tolerances import parameter_tolerances
+
+__all__ = [
+    "implausible_parameters",
+    "unknown_parameters",
+    "unneeded_parameters",
+    "weak_parameters",
+]
+
+Array = NDArray[np.float64]
+
+_NAMED = 3
+_LISTED = 6
+_SENSOR_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+# Share of the squared distance from the drawing that a common movement must explain to be named.
+_EXPLAINED = 0.5
+_MOVEMENTS = {
+    "base": "the frame of the measured poses is {} against the drawing's base",
+    "platform": "the measured target is {} against the drawing's platform frame",
+    "scale": "the measured positions are {} against the drawing's lengths",
+}
+
+
+def implausible_parameters(found: Found) -> Iterator[Doubt]:
+    """Name parameters, and movements of all of them, that the tolerances make implausible.
+
+    Those without a prior: with one, chi-square says it.
+    """
+    moved = [each for each in found.unknowns if _has_tolerance(each) and math.isnan(each.prior)]
+    if not moved or not all(math.isfinite(each.deviation) for each in moved):
+        return
+    if found.legs:
+        yield from _common_movements(found)
+    share = {
+        each.name: abs(each.change) / math.hypot(each.tolerance, each.deviation)
+        for each in moved
+        if found.legs or each.shown
+    }
+    limit = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / max(len(share), 1))
+    far = sorted(
+        (each for each in moved if share.get(each.name, 0) > limit),
+        key=lambda each: -share[each.name],
+    )
+    if far:
+        named = [
+            f"{each.name} by {each.change:+.3g} {each.unit}".rstrip()
+            + f" ({share[each.name]:.3g} times what tolerance and noise allow)"
+            for each in far
+        ]
+        figures = {"names": few(named, _NAMED)}
+        yield Doubt("parameters-far", _legs(far), size=share[far[0].name], figures=figures)
+
+
+def unknown_parameters(found: Found) -> Iterator[Doubt]:
+    """Name parameters that the measurements in effect do not show, and that matter."""
+    unknown = _unknown(found)
+    if unknown and not _platform_is_known(found):
+        figures = {"names": _named(unknown)}
+        yield Doubt("parameters-unknown", _legs(unknown), size=UNKNOWN, figures=figures)
+
+
+def unneeded_parameters(found: Found) -> Iterator[Note]:
+    """Name parameters that the measurements do not show, and that the end effector hardly needs."""
+    unknown = _unknown(found)
+    if unknown and _platform_is_known(found):
+        figures = {"names": _named(unknown)}
+        yield Note("parameters-unneeded", _legs(unknown), size=UNKNOWN, figures=figures)
+
+
+def _unknown(found: Found) -> list[Unknown]:
+    return [
+        each
+        for each in found.unknowns
+        if each.column >= 0
+        and (found.legs or each.shown)
+        and each.deviation > UNKNOWN * each.tolerance
+    ]
+
+
+def _platform_is_known(found: Found) -> bool:
+    """Whether the end effector is known better over the workspace than by the drawing alone."""
+    tolerances = np.array([each.tolerance for each in found.first_unknowns])
+    if not np.isfinite(tolerances).all():
+        return False
+    drawn = dataclasses.replace(found, covariance=np.diag(tolerances**2))
+    after, before = Expected.of(found), Expected.of(drawn)
+    if after is None or before is None:
+        return False
+    return after.position <= before.position and after.orientation <= before.orientation
+
+
+def weak_parameters(found: Found) -> Iterator[Note]:
+    """Name parameters that the drawing knows better than the measurements."""
+    weak = [
+        each
+        for each in found.unknowns
+        if each.column >= 0 and each.tolerance < each.deviation <= UNKNOWN * each.tolerance
+    ]
+    if found.legs and weak:
+        yield Note("parameters-weak", _legs(weak), figures={"names": _named(weak)})
+
+
+def _has_tolerance(each: Unknown) -> bool:
+    own = each.name.rpartition(".")[2]
+    return each.column >= 0 and math.isfinite(each.tolerance) and own not in _SENSOR_TERMS
+
+
+def _legs(unknowns: list[Unknown]) -> tuple[int, ...]:
+    blocks = (each.name.partition(".")[0] for each in unknowns)
+    return tuple(sorted({int(block[3:]) - 1 for block in blocks if block.startswith("leg")}))
+
+
+def _named(unknowns: list[Unknown]) -> str:
+    by_name: dict[str, list[int]] = {}
+    for each in unknowns:
+        block, _, own = each.name.partition(".")
+        of_leg = block.startswith("leg")
+        by_name.setdefault(own if of_leg else each.name, []).extend(
+            [int(block[3:]) - 1] if of_leg else []
+        )
+    named = [f"{name} of {named_legs(legs)}" if legs else name for name, legs in by_name.items()]
+    return few(named, _LISTED)
+
+
+def _common_movements(found: Found) -> Iterator[Doubt]:
+    """Movements of all parameters as one, which show far below the tolerance of any of them."""
+    own = np.flatnonzero(found.nominal.is_estimated)
+    tolerances = parameter_tolerances(found.nominal).ravel()[own]
+    inverse = np.linalg.inv(found.covariance + np.diag(tolerances**2))
+    z = found.changes.ravel()[own]
+    distance = float(z @ inverse @ z)
+    if distance == 0:
+        return
+    best: tuple[float, Doubt] | None = None
+    for kind, words in _MOVEMENTS.items():
+        if kind == "scale" and not found.nominal.space.moves:
+            continue
+        directions = _directions(found, kind)
+        if directions.shape[1] == 0:
+            continue
+        information = directions.T @ inverse @ directions
+        gradient = directions.T @ inverse @ z
+        amounts = np.linalg.pinv(information, rcond=1e-10) @ gradient
+        explained = float(gradient @ amounts)
+        p_value = _core.chi_square_tail(explained, directions.shape[1])
+        limit = FALSE_ALARMS / 8 if best is None else best[0]
+        if explained < _EXPLAINED * distance or p_value >= limit:
+            continue
+        movement = words.format(_in_words(kind, amounts, found.nominal.space.size))
+        figures = {"movement": movement, "share": explained / distance}
+        every, size = tuple(range(len(found.legs))), float(np.linalg.norm(amounts))
+        best = p_value, Doubt("moved-together", every, size=size, p=p_value, figures=figures)
+    if best is not None:
+        yield best[1]
+        return
+    p_value = _core.chi_square_tail(distance, z.size)
+    if p_value < FALSE_ALARMS / 8:
+        yield Doubt("all-far", size=distance, p=p_value, figures={"count": z.size})
+
+
+def _directions(found: Found, kind: str) -> Array:
+    """Changes of what is identified, one a column, that stand for moving a frame or for a scale.
+
+    They are those with which the closures at the measured poses stay as they are, leg by leg.
+    """
+    calibrated, measurements = found.mechanism, found.measurements
+    columns = []
+    for leg, fit in enumerate(found.legs):
+        rows = _core.linearise(
+            calibrated.core,
+            leg,
+            measurements.poses[fit.rows],
+            measurements.readings[fit.rows, leg],
+        )
+        movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
+        movement = np.repeat(movement, calibrated.closures, axis=0)
+        wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)
+        by_parameters = rows.by_parameters[:, found.nominal.estimated[leg]]
+        scale = np.linalg.norm(by_parameters, axis=0)
+        scale[scale == 0] = 1
+        solved = np.linalg.lstsq(by_parameters / scale, wanted, rcond=1e-12)[0]
+        columns.append(solved / scale[:, None])
+    return np.vstack(columns)
+
+
+def _movements(kind: str, pose_space: str, poses: Array) -> Array:
+    """Changes of the poses on their tangent, shape (N, dof, movements)."""
+    rotation, translation = transforms(pose_space, poses)
+    none, same = np.zeros_like(rotation), np.broadcast_to(np.eye(3), rotation.shape)
+    movements = {
+        "base": np.block([[same, -cross_matrices(translation)], [none, same]]),
+        "platform": np.block([[rotation, none], [none, rotation]]),
+        "scale": np.concatenate([translation, np.zeros_like(translation)], axis=1)[:, :, None],
+    }[kind]
+    space = POSE_SPACES[pose_space]
+    shown = space.components
+    if kind == "scale":
+        return movements[:, shown]
+    free = space.frame_components
+    if kind == "platform" and not space.turns:
+        free = []  # its target's offset cannot be told from the base frame's
+    return movements[:, shown][:, :, free]
+
+
+def _in_words(kind: str, amounts: Array, positions: int) -> str:
+    if kind == "scale":
+        return (
+            f"{100 * amounts[0]:+.3g} % too large"
+            if amounts[0] > 0
+            else (f"{-100 * amounts[0]:.3g} % too small")
+        )
+    angle = np.degrees(np.linalg.norm(amounts[positions:]))
+    turned = f"turned by about {angle:.3g} degrees"
+    if not positions:
+        return turned
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in amounts[:positions])
+    return f"shifted by about ({shift}) mm and {turned}"

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: MIT
+"""Corrections of what people mistake most often, of readings, drawing and question."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import operator
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.analysis.workspace import best_homes
+from symkin.errors import named_legs
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.frames import frame_doubt, with_frames
+from symkin.estimate.evidence.measured import with_modes
+from symkin.estimate.evidence.table_edits import edits_of_poses, rarer_edits, with_readings
+from symkin.estimate.evidence.trial import Cause, Correction
+from symkin.model.mechanism import Mechanism
+from symkin.model.turns import turn_of
+
+__all__ = ["corrections_of", "in_modes", "pairs_of"]
+
+Array = NDArray[np.float64]
+
+_FEW_LEGS = 4  # of which any combination is tried
+_WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
+_FACTORS = {
+    180 / math.pi: "degrees that were stated as radians",
+    math.pi / 180: "radians that were stated as degrees",
+    2 * math.pi: "radians that were stated as turns",
+    1 / (2 * math.pi): "turns that were stated as radians",
+    1e-3: "metres that were stated as millimetres",
+    1e3: "millimetres that were stated as metres",
+}
+
+
+def corrections_of(stated: Correction) -> Iterator[Correction]:
+    """Give one correction at a time, of every kind in turn, should not all be tried."""
+    kinds = [kind(stated) for kind in (*_KINDS, rarer_edits, _sensors, _held_factors, _all_free)]
+    for each in itertools.zip_longest(*kinds):
+        yield from (correction for correction in each if correction is not None)
+
+
+def _all_free(stated: Correction) -> Iterator[Correction]:
+    options = stated.options
+    if options.free is not None or options.fixed or options.shared:
+        wide = dataclasses.replace(options, free=None, fixed=(), shared=())
+        cause = Doubt("held-is-wrong", figures={"evidence": "", "help": ""})
+        yield stated.of(cause, stated.mechanism, wide)
+
+
+def pairs_of(stated: Correction, parts: Collection[object] = ()) -> Iterator[Correction]:
+    """Two corrections of different kinds at once, without what has more unknowns.
+
+    If corrections are known to be `parts` of what is wrong, pairs with one of them.
+    """
+    for number, kind in enumerate(_KINDS):
+        for one in kind(stated):
+            for other in itertools.chain.from_iterable(each(one) for each in _KINDS[number + 1 :]):
+                words = {each.key for each in (one, other) if isinstance(each.cause, Doubt)}
+                # Words that depend on the fit may be those of a part.
+                if not parts or len(words) < 2 or not words.isdisjoint(parts):
+                    yield other._replace(cause=_both(one, other))
+
+
+def _both(one: Correction, other: Correction) -> Cause:
+    def of(fit: _core.JointFit | None) -> Doubt | None:
+        first, second = one.told(fit), other.told(fit)
+        if first is None or second is None:
+            return None
+        return dataclasses.replace(first, then=(*first.then, second))
+
+    return of(None) or of
+
+
+def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:
+    """Legs that a mistake may be of: any of few legs, one or all of many or if it comes `alone`."""
+    if alone or count > _FEW_LEGS:
+        return [(leg,) for leg in range(count)] + [tuple(range(count))] * (count > 1)
+    every = range(1, count + 1)
+    return [legs for size in every for legs in itertools.combinations(range(count), size)]
+
+
+def _with_readings(
+    stated: Correction, cause: Doubt, change: Callable[[Array], Array]
+) -> Correction:
+    return stated._replace(cause=cause, measurements=with_readings(stated.measurements, change))
+
+
+def _orders(stated: Correction) -> Iterator[Correction]:
+    """The columns of the readings in another order: any of few, of many two exchanged."""
+    count = stated.measurements.readings.shape[1]
+    own = tuple(range(count))
+    orders = set(itertools.permutations(own)) if count <= _FEW_LEGS else {own[::-1]}
+    for i, j in itertools.combinations(own, 2):
+        orders.add(tuple(j if leg == i else i if leg == j else leg for leg in own))
+    orders |= {own[shift:] + own[:shift] for shift in own}
+    for order in sorted(orders - {own}):
+        moved = [leg for leg in own if order[leg] != leg]
+        columns = ", ".join(str(order[leg] + 1) for leg in moved)
+        cause = Doubt("columns-exchanged", tuple(moved), figures={"columns": columns})
+        yield _with_readings(stated, cause, operator.itemgetter((slice(None), order)))
+
+
+def _modes(stated: Correction) -> Iterator[Correction]:
+    nominal = stated.mechanism
+    modes = nominal.working_modes
+    home = nominal.inverse_kinematics(nominal.home[None])
+    for legs in _sets(len(modes)):
+        flipped = [-mode if leg in legs else mode for leg, mode in enumerate(modes)]
+        parts = []
+        for mode in (-1, 1):
+            own = [leg for leg in legs if flipped[leg] == mode]
+            if own:
+                verb = "stands" if len(own) == 1 else "stand"
+                parts.append(
+                    f"{named_legs(own)} {verb} in working mode {mode:+d}: set working_mode = {mode}"
+                )
+        cause = Doubt("working-mode", legs, figures={"which": "; ".join(parts)})
+        for robot in in_modes(nominal, flipped):
+            # A chain with one root does not care.
+            if not np.array_equal(robot.inverse_kinematics(nominal.home[None]), home):
+                yield stated.of(cause, robot, stated.options)
+
+
+def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:
+    """The mechanism in other working modes, with a home on either side of the singularities.
+
+    Its own home, as long as the new modes leave it a good one.
+    """
+    robot = with_modes(mechanism, list(modes))
+    settings = robot.workspace
+    if settings is None:
+        return [robot]
+    condition = robot.singularity_measures(robot.home[None])[2][0]
+    if condition <= settings.conditioning_limit:
+        return [robot]
+    return [
+        robot.replace(workspace=dataclasses.replace(settings, home=tuple(home)))
+        for home, _ in best_homes(robot)
+    ]
+
+
+def _changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[[Array], Array]:
+    def of_all(values: Array) -> Array:
+        values[:, legs] = change(values[:, legs])
+        return values
+
+    return of_all
+
+
+def _signs(stated: Correction) -> Iterator[Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1]):
+        yield _with_readings(stated, Doubt("opposite-sign", legs), _changed(legs, np.negative))
+
+
+def _units(stated: Correction) -> Iterator[Correction]:
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
+        for factor, unit in _FACTORS.items():
+            if ("metres" in unit) == (stated.mechanism.reading_unit == "m"):
+                cause = Doubt("unit-of-readings", legs, size=factor, figures={"unit": unit})
+                yield _with_readings(stated, cause, _changed(legs, partial(_over, factor)))
+
+
+def _half_turns(stated: Correction) -> Iterator[Correction]:
+    nominal = stated.mechanism
+    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
+        turns = [turn_of(nominal, leg) for leg in legs]
+        if None not in turns:
+            half = np.array(turns, dtype=float) / 2
+            cause = Doubt("zero-half-a-turn-off", legs)
+            yield _with_readings(stated, cause, _changed(legs, partial(np.add, -half)))
+
+
+def _over(factor: float, values: Array) -> Array:
+    return values / factor
+
+
+def _sensors(stated: Correction) -> Iterator[Correction]:
+    """Gains and zeros that the tolerances do not explain, of one leg or of all."""
+    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
+    gains = nominal.sensor_gains
+    named = list(nominal.parameter_names)
+    angular = np.array([nominal.leg_info(leg).reading_unit == "rad" for leg in range(count)])
+    # Gains of angles are compared with each other, and so are those of lengths.
+    largest = [np.abs(gains[angular == each]).max() for each in angular]
+    widths = {
+        "sensor_gain": _WIDE_GAIN * np.array(largest),
+        "sensor_offset": np.where(angular, math.pi, nominal.characteristic_length),
+    }
+
+    def cause(legs: tuple[int, ...], name: str) -> Callable[[_core.JointFit], Doubt]:
+        def of(fit: _core.JointFit) -> Doubt:
+            found = fit.setup.parameters[list(legs), named.index(name)]
+            drawn = nominal.parameters[list(legs), named.index(name)]
+            if name == "sensor_gain":
+                rates = drawn / found
+                figures = {"rates": ", ".join(f"{rate:.3g}" for rate in rates)}
+                return Doubt("gain", legs, size=float(rates[0]), figures=figures)
+            shifts = (drawn - found) / gains[list(legs)]
+            told = ", ".join(f"{shift:+.3g}" for shift in shifts)
+            figures = {"shifts": told, "unit": nominal.reading_unit}
+            return Doubt("zero", legs, size=float(shifts[0]), figures=figures)
+
+        return of
+
+    given = {} if stated.options.prior in (None, "tolerances") else stated.options.prior
+    if isinstance(given, str):
+        return
+    for legs in _sets(count, alone=True):
+        for name, width in widths.items():
+            if name in named:
+                wide = {f"leg{leg + 1}.{name}": float(width[leg]) for leg in legs}
+                priors = {**given, **wide}
+                options = dataclasses.replace(stated.options, prior=priors)
+                made = stated.of(cause(legs, name), nominal, options)
+                yield made._replace(wide=len(legs))
+
+
+def _held_factors(stated: Correction) -> Iterator[Correction]:
+    """A factor that is common to all legs, of a gain or a length that is held in all of them."""
+    nominal, given = stated.mechanism, stated.options.prior
+    if isinstance(given, str) or given is None:
+        given = {}
+    for index, name in enumerate(nominal.parameter_names):
+        drawn = nominal.parameters[:, index]
+        kinds = {nominal.parameter_roles(leg)[index].kind for leg in range(len(nominal.legs))}
+        if not kinds <= {"gain", "length"} or not drawn.all() or not stated.model.holds(name):
+            continue
+
+        def cause(fit: _core.JointFit, place: int = index, held: str = name) -> Doubt:
+            factors = fit.setup.parameters[:, place] / nominal.parameters[:, place]
+            every = tuple(range(len(factors)))
+            return Doubt("held-factor", every, size=float(factors[0]), figures={"name": held})
+
+        options = dataclasses.replace(
+            stated.options,
+            fixed=tuple(each for each in stated.options.fixed if each != name),
+            shared=(*stated.options.shared, name),
+            prior={**given, name: float(np.abs(drawn).max())},
+        )
+        yield stated.of(cause, nominal, options)._replace(wide=1)
+
+
+def _frames(stated: Correction) -> Iterator[Correction]:
+    options = with_frames(stated.mechanism, stated.measurements, stated.options)
+    if options is None:
+        return
+
+    def cause(fit: _core.JointFit) -> Doubt:
+        return frame_doubt(stated.mechanism.space, fit.setup.base, stated.options, options)
+
+    yield stated.of(cause, stated.mechanism, options)
+
+
+# Those of a pair are made in this order.
+_KINDS = (_orders, _modes, _signs, _units, _half_turns, edits_of_poses, _frames)

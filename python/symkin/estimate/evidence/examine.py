@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: MIT
+"""All that speaks against an estimate, however it was asked for: tests, then what would explain it.
+
+Chi-square and the parameters alarm for one of 1000 sound robots, each kind of test of the residuals
+for one of 2000, so that all of them together raise a doubt about fewer than 1 of 100.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.corrections import Budget, Hypothesis, hypotheses_of, likely_cause
+from symkin.estimate.evidence.drawing import implausible_parameters, unknown_parameters
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.fit_checks import (
+    CONDITION_LIMIT,
+    doubts_of_noise,
+    doubts_of_poses,
+    doubts_of_size,
+)
+from symkin.estimate.evidence.gross_errors import gross_errors
+from symkin.estimate.evidence.measured import (
+    coarse_readings,
+    copied_rows,
+    copies,
+    signs_of_mistakes,
+    taken_from,
+)
+from symkin.estimate.evidence.models import Fitting, help_of, model_of
+from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, outliers_of
+from symkin.estimate.evidence.residuals import (
+    ResidualTest,
+    diagnosed,
+    doubts_of_residuals,
+    tests_of,
+)
+from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
+from symkin.estimate.fit import by_leg
+from symkin.estimate.found import Found
+from symkin.estimate.solution import together
+
+__all__ = ["Evidence", "Noticed", "judged", "noticed"]
+
+# Standard deviations: with residuals of this size something else is wrong than a term.
+_GROSS = 30
+_SENSORS = {"sensor-curved", "sensor-eccentric"}
+
+
+class Noticed(NamedTuple):
+    """What speaks against an estimate, whatever the cause.
+
+    Attributes
+    ----------
+    lasting : tuple of Doubt
+        What no mistake brings about: too little was measured, or the same twice.
+    symptoms : tuple of Doubt
+        What a mistake may bring about, the worst first.
+    tests, outliers
+        See `Estimate`.
+    rest : Found or None
+        What was tested, if that is an estimate without rows that stand there twice.
+    """
+
+    lasting: tuple[Doubt, ...]
+    symptoms: tuple[Doubt, ...]
+    tests: tuple[ResidualTest, ...]
+    outliers: tuple[Outlier, ...]
+    rest: Found | None = None
+
+
+class Evidence(NamedTuple):
+    """What is to be told of it, and whether every correction could be tried."""
+
+    doubts: tuple[Doubt, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    complete: bool
+
+
+def noticed(
+    found: Found, alternatives: Callable[[], Sequence[Alternative]], model: Fitting
+) -> Noticed:
+    """Test an estimate by its residuals, its parameters and the measurements themselves.
+
+    Rows that stand there twice are not independent: then what is tested is an estimate without.
+    """
+    copied, size = list(copies(found)), list(doubts_of_size(found))
+    if not copied:
+        return _noticed(found, size, alternatives, model)
+    once = np.setdiff1d(np.arange(len(found.measurements.poses)), copied_rows(found))
+    try:
+        taken = found.measurements.subset(once)
+        rest = (by_leg if found.legs else together)(found.nominal, taken, found.options)
+    except SymkinError:
+        return Noticed((*copied, *size), (), (), ())
+    wider = cache(lambda: tuple(alternatives_of(rest)))
+    of_rest = _noticed(rest, size, wider, lambda what: model_of(rest, wider(), what))
+    rows = (int(once[each.row]) for each in of_rest.outliers)
+    outliers = [
+        dataclasses.replace(each, row=row, place=-1)
+        for each, row in zip(of_rest.outliers, rows, strict=True)
+    ]
+    lasting = (*copied, *of_rest.lasting)
+    return of_rest._replace(lasting=lasting, outliers=tuple(outliers), rest=rest)
+
+
+def _noticed(
+    found: Found,
+    size: Sequence[Doubt],
+    alternatives: Callable[[], Sequence[Alternative]],
+    model: Fitting,
+) -> Noticed:
+    result = diagnosed(found)
+    tests, outliers = tests_of(found, result), outliers_of(found, result)
+    taken = taken_from(found)
+    symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
+    # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
+    if all(leg.condition <= CONDITION_LIMIT for leg in found.legs):
+        if not _all_is_far_off(found):
+            symptoms += doubts_of_rows(found, outliers)
+            symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
+        symptoms += implausible_parameters(found)
+    symptoms += unknown_parameters(found)
+    symptoms += coarse_readings(taken) if symptoms else []
+    return Noticed(tuple(size), tuple(symptoms), tests, outliers)
+
+
+def _doubts_of_the_model(
+    found: Found,
+    tests: Sequence[ResidualTest],
+    alternatives: Sequence[Alternative],
+    model: Fitting,
+) -> list[Doubt]:
+    """What the closures depend on, and wider models, without saying the same twice."""
+    help_in_words = help_of(found, model)
+    wider = list(doubts_of_models(found, alternatives, help_in_words))
+    told = {each.code for each in wider}
+    # What is held shows in the residuals as whatever it resembles.
+    if "held-is-wrong" in told or "frame-not-as-drawn" in told:
+        return wider
+    by_test = doubts_of_residuals(found, tests, help_in_words)
+    return wider + [each for each in by_test if not (each.code in _SENSORS and told & _SENSORS)]
+
+
+def _all_is_far_off(found: Found) -> bool:
+    """Whether most residuals are so large that no single cause can be read off them."""
+    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
+
+
+def judged(estimate: Found, what: Noticed) -> Evidence:
+    """Look for a cause of what was noticed; what it does to the estimate is not told beside it."""
+    found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
+    cause: Doubt | None = None
+    tried: tuple[Hypothesis, ...] = ()
+    budget = Budget()
+    if what.symptoms or not found.converged:
+        cause, rest = gross_errors(found)
+        if cause is None:
+            asked = found.nominal, rest, found.options
+            tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget)
+            cause = likely_cause(tried)
+    told = doubts if cause is None else (cause, *what.lasting)
+    return Evidence(told, tried, complete=not budget.spent)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Poses without which everything fits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.drawing import implausible_parameters
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.outliers import outliers_of
+from symkin.estimate.evidence.residuals import diagnosed
+from symkin.estimate.fit import by_leg
+from symkin.estimate.found import Found
+from symkin.estimate.options import EstimateOptions, Estimator
+
+__all__ = ["gross_errors"]
+
+# Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
+_CHI_SQUARE = 9.0
+
+
+def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
+    """Poses without which everything fits, and the measurements without them.
+
+    No doubt if there are none, or if the rest fits no robot of this drawing: one that has a gain of
+    the opposite sign, say, which may itself be due to a mistake.
+
+    A robust loss finds them, since some may mask each other, and rejects a few sound ones besides.
+    Only those are named that do not fit the others when they alone come back.
+    """
+    measured, options = found.measurements, found.options
+    worst = max((fit.chi_square_ratio for fit in found.goodness if fit.unexplained), default=0.0)
+    if not found.legs or options.loss != "none" or worst < _CHI_SQUARE:
+        return None, measured
+    name: Estimator = "joint" if found.estimator == "joint" else "implicit"
+    options = EstimateOptions(name, options.poses, noise=found.noise)
+    count = len(measured.poses)
+
+    def fitted(rows: NDArray[np.intp], how: EstimateOptions) -> Found:
+        return by_leg(found.nominal, measured.subset(rows), how)
+
+    try:
+        robust = fitted(np.arange(count), replace(options, loss="cauchy"))
+        gross = np.unique([row for row, _ in robust.rejected]).astype(np.intp)
+        sound = np.setdiff1d(np.arange(count), gross)
+        for row in gross if robust.converged and len(gross) <= count // 2 else ():
+            rows = np.union1d(sound, [row])
+            back = fitted(rows, options)
+            outliers = outliers_of(back, diagnosed(back))
+            if row not in rows[[each.row for each in outliers]]:
+                gross = np.setdiff1d(gross, [row])
+        clean = fitted(np.setdiff1d(np.arange(count), gross), options)
+    except SymkinError:
+        return None, measured
+    if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
+        return None, measured
+    if any(implausible_parameters(clean)):
+        return None, clean.measurements
+    ratio = clean.chi_square_ratio
+    numbers = tuple(measured.row_numbers[gross].tolist())
+    figures = {"total": count, "after": ratio}
+    doubt = Doubt("gross-errors", rows=numbers, figures=figures, options={"loss": "cauchy"})
+    before = found.chi_square_ratio
+    return doubt.as_cause((), before, ratio, whole=True), clean.measurements

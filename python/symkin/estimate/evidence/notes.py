@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""What to know of an estimate that may well be sound."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Sequence
+
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
+from symkin.estimate.evidence.findings import Doubt, Note, few
+from symkin.estimate.evidence.table_edits import with_readings
+from symkin.estimate.fit import changed_settings
+from symkin.estimate.found import Found
+from symkin.estimate.precision import Heights
+from symkin.estimate.problem import Problem
+from symkin.model.symmetry.groups import detect_symmetry
+
+__all__ = ["notes_of"]
+
+_AS_GOOD = 9.0  # more of chi-square: an order of the legs that cannot be told from another
+_TURNS = ("base.phi", "base.rz")
+_LISTED = 6
+_REJECTED = 5
+
+
+def notes_of(
+    found: Found, heights: Heights | None, doubts: Sequence[Doubt], *, complete: bool
+) -> Iterator[Note]:
+    """Say what to know of an estimate, and of the settings of its mechanism."""
+    if not complete:
+        yield Note("search-cut-short")
+    for words in found.measurements.notes:
+        yield Note("columns-unread", figures={"words": words})
+    yield from unneeded_parameters(found)
+    yield from weak_parameters(found)
+    if found.gauge:
+        yield Note("gauge", figures={"words": found.gauge[0].upper() + found.gauge[1:]})
+    silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
+    if heights is not None:
+        yield from (Note("heights", figures={"words": words}) for words in heights.notes)
+    elif silent:
+        yield Note("priors-stand", figures={"names": few(silent, _LISTED)})
+    if found.unguarded:
+        rows = tuple(found.measurements.row_numbers[list(found.unguarded)].tolist())
+        numbers = ", ".join(map(str, rows))
+        which = f"row {numbers}" if len(rows) == 1 else f"any of the rows {numbers}"
+        yield Note("rows-unguarded", rows=rows, figures={"which": which})
+    if found.options.noise == "estimate":
+        yield Note("noise-estimated")
+    orders = [
+        ", ".join(str(leg + 1) for leg in order)
+        for order in _exchanges(found, heights is not None, doubts)
+    ]
+    if orders:
+        yield Note("legs-interchangeable", figures={"orders": " or ".join(orders)})
+    if found.mechanism.curvature is not None:
+        yield Note("sensors-curved")
+    if found.rejected and not found.legs:
+        rows = tuple(int(found.measurements.row_numbers[row]) for row, _ in found.rejected)
+        left = [f"{what} in row {row}" for row, (_, what) in zip(rows, found.rejected, strict=True)]
+        yield Note("left-out", rows=rows, figures={"names": few(left, _REJECTED)})
+    for words in changed_settings(found.nominal, found.mechanism):
+        yield Note("settings-changed", figures={"words": words})
+
+
+def _exchanges(found: Found, probed: bool, doubts: Sequence[Doubt]) -> Iterator[tuple[int, ...]]:
+    """Give other orders of the readings' columns that explain the observations as well.
+
+    Such are symmetries of the drawing where nothing shows how the robot is turned: a place of its
+    base that is unknown, or heights alone. One rotation and one mirror are tried for all.
+    """
+    turns = probed or any(name in _TURNS for name in found.names)
+    if not turns or not found.converged or doubts:
+        return
+    orders = detect_symmetry(found.nominal).permutations
+    for label in ("r1", "s0"):
+        order = orders.get(label, ())
+        if order == tuple(sorted(order)):
+            continue
+        exchanged = with_readings(found.measurements, operator.itemgetter((slice(None), order)))
+        try:
+            _, fit, _ = Problem.of(found.nominal, exchanged, found.options).resolved()
+        except SymkinError:
+            continue
+        if fit.converged and fit.goodness.chi_square < found.chi_square + _AS_GOOD:
+            yield order

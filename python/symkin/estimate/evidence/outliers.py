@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""Rows that do not fit the others: poses by their closures, or single observations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.residuals import ALARMS, Diagnosed
+from symkin.estimate.fit import FALSE_ALARMS
+from symkin.estimate.found import Found
+from symkin.estimate.problem import KINDS, Rows
+from symkin.values import Value, field, record
+
+__all__ = ["Outlier", "blunder_limit", "blunders_of", "doubts_of_rows", "outliers_of"]
+
+_NAMED = 5
+_ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
+
+
+@record
+class Outlier(Value):
+    """A pose that does not fit the others, or an observation of it.
+
+    Attributes
+    ----------
+    row : int
+        Of the measurements, from 0.
+    row_number : int
+        Where it stands in their source, from 1; this is what messages and files call its row.
+    what : str
+        What is furthest off there: ``closure of leg 2``, ``reading of leg 2``, ``x of the pose``.
+    leg : int or None
+        The leg (from 0) of it, if it is of one.
+    student : float
+        Its studentised residual.
+    p_value : float
+        Probability of a pose or observation as far off, before it is one of many.
+    size : float
+        The error that it has if it alone is wrong, in `unit`; NaN where that is not known.
+    unit : str
+        Of the observation.
+    place : int
+        Of a single observation in `Estimate.rows`; -1 of a closure.
+    """
+
+    row: int = field(private=True)
+    row_number: int
+    what: str
+    leg: int | None = field(number=True)
+    student: float
+    p_value: float
+    size: float = math.nan
+    unit: str = ""
+    place: int = field(private=True, default=-1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        names = {"row_number": "row", "student": "studentised_residual"}
+        return {names.get(name, name): value for name, value in super().to_dict().items()}
+
+
+def outliers_of(found: Found, result: Diagnosed | None) -> tuple[Outlier, ...]:
+    """Give poses, or observations, that do not fit the others, the worst first."""
+    if not found.legs:
+        return tuple(blunders_of(found))
+    return () if result is None else _closures(found, result)
+
+
+def _closures(found: Found, result: Diagnosed) -> tuple[Outlier, ...]:
+    # Half of the false alarms for poses as a whole, half for single closures.
+    rows, core = result
+    read = np.isfinite(core.student)
+    poses = np.flatnonzero(read.any(axis=1))
+    limit_of_pose = ALARMS / 2 / max(len(poses), 1)
+    limit_of_closure = ALARMS / 2 / max(int(read.sum()), 1)
+    closures = np.where(read, core.student_p, 1.0)
+    numbers = found.measurements.row_numbers
+    outliers = []
+    for pose in poses:
+        leg = int(np.argmin(closures[pose]))
+        if core.pose_p[pose] < limit_of_pose or closures[pose, leg] < limit_of_closure:
+            p_value = float(min(core.pose_p[pose], closures[pose, leg]))
+            student, row = float(core.student[pose, leg]), int(rows[pose])
+            what = f"closure of leg {leg + 1}"
+            outliers.append(Outlier(row, int(numbers[row]), what, leg, student, p_value))
+    return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
+
+
+def blunder_limit(found: Found) -> float:
+    """Beyond which t any observation of a robot lies once in 1000 sound robots.
+
+    Where all residuals are too large, one that is as large as the others is no blunder.
+    """
+    known = max(int(np.isfinite(found.rows.t).sum()), 1)
+    return found.spread * NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
+
+
+def blunders_of(found: Found) -> Iterator[Outlier]:
+    """Give single observations that do not fit, the worst first; of a pose only the worst."""
+    rows, numbers, space = found.rows, found.measurements.row_numbers, found.nominal.pose_space
+    t, limit, seen = np.nan_to_num(rows.t), blunder_limit(found), set[int]()
+    for place in np.argsort(-np.abs(t)).tolist():
+        if abs(t[place]) <= limit:
+            break
+        row = int(rows.pose[place])
+        if row in seen:
+            continue
+        seen.add(row)
+        yield Outlier(
+            row=row,
+            row_number=int(numbers[row]),
+            what=rows.what(place, space),
+            leg=int(rows.index[place]) if KINDS[rows.kind[place]] == "readings" else None,
+            student=float(t[place]),
+            p_value=2 * NormalDist().cdf(-abs(t[place]) / found.spread),
+            size=float(rows.blunder[place]),
+            unit=rows.unit(place, space, found.nominal.reading_unit),
+            place=place,
+        )
+
+
+def doubts_of_rows(found: Found, outliers: Sequence[Outlier]) -> Iterator[Doubt]:
+    """Name the rows that do not fit, and how far they are off."""
+    if outliers:
+        told = [_off(found.rows, each) if each.place >= 0 else _far(each) for each in outliers]
+        more = f" and {len(told) - _NAMED} more" if len(told) > _NAMED else ""
+        named = f"{', '.join(told[:_NAMED])}{more}"
+        these = f"row {named} does" if len(told) == 1 else f"rows {named} do"
+        worst = outliers[0]
+        legs = tuple(sorted({each.leg for each in outliers if each.leg is not None}))
+        yield Doubt(
+            "rows-unlike",
+            legs,
+            tuple(each.row_number for each in outliers),
+            worst.size if math.isfinite(worst.size) else worst.student,
+            worst.p_value,
+            figures={"these": these},
+        )
+
+
+def _far(each: Outlier) -> str:
+    what = each.what.removeprefix("closure of ")
+    return f"{each.row_number} ({what}, {each.student:+.1f} deviations)"
+
+
+def _off(rows: Rows, each: Outlier) -> str:
+    # With one condition any observation of the pose may be to blame.
+    same = (rows.pose == each.row) & (np.abs(rows.t) > _ALIKE * abs(each.student))
+    another = ", or as well another observation of that row" if same.sum() > 1 else ""
+    return (
+        f"{each.row_number} ({each.what}: off by {each.size:+.3g} {each.unit}, "
+        f"{abs(each.student):.3g} deviations{another})"
+    )

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""A robot and a table as they may have been meant, fitted with the tolerances as priors."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.measured import Taken, nearer_other_root
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import Problem, layout_of
+from symkin.estimate.unknowns import Layout
+from symkin.model.core_setup import core_setup
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import NoiseSettings
+
+__all__ = ["LITTLE", "SECOND", "Cause", "Correction", "Model", "per_degree"]
+
+Array = NDArray[np.float64]
+Cause = Doubt | Callable[[_core.JointFit], Doubt | None]  # which may depend on the fit
+
+LITTLE = 9.0  # of chi-square per degree: what more leaves explains nothing
+SECOND = (40, 40)  # poses and steps of what the first looks leave
+_FAR_TOO_GOOD = 0.01  # per degree: observations have lost what they say
+_WIDER = 3  # times as many steps for what is further from its start
+_REJECTED = 0.5  # of a pose's weight: below it a loss rejects the pose
+_ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Model:
+    """A robot and how it is fitted, with tolerances as priors; laid out once for all readings."""
+
+    mechanism: Mechanism
+    options: EstimateOptions
+
+    def problem(self, measurements: Measurements, steps: int) -> Problem:
+        """Of some measurements; errors are those of `identify`."""
+        options = dataclasses.replace(self._options, max_iterations=steps)
+        # The tolerance of a quadratic term depends on the readings.
+        if options.sensor == "quadratic":
+            problem = Problem.of(self.mechanism, measurements, options)
+            return problem.with_layout(problem.layout.with_prior("tolerances"))
+        return Problem.of(self.mechanism, measurements, options, self._layout)
+
+    def holds(self, name: str) -> bool:
+        """Whether a parameter of the legs is held in all of them, which need not be so."""
+        layout = self._layout
+        own = [i for i, each in enumerate(layout.scalars) if each.partition(".")[2] == name]
+        free = layout.column[own] >= 0
+        return bool(own) and not free.any() and not any(layout.always_held[i] for i in own)
+
+    @cached_property
+    def _options(self) -> EstimateOptions:
+        given = self.options
+        noise = given.noise if isinstance(given.noise, NoiseSettings) else None
+        return dataclasses.replace(given, gauge="prior", loss="none", loss_per="pose", noise=noise)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        robot = self.mechanism
+        nothing = np.zeros((0, len(robot.legs)))
+        made = layout_of(robot, core_setup(robot), self._options, nothing)
+        return made.with_prior("tolerances")
+
+
+class Correction(NamedTuple):
+    """What to fit instead; `wide` counts unknowns besides."""
+
+    cause: Cause
+    model: Model
+    measurements: Measurements
+    wide: int = 0
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The robot that it may have been."""
+        return self.model.mechanism
+
+    @property
+    def options(self) -> EstimateOptions:
+        """What it is asked for."""
+        return self.model.options
+
+    def of(self, cause: Cause, mechanism: Mechanism, options: EstimateOptions) -> Correction:
+        """Of another robot, or fitted otherwise."""
+        return self._replace(cause=cause, model=Model(mechanism, options))
+
+    def fit(
+        self, steps: int, *, whole: bool = True, start: Array | None = None
+    ) -> _core.JointFit | None:
+        """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
+        try:
+            fit = self.model.problem(self.measurements, steps).fit(start=start)
+        except SymkinError:
+            return None
+        explained = len(fit.aside) <= max(_ASIDE * len(self.measurements.poses), 1)
+        good = explained and fit.goodness.degrees_of_freedom > 0 and (fit.converged or not whole)
+        # A closure does not know its leg's mode: what fits another robot than this is none of it.
+        return (
+            fit if good and not (per_degree(fit) < LITTLE and self._in_other_modes(fit)) else None
+        )
+
+    def _in_other_modes(self, fit: _core.JointFit) -> bool:
+        """Whether at fitted poses most readings of any leg are those of another mode."""
+        measured = self.measurements
+        try:
+            robot = self.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
+        except SymkinError:  # the estimate is no mechanism
+            return False
+        taken = Taken(robot, robot, fit.poses, measured.readings, measured.row_numbers)
+        other = nearer_other_root(taken)
+        return any(
+            other[rows, leg].sum() > len(rows) // 2
+            for leg in range(other.shape[1])
+            if len(rows := taken.rows(leg))
+        )
+
+    def look(self, poses: int, steps: int) -> float:
+        """What comes first in a look at few poses: not where observations lost what they say."""
+        value = per_degree(
+            self.some(poses).fit(_WIDER * steps if self.wide else steps, whole=False)
+        )
+        return value if value > _FAR_TOO_GOOD else math.inf
+
+    def some(self, most: int) -> Correction:
+        """With few of the poses, evenly spread, and over the sets of the legs too."""
+        order = np.argsort(self.measurements.leg_sets, kind="stable")
+        count = len(order)
+        places = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+        return self.subset(np.sort(order[places]))
+
+    def subset(self, rows: NDArray[np.intp]) -> Correction:
+        """With some of the poses."""
+        return self._replace(measurements=self.measurements.subset(rows))
+
+    def not_rejected(self) -> NDArray[np.intp]:
+        """Rows that the loss keeps; all unless it keeps most, of which a wrong robot has few."""
+        every = np.arange(len(self.measurements.poses))
+        try:
+            fit = self.model.problem(self.measurements, SECOND[1]).fit(loss=self.options.loss)
+        except SymkinError:
+            return every
+        kept = np.flatnonzero(np.asarray(fit.loss_weights) >= _REJECTED)
+        return kept if 2 * len(kept) > len(every) else every
+
+    @property
+    def key(self) -> object:
+        """The same for the same correction from another start."""
+        return self.cause.words if isinstance(self.cause, Doubt) else id(self.cause)
+
+    def told(self, fit: _core.JointFit | None) -> Doubt | None:
+        """What it says the mistake is; None of what depends on a fit that there is not."""
+        if isinstance(self.cause, Doubt):
+            return self.cause
+        return None if fit is None else self.cause(fit)
+
+
+def per_degree(fit: _core.JointFit | None) -> float:
+    """Chi-square per degree of freedom; infinite without a fit."""
+    return math.inf if fit is None else fit.goodness.chi_square / fit.goodness.degrees_of_freedom
