@@ -92,7 +92,7 @@ def estimate_summary(found: Estimate) -> Page:
         headlines=list(_headlines(found)),
         verdict=verdict,
         judgement=words,
-        doubts=tuple(map(str, found.doubts)) if found.converged or found.legs else (),
+        doubts=tuple(map(str, found.doubts)),
         notes=tuple(map(str, found.notes)),
         paragraphs=[_done(found), _degrees(found), *_left_out(found)],
         next_step=_next_step(found),
