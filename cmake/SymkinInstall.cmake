@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(symkin_config_directory ${CMAKE_INSTALL_LIBDIR}/cmake/symkin)
 
 install(
-  TARGETS symkin symkin_design symkin_support
+  TARGETS symkin symkin_design symkin_statistics symkin_support
   EXPORT symkin-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development NAMELINK_COMPONENT development

@@ -6,7 +6,6 @@
 
 #include "bindings.hpp"
 #include "symkin/estimation/accuracy.hpp"
-#include "symkin/estimation/detail/statistics.hpp"
 #include "symkin/estimation/diagnosis.hpp"
 #include "symkin/estimation/evaluation.hpp"
 #include "symkin/estimation/fleet.hpp"
@@ -164,7 +163,6 @@ void bind_identification(py::module_& module) {
         return loss.any() ? symkin::bend_of(*loss.family, conditions) : 0.0;
       },
       py::arg("name"), py::arg("conditions"));
-  module.def("student_limit", &symkin::student_limit, py::arg("probability"), py::arg("degrees"));
 
   py::class_<LegIdentification>(module, "LegIdentification")
       .def_readonly("rows", &LegIdentification::rows)
@@ -440,10 +438,6 @@ void bind_diagnosis(py::module_& module) {
       .def_readonly("pose_p", &Diagnosis::pose_p)
       .def_readonly("chi_square", &Diagnosis::chi_square)
       .def_readonly("degrees_of_freedom", &Diagnosis::degrees_of_freedom);
-  module.def("chi_square_tail", &symkin::chi_square_tail, py::arg("value"),
-             py::arg("degrees_of_freedom"));
-  module.def("f_tail", &symkin::f_tail, py::arg("value"), py::arg("numerator"),
-             py::arg("denominator"));
   module.def("diagnose", &symkin::diagnose, py::arg("estimate"), py::arg("measurements"),
              py::arg("noise"), py::arg("rejected"), py::arg("turning_sensor"), py::arg("alarm"),
              ReleaseGil());

@@ -13,6 +13,7 @@ namespace py = pybind11;
 void bind_model(py::module_& module);
 void bind_kinematics(py::module_& module);
 void bind_symmetry(py::module_& module);
+void bind_statistics(py::module_& module);
 void bind_estimation(py::module_& module);
 void bind_design(py::module_& module);
 

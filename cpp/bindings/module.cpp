@@ -50,6 +50,7 @@ PYBIND11_MODULE(_core, module) {
   bind_model(module);
   bind_kinematics(module);
   bind_symmetry(module);
+  bind_statistics(module);
   bind_estimation(module);
   bind_design(module);
 }

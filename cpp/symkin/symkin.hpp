@@ -6,4 +6,5 @@
 #include "symkin/estimation/estimation.hpp"
 #include "symkin/kinematics/kinematics.hpp"
 #include "symkin/model/model.hpp"
+#include "symkin/statistics/statistics.hpp"
 #include "symkin/symmetry/symmetry.hpp"

@@ -10,7 +10,7 @@
 #include "symkin/estimation/detail/estimator_contrast.hpp"
 #include "symkin/estimation/detail/missing_terms.hpp"
 #include "symkin/estimation/detail/projection.hpp"
-#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/statistics/distributions.hpp"
 #include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"

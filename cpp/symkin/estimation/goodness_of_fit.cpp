@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "symkin/estimation/detail/information.hpp"
-#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/statistics/distributions.hpp"
 
 namespace symkin {
 

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "support/mechanisms.hpp"
-#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/statistics/distributions.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/simulation.hpp"
 

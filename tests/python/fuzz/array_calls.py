@@ -46,6 +46,7 @@ def calls() -> Iterator[Call]:
         for call in (*_of_core(mechanism, poses), *_of_package(mechanism, poses)):
             yield Call(f"{name}: {call.name}", call.arrays, call.run, call.numbers)
     yield from _of_selection()
+    yield from _of_statistics()
 
 
 def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
@@ -573,6 +574,46 @@ def _of_further(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         return str(symkin.analysis.observability.with_combinations(error, names, scale))
 
     yield Call("with_combinations", {"directions": directions, "scale": np.ones(4)}, combined)
+
+
+def _of_statistics() -> Iterator[Call]:
+    random = np.random.default_rng(3)
+    effects, half = random.normal(size=(12, 4)), random.normal(size=(4, 4))
+    covariance = half @ half.T / 10
+    form = _core.QuadraticForm(np.array([2.0, 1.0, 0.5]))
+    yield Call(
+        "_core.QuadraticForm",
+        {"weights": np.array([2.0, 1.0, 0.5]), "degrees": np.array([1.0, 3.0, 2.0])},
+        lambda weights, degrees: _core.QuadraticForm(weights, degrees).mean,
+    )
+    yield Call("_core.QuadraticForm.tail", {"values": np.array([0.1, 1.0, 9.0])}, form.tail)
+    yield Call(
+        "_core.QuadraticForm.of",
+        {"mean_square": effects.T @ effects, "covariance": covariance},
+        lambda mean_square, covariance: _core.QuadraticForm.of(mean_square, covariance).mean,
+    )
+    yield Call(
+        "_core.projected_effects",
+        {"effects": effects, "by_frames": random.normal(size=(12, 2))},
+        _core.projected_effects,
+    )
+    yield Call(
+        "_core.largest_error",
+        {"effects": effects, "covariance": covariance},
+        lambda effects, covariance: _core.largest_error(effects, 3, covariance, 0.95, draws=50),
+    )
+    yield Call(
+        "_core.drawing_conflict",
+        {"change": random.normal(size=4), "covariance": covariance, "deviations": np.full(4, 2.0)},
+        lambda change, covariance, deviations: (
+            _core.drawing_conflict(change, covariance, deviations).q
+        ),
+    )
+    yield Call(
+        "_core.fleet_tolerances",
+        {"information": np.tile(np.eye(3), (5, 1)), "scores": random.normal(size=(5, 3))},
+        lambda information, scores: _core.fleet_tolerances(information, scores, [0, 1, 1]).factors,
+    )
 
 
 def _of_selection() -> Iterator[Call]:

@@ -14,7 +14,7 @@ double student_limit(double probability, double degrees_of_freedom);
 
 // Probabilities that a variable is as far out as a value. One where a test has no degree of freedom
 // left, so that it never alarms.
-double chi_square_tail(double value, Index degrees_of_freedom);
+double chi_square_tail(double value, double degrees_of_freedom);
 double f_tail(double value, Index numerator, Index denominator);
 double normal_tails(double value);                             // both sides
 double student_tails(double value, Index degrees_of_freedom);  // both sides

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/detail/statistics.hpp"
+#include "symkin/statistics/distributions.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -38,11 +38,11 @@ double student_limit(double probability, double degrees_of_freedom) {
                                 : std::numeric_limits<double>::infinity();
 }
 
-double chi_square_tail(double value, Index degrees_of_freedom) {
-  if (degrees_of_freedom < 1 || std::isnan(value)) {
+double chi_square_tail(double value, double degrees_of_freedom) {
+  if (!(degrees_of_freedom > 0) || std::isnan(value)) {
     return 1;
   }
-  const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+  const boost::math::chi_squared distribution(degrees_of_freedom);
   return std::isinf(value)
              ? 0
              : boost::math::cdf(boost::math::complement(distribution, std::max(value, 0.0)));

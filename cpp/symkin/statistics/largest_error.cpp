@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/statistics/largest_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "symkin/statistics/distributions.hpp"
+#include "symkin/support/dense.hpp"
+#include "symkin/support/error.hpp"
+#include "symkin/support/interrupt.hpp"
+#include "symkin/support/random.hpp"
+
+namespace symkin {
+namespace {
+
+constexpr std::uint64_t kSeed = 20;
+constexpr Index kBlock = 500;  // draws that are held together
+
+void check(ConstRows effects, Index rows_per_pose, ConstRows covariance,
+           const LargestErrorOptions& options) {
+  if (rows_per_pose < 1 || effects.rows() % rows_per_pose != 0 || effects.rows() == 0) {
+    throw InvalidInput("there are " + std::to_string(effects.rows()) + " rows of effects, " +
+                       std::to_string(rows_per_pose) + " a pose; expected those of some poses");
+  }
+  if (covariance.rows() != effects.cols() || covariance.cols() != effects.cols()) {
+    throw InvalidInput("the covariance is " + std::to_string(covariance.rows()) + " x " +
+                       std::to_string(covariance.cols()) + "; expected " +
+                       std::to_string(effects.cols()) + " x " + std::to_string(effects.cols()));
+  }
+  if (!effects.allFinite() || !covariance.allFinite()) {
+    throw InvalidInput("effects or a covariance are not finite");
+  }
+  if (!(options.probability > 0 && options.probability < 1) || options.poses < 1 ||
+      options.draws < 1 || !(options.noise_degrees > 0)) {
+    throw InvalidInput(
+        "the largest error is asked for a probability between 0 and 1, and for poses, draws and "
+        "degrees of freedom above 0");
+  }
+}
+
+// E_j L of the poses with the largest mean squares, one below the other.
+RowMatrix worst_poses(ConstRows effects, Index rows_per_pose, ConstRows covariance, Index wanted) {
+  const RowMatrix moves = product(effects, lower_root(covariance).transpose());
+  const Index count = moves.rows() / rows_per_pose;
+  Vector trace(count);
+  for (Index j = 0; j < count; ++j) {
+    trace[j] = moves.middleRows(j * rows_per_pose, rows_per_pose).squaredNorm();
+  }
+  std::vector<Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return trace[a] > trace[b]; });
+  order.resize(static_cast<std::size_t>(std::min(wanted, count)));
+  RowMatrix worst(static_cast<Index>(order.size()) * rows_per_pose, moves.cols());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    worst.middleRows(static_cast<Index>(k) * rows_per_pose, rows_per_pose) =
+        moves.middleRows(order[k] * rows_per_pose, rows_per_pose);
+  }
+  return worst;
+}
+
+// The largest squared error of each draw, ascending.
+std::vector<double> largest_squares(const RowMatrix& moves, Index rows_per_pose, Index draws) {
+  std::vector<double> largest;
+  Random random(kSeed);
+  RowMatrix normals;
+  for (Index first = 0; first < draws; first += kBlock) {
+    check_interrupt();
+    normals.resize(std::min(kBlock, draws - first), moves.cols());
+    for (double& each : normals.reshaped<Eigen::RowMajor>()) {
+      each = random.normal();
+    }
+    const RowMatrix errors = product(normals, moves.transpose());
+    for (Index draw = 0; draw < errors.rows(); ++draw) {
+      double most = 0;
+      for (Index row = 0; row < errors.cols(); row += rows_per_pose) {
+        most = std::max(most, errors.row(draw).segment(row, rows_per_pose).squaredNorm());
+      }
+      largest.push_back(most);
+    }
+  }
+  std::sort(largest.begin(), largest.end());
+  return largest;
+}
+
+// As NumPy's: between the neighbours.
+double empirical_quantile(const std::vector<double>& ascending, double probability) {
+  const double place = probability * static_cast<double>(ascending.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, ascending.size() - 1);
+  return ascending[below] +
+         (place - static_cast<double>(below)) * (ascending[above] - ascending[below]);
+}
+
+// Where the mean over the draws of P(square > value chi^2_n / n) is one less the probability. The
+// noise is not drawn, so that it brings no error of its own.
+double over_noise(const std::vector<double>& squares, const LargestErrorOptions& options) {
+  constexpr int kSteps = 40;
+  const double known = empirical_quantile(squares, options.probability);
+  const auto falls_short = [&](double value) {
+    double sum = 0;
+    for (const double square : squares) {
+      sum += chi_square_tail(options.noise_degrees * square / value, options.noise_degrees);
+    }
+    return sum / static_cast<double>(squares.size()) > options.probability;
+  };
+  double low = known;
+  while (low > 0 && falls_short(low)) {
+    low /= 2;
+  }
+  double high = 2 * known;
+  while (high > 0 && std::isfinite(high) && !falls_short(high)) {
+    high *= 2;
+  }
+  for (int k = 0; k < kSteps && high - low > 1e-6 * high; ++k) {
+    const double middle = 0.5 * (low + high);
+    (falls_short(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+}  // namespace
+
+double largest_error(ConstRows effects, Index rows_per_pose, ConstRows covariance,
+                     const LargestErrorOptions& options) {
+  check(effects, rows_per_pose, covariance, options);
+  const RowMatrix moves = worst_poses(effects, rows_per_pose, covariance, options.poses);
+  const std::vector<double> squares = largest_squares(moves, rows_per_pose, options.draws);
+  return std::sqrt(std::isinf(options.noise_degrees)
+                       ? empirical_quantile(squares, options.probability)
+                       : over_noise(squares, options));
+}
+
+}  // namespace symkin
