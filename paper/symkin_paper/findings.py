@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symkin.analysis.conditions import check_conditions
 from symkin.analysis.evaluation import evaluate
 from symkin.analysis.observability import analyse_observability, mechanism_rows, observability_rows
+from symkin.analysis.promises import thinned
 from symkin.analysis.workspace import inside_workspace, sample_workspace
 from symkin.analysis.workspace.study import (
     ConstantOrientation,
@@ -27,7 +28,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import leg_carriers, map_poses, observability_group
 from symkin.planning import Plan, make_plan, predict_accuracy
-from symkin.planning.accuracy import thinned
 from symkin.planning.selection import LegRows, select_poses
 from symkin.planning.simulation import simulate_observed
 from symkin.robot import load_mechanism

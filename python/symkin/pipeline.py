@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from symkin.analysis.evaluation import Evaluation, evaluate
-from symkin.analysis.observability import ExpectedAccuracy, RowKind
+from symkin.analysis.observability import RowKind
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.estimate import Estimate

@@ -3,13 +3,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.analysis.promises import (
+    CONFIDENCE,
+    ExpectedAccuracy,
+    examined,
+    parameter_effects,
+    promised,
+)
+from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.model.mechanism import Mechanism
@@ -17,7 +27,7 @@ from symkin.model.poses import pose_rows
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import RowKind
 from symkin.results import Result
-from symkin.values import Value, field, record
+from symkin.values import field, record
 
 __all__ = [
     "ExpectedAccuracy",
@@ -76,26 +86,6 @@ class Observability(Result):
     def columns(self) -> Mapping[str, Any]:
         """Return the diagonal, a row a parameter."""
         return {"parameter": self.parameter_names, "r_diagonal": self.r_diagonal}
-
-
-@record
-class ExpectedAccuracy(Value):
-    """Expected root mean square end-effector error after identification.
-
-    Attributes
-    ----------
-    position : float
-        m.
-    orientation : float
-        rad; zero for a point platform.
-    evaluated, failed : int
-        Poses in the figures, and poses left out because they are out of reach or singular.
-    """
-
-    position: float = field(unit="rms_m")
-    orientation: float = field(unit="rms_rad")
-    evaluated: int
-    failed: int
 
 
 def observability_rows(
@@ -188,7 +178,13 @@ def analyse_observability(
 
 
 def expected_accuracy(
-    mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, covariance: ArrayLike
+    mechanism: Mechanism,
+    poses: ArrayLike | WorkspaceSample,
+    covariance: ArrayLike,
+    *,
+    confidence: float = CONFIDENCE,
+    noise_degrees: float = math.inf,
+    anywhere: ArrayLike | WorkspaceSample | None = None,
 ) -> ExpectedAccuracy:
     """End-effector error to expect, to first order, from uncertain parameters.
 
@@ -200,17 +196,30 @@ def expected_accuracy(
         Over which the error is averaged.
     covariance : array_like, shape (legs p, legs p)
         Of all parameters, leg by leg.
+    confidence : float
+        Share of such robots that keep the bounds.
+    noise_degrees : float
+        Degrees of freedom of a noise that was estimated and scales the covariance.
+    anywhere : WorkspaceSample, or array_like of shape (N, coordinates), optional
+        Poses over which the largest error is bounded too, at most 4000 of them.
 
     Raises
     ------
     SymkinError
         If the mechanism can take none of the poses, or the covariance has another shape.
     """
-    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
-    position, orientation = _core.expected_accuracy(
-        weights, np.ascontiguousarray(covariance, dtype=np.float64)
-    )
-    return ExpectedAccuracy(position, orientation, weights.evaluated, weights.failed)
+    rows = pose_rows(poses)
+    weights = _core.accuracy_weights(mechanism.core, rows)
+    given = np.ascontiguousarray(covariance, dtype=np.float64)
+    _core.expected_accuracy(weights, given)  # which refuses another shape
+    forms, counts = (weights.position, weights.orientation), (weights.evaluated, weights.failed)
+    found = promised(forms, given, counts, confidence, noise_degrees)
+    if anywhere is None:
+        return found
+    effects, _ = parameter_effects(mechanism, examined(pose_rows(anywhere)))
+    legs = effects[..., : len(mechanism.parameter_names)].reshape(*effects.shape[:2], -1)
+    largest = largest_anywhere(legs, given, confidence, noise_degrees)
+    return replace(found, position_anywhere=largest[0], orientation_anywhere=largest[1])
 
 
 def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ from symkin.analysis.observed import Observed
 from symkin.analysis.probing import CALIPER, PrintedLength
 from symkin.data.observables import words_with
 from symkin.data.sensor_tables import read_sensor_table
-from symkin.errors import QuantityError
+from symkin.errors import QuantityError, SymkinError
 from symkin.estimate.survey import Unknowns
 from symkin.estimate.unknowns import Priors
 from symkin.files.mechanism_file import load_columns
@@ -164,6 +164,7 @@ AccuracyOption = Annotated[
         " 0.1mrad of the orientation. May be given for both.",
     ),
 ]
+ConfidenceOption = Annotated[str, of("confidence")]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -312,6 +313,17 @@ def length_of(text: str, option: str) -> float:
     value = quantity_of(text, "m", option)
     if value < 0:
         raise typer.BadParameter(f'"{text}" is negative; expected a length', param_hint=option)
+    return value
+
+
+def share_of(text: str, name: str) -> float:
+    """Read a share that an option of the table takes, such as ``0.95`` or ``95%``."""
+    number, percent, rest = text.strip().partition("%")
+    value = quantity_of(number, "1", OPTIONS[name].flag) / (100 if percent else 1)
+    try:
+        OPTIONS[name].check(math.nan if rest else value)
+    except SymkinError as error:
+        raise typer.BadParameter(f'"{text}": {error}', param_hint=OPTIONS[name].flag) from error
     return value
 
 

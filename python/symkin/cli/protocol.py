@@ -26,6 +26,7 @@ from symkin.cli.options import (
     Choosing,
     ChoosingForPlan,
     ColumnsOption,
+    ConfidenceOption,
     EstimatorOption,
     IgnoreOption,
     MechanismArgument,
@@ -47,6 +48,7 @@ from symkin.cli.options import (
     option,
     refuse_unless,
     region_of,
+    share_of,
 )
 from symkin.data.pose_tables import read_pose_list
 from symkin.options import Format, Visit
@@ -188,12 +190,17 @@ def plan(
     print_result(made, telling, out, files, document)
 
 
-@command("symkin pose-count 3RRR --out counted", "symkin pose-count 3RRR --accuracy 0.05mm")
+@command(
+    "symkin pose-count 3RRR --out counted",
+    "symkin pose-count 3RRR --accuracy 0.05mm",
+    "symkin pose-count 3RRR --accuracy 0.05mm --confidence 99%",
+)
 def pose_count(
     *,
     mechanism: MechanismArgument,
     out: Annotated[Path | None, folder_of("pose-count.json and pose-count.html")] = None,
     accuracy: AccuracyOption = None,
+    confidence: ConfidenceOption = "0.95",
     least_gain: Annotated[float, of("least_gain")] = 0.02,
     estimator: EstimatorOption = None,
     poses: PoseUseOption = "all",
@@ -208,12 +215,13 @@ def pose_count(
     """Predict how many poses are enough.
 
     For numbers of poses from that of a leg's parameters to ten times as many, poses are selected,
-    and the end-effector error after identification is predicted from the declared noise. With
-    --accuracy, the fewest poses are found that give it; if they are too many, what else would help.
+    and the end-effector error after identification is predicted from the declared noise: what such
+    robots have on average, and what --confidence of them are within. With --accuracy, the fewest
+    poses are found with which so many are; if they are too many, what else would help.
     With --observe, or unknowns as `symkin identify` has them, for what is observed and unknown then
     (--design mechanism).
     """
-    wanted = accuracies_of(accuracy)
+    wanted, share = accuracies_of(accuracy), share_of(confidence, "confidence")
     with progress() as stage:
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
@@ -229,6 +237,7 @@ def pose_count(
                 estimator=estimator,
                 poses=poses,
                 least_gain=least_gain,
+                confidence=share,
                 observe=seen.planned(loaded),
                 **vars(choosing),
                 **unknown.arguments(),
@@ -372,6 +381,7 @@ def study(
     ] = None,
     robots: Annotated[int | None, of("robots")] = None,
     accuracy: AccuracyOption = None,
+    confidence: ConfidenceOption = "0.95",
     workers: WorkersOption = 1,
     scheduler: SchedulerOption = None,
     format: Annotated[Format, of("format")] = "csv",  # noqa: A002  # the option's name
@@ -387,8 +397,8 @@ def study(
     """
     if show is not None:
         others = (
-            name, out, mechanism, robots, accuracy, workers > 1, scheduler, format != "csv",
-            overwrite, telling != Telling(),
+            name, out, mechanism, robots, accuracy, confidence != "0.95", workers > 1, scheduler,
+            format != "csv", overwrite, telling != Telling(),
         )  # fmt: skip
         refuse_unless(
             not any(others), "--show prints a study; expected no other study and no other option"
@@ -406,7 +416,7 @@ def study(
     )
     changes = {"mechanisms": tuple(mechanism) if mechanism else None, "robots": robots}
     definition = definition.replace(**{key: each for key, each in changes.items() if each})
-    wanted = accuracies_of(accuracy)
+    wanted, share = accuracies_of(accuracy), share_of(confidence, "confidence")
     if accuracy and definition.kind != "accuracy":
         raise typer.BadParameter(
             f"goes with a study of accuracy, and {definition.name} is one of {definition.kind}",
@@ -424,7 +434,7 @@ def study(
         )
         if accuracy and isinstance(result, StudyResult):
             tell("looking for the cheapest protocol", 1.0)
-            result = result.for_accuracy(*wanted)
+            result = result.for_accuracy(*wanted, share)
         tell("writing the report", 1.0)
         report = result.write(out, overwrite=True, report=telling.report)
     print_result(result, telling, out, (report.name,))

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.evaluation import Evaluation, closures_of, evaluate
-from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
+from symkin.analysis.observability import expected_accuracy
+from symkin.analysis.promises import CONFIDENCE, ExpectedAccuracy
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.closures import closure_influence, closure_rows
@@ -302,18 +303,21 @@ class Examined(Found[M]):
         own = dataclasses.replace(self.measurements, poses=self.own_poses)
         return closures_of(mechanism or self.mechanism, own)
 
-    def expected_accuracy(self, poses: ArrayLike | None = None) -> ExpectedAccuracy:
+    def expected_accuracy(
+        self, poses: ArrayLike | None = None, confidence: float = CONFIDENCE
+    ) -> ExpectedAccuracy:
         """Predict the end-effector error over poses in the robot's own frame.
 
         By default those of the measurements. To first order, from what is uncertain of the
-        unknowns alone.
+        unknowns alone; `confidence` is the share of such robots that are within the bounds.
         """
+        asked: dict[str, Any] = {"confidence": confidence, "noise_degrees": self.noise_degrees}
         if poses is None:
             known = np.isfinite(self.latent_poses).all(axis=1)
             poses = self.measurements.poses if self.legs else self.latent_poses[known]
         if self.legs:
-            return expected_accuracy(self.mechanism, poses, self.parameter_covariance)
-        return survey_of(self, self.mechanism).expected(poses, self.covariance)
+            return expected_accuracy(self.mechanism, poses, self.parameter_covariance, **asked)
+        return survey_of(self, self.mechanism).expected(poses, self.covariance, **asked)
 
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.

@@ -318,9 +318,16 @@ class Found(Value, Generic[M]):
         return np.full(self.nominal.parameters.shape, np.nan) if found is None else found
 
     @property
+    def noise_degrees(self) -> float:
+        """Degrees of freedom of the noise that the deviations rest on; infinite if declared."""
+        if self.options.noise == "estimate" and self.degrees_of_freedom > 0:
+            return min(self.student_degrees, self.degrees_of_freedom)
+        return self.student_degrees
+
+    @property
     def interval(self) -> float:
         """Standard deviations to either side that hold 95% of the errors."""
-        return _core.student_limit(0.05, self.student_degrees)
+        return _core.student_limit(0.05, self.noise_degrees)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the unknowns, and what was held, a row each."""

@@ -14,6 +14,7 @@ from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.probing import CALIPER, is_probed
+from symkin.analysis.promises import CONFIDENCE, anywhere, promised
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.blunders import without_blunders
@@ -39,7 +40,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_SAMPLES = 1000  # poses of the workspace over which accuracy is expected
+_SAMPLES = 4000  # poses of the workspace over which accuracy is expected
 _CORRELATED = 10
 _RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
 _INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave open
@@ -105,7 +106,13 @@ class Expected(Value):
     Attributes
     ----------
     position, orientation : float
-        Root mean square over the workspace, m and rad.
+        The mean of such robots: root mean square over the workspace and over robots, m and rad.
+    confidence : float
+        Share of such robots of which the root mean square over the workspace is within
+    position_bound, orientation_bound : float
+        these, and of which the error at every pose of the workspace is within
+    position_anywhere, orientation_anywhere : float
+        these, m and rad.
     worst : float
         Position at the pose of the workspace where it is largest, root mean square, m.
     where : ndarray
@@ -118,6 +125,11 @@ class Expected(Value):
 
     position: float = field(unit="rms_m")
     orientation: float = field(unit="rms_rad")
+    confidence: float
+    position_bound: float = field(unit="rms_m")
+    orientation_bound: float = field(unit="rms_rad")
+    position_anywhere: float = field(unit="m")
+    orientation_anywhere: float = field(unit="rad")
     worst: float = field(unit="rms_m")
     where: Array
     poses: int
@@ -139,6 +151,12 @@ class Expected(Value):
             return None
         variances = np.einsum("nik,kl,nil->ni", effects, found.covariance, effects)
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
+        parts = (effects[:, :3], effects[:, 3:])
+        forms = tuple(np.einsum("nij,nik->jk", part, part) / len(part) for part in parts)
+        known = (CONFIDENCE, found.noise_degrees)
+        counts = (len(effects), len(poses) - len(effects))
+        bounds = promised((forms[0], forms[1]), found.covariance, counts, *known)
+        largest = anywhere(effects, found.covariance, *known)
         worst = int(np.argmax(position))
         held = None
         if found.gauge and found.options.gauge == "prior":
@@ -149,6 +167,11 @@ class Expected(Value):
         return cls(
             position=float(np.sqrt(position.mean())),
             orientation=float(np.sqrt(orientation.mean())),
+            confidence=bounds.confidence,
+            position_bound=bounds.position_bound,
+            orientation_bound=bounds.orientation_bound,
+            position_anywhere=largest[0],
+            orientation_anywhere=largest[1],
             worst=float(np.sqrt(position[worst])),
             where=poses[good][worst],
             poses=len(effects),

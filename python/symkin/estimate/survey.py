@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
@@ -11,8 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.analysis.observability import ExpectedAccuracy, name_combination
+from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.promises import (
+    CONFIDENCE,
+    ExpectedAccuracy,
+    examined,
+    parameter_effects,
+    promised,
+)
+from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import EstimateOptions
@@ -256,15 +265,31 @@ class Survey(Value):
     def _named(self, directions: Array) -> tuple[str, ...]:
         return tuple(name_combination(each, self.unknowns) for each in directions)
 
-    def expected(self, workspace: ArrayLike | Any, covariance: Array) -> ExpectedAccuracy:
+    def expected(
+        self,
+        workspace: ArrayLike | Any,
+        covariance: Array,
+        *,
+        confidence: float = CONFIDENCE,
+        noise_degrees: float = math.inf,
+        anywhere: ArrayLike | Any | None = None,
+    ) -> ExpectedAccuracy:
         """Error to expect of the target in the device's frame, at given readings.
 
         Without frames that is the platform's in the robot's own. What frames and parameters explain
-        alike does not matter to it, however uncertain either is.
+        alike does not matter to it, however uncertain either is. `anywhere` are poses over which
+        the largest error is bounded too.
         """
-        position, orientation, evaluated, failed = self._weights(pose_rows(workspace))
-        return ExpectedAccuracy(
-            _rms(position, covariance), _rms(orientation, covariance), evaluated, failed
+        poses = pose_rows(workspace)
+        position, orientation, *counts = self._weights(poses)
+        forms, known = (position, orientation), (confidence, noise_degrees)
+        found = promised(forms, covariance, (counts[0], counts[1]), *known)
+        if anywhere is None:
+            return found
+        effects, _ = self.effects(examined(pose_rows(anywhere)))
+        largest = largest_anywhere(effects, covariance, *known)
+        return dataclasses.replace(
+            found, position_anywhere=largest[0], orientation_anywhere=largest[1]
         )
 
     def error_weight(self, workspace: ArrayLike | Any) -> Array:
@@ -309,27 +334,8 @@ class Survey(Value):
         and which those are.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
-        legs, p, k = len(mechanism.legs), len(mechanism.parameter_names), mechanism.closures
-        offset = mechanism.parameter_names.index("sensor_offset")
-        readings = mechanism.inverse_kinematics(poses)
-        by_pose, by_leg = [], []
-        for leg, psi in enumerate(readings.T):
-            rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
-            terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
-            bent = rows.by_parameters[:, [offset]] * np.repeat(terms, k, axis=0)
-            by_pose.append(rows.by_pose.reshape(len(poses), k, -1))
-            by_leg.append(np.hstack([rows.by_parameters, bent]).reshape(len(poses), k, -1))
-        by_poses = np.concatenate(by_pose, axis=1)
-        by_legs = np.stack(by_leg, axis=1)  # poses, legs, closures, scalars
-        reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
-        singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
-        good = reached & (singular[:, -1] > _RANK * singular[:, 0])
-        inverse = np.linalg.pinv(by_poses[good])
-        of_rows = inverse.reshape(len(inverse), -1, legs, k)
-        of_legs = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])
-        of_legs = of_legs.reshape(len(inverse), -1, legs * (p + 3))
-        moves = np.zeros((len(inverse), 6, of_legs.shape[2]))
-        moves[:, mechanism.space.components] = of_legs
+        by_legs, good = parameter_effects(mechanism, poses)
+        moves = by_legs.reshape(*by_legs.shape[:2], -1)
 
         frames = mechanism.frames or Frames()
         base, target = frame(space, frames.base), frame(space, frames.target)
@@ -358,10 +364,6 @@ def _adjoint(rotations: Array, arms: Array) -> Array:
     made[:, :3, :3] = made[:, 3:, 3:] = rotations
     made[:, :3, 3:] = rotations @ np.cross(arms[:, None], np.eye(3))
     return made
-
-
-def _rms(form: Array, covariance: Array) -> float:
-    return math.sqrt(max(float(np.sum(form * covariance)), 0.0))
 
 
 def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:

@@ -86,6 +86,8 @@ _ALL = (
            help="Seconds for the proof of the method exhaustive; by default 10."),
     Option("least_gain", float, default=0.02, metavar="SHARE", least=0, most=1, seldom=_CHOOSING,
            help="Of the position error, that another pose must save to be worth while."),
+    Option("confidence", float, default=0.95, metavar="SHARE", least=0.5, most=0.9999, unit="1",
+           help="Of all such robots, that shall keep the accuracy, such as 0.95 or 95%."),
     # What is observed
     Option("observe", list[Observable], metavar="KIND", objects=True,
            help="What is observed: pose (the default), position, orientation, points, distance, "

@@ -8,7 +8,8 @@ from typing import Protocol, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.analysis.observability import ExpectedAccuracy, expected_accuracy
+from symkin.analysis.observability import expected_accuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
@@ -19,7 +20,7 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.options import checks
 from symkin.planning.basis import PlanBasis
 
-__all__ = ["predict_accuracy", "set_name", "thinned"]
+__all__ = ["predict_accuracy", "set_name"]
 
 
 class PlannedPoses(Protocol):
@@ -46,6 +47,8 @@ def predict_accuracy(
     *,
     poses: PoseUse = "all",
     measured: Measurements | None = None,
+    confidence: float = 0.95,
+    anywhere: ArrayLike | WorkspaceSample | None = None,
     observe: Observing | None = None,
     **unknowns: Unpack[Unknowns],
 ) -> ExpectedAccuracy:
@@ -66,6 +69,11 @@ def predict_accuracy(
         See `identify`; by default "implicit", and "joint" with what follows.
     measured : Measurements, optional
         What is measured already and identifies the legs too.
+    confidence : float
+        Share of such robots that keep the bounds.
+    anywhere : WorkspaceSample, or array_like of shape (n, coordinates), optional
+        Poses over which the largest error is bounded too, at most 4000 of them; it takes some
+        tenths of a second.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`; by default what the plan was
         made for. What is held has no error, and priors count. The error is that of the target in
@@ -87,7 +95,8 @@ def predict_accuracy(
     if survey is not None:
         require_joint(estimator)
         rows = survey_rows(survey, plan, poses=poses, measured=measured)
-        return survey.expected(workspace, survey.covariance(rows))
+        covariance = survey.covariance(rows)
+        return survey.expected(workspace, covariance, confidence=confidence, anywhere=anywhere)
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
@@ -98,10 +107,12 @@ def predict_accuracy(
     poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
     exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
     how = estimator or "implicit"
-    covariance = identify_legs(mechanism, exact, how, poses=poses).covariance
+    covariance = identify_legs(mechanism, exact, how, poses=poses).parameter_covariance
     if not np.isfinite(covariance).all():
         raise SymkinError("the plan's poses do not show all parameters")
-    return expected_accuracy(mechanism, workspace, covariance)
+    return expected_accuracy(
+        mechanism, workspace, covariance, confidence=confidence, anywhere=anywhere
+    )
 
 
 def require_joint(estimator: Estimator | None) -> None:
@@ -115,11 +126,6 @@ def require_joint(estimator: Estimator | None) -> None:
 def set_name(leg: int) -> str:
     """Name the set of a leg (from 0), or of all (-1), as people count."""
     return "all legs" if leg == ALL_LEGS else f"leg {leg + 1}"
-
-
-def thinned(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """At most 2000 of the poses, over which an expected error is averaged."""
-    return poses[:: -(-len(poses) // _AVERAGED)]
 
 
 def survey_rows(
@@ -137,6 +143,3 @@ def survey_rows(
     if not np.isfinite(rows[0]).all():
         raise SymkinError("a pose of the plan is out of the nominal robot's reach")
     return rows if measured is None else [*rows, survey.measured_rows(measured)]
-
-
-_AVERAGED = 2000  # poses over which an expected error is averaged

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.checks import undefined_angles
 from symkin.analysis.observability import RowKind
+from symkin.analysis.promises import thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.pose_tables import as_poses
@@ -23,7 +24,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import SymmetryElement, map_poses
 from symkin.options import Visit, checks
-from symkin.planning.accuracy import thinned
 from symkin.planning.basis import ChosenPoses, PlanBasis
 from symkin.planning.observing import ObservedTask, is_probing, on_the_bed, probing_unknowns
 from symkin.planning.plan import Plan

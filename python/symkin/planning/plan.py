@@ -13,12 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.observability import (
-    ExpectedAccuracy,
-    Observability,
-    RowKind,
-    analyse_observability,
-)
+from symkin.analysis.observability import Observability, RowKind, analyse_observability
+from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.columns import pose_column_names, reading_column_names
 from symkin.data.measured_rows import make_arrays
@@ -32,7 +28,7 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
-from symkin.planning.accuracy import predict_accuracy, survey_rows, thinned
+from symkin.planning.accuracy import predict_accuracy, survey_rows
 from symkin.planning.basis import PlanBasis
 from symkin.planning.visiting import travel_length
 from symkin.results import Result
@@ -126,10 +122,15 @@ class Plan(Result):
         """
         if self.candidates is None:
             return None
-        cloud = thinned(pose_rows(self.candidates))
+        cloud = pose_rows(self.candidates)
         try:
             return predict_accuracy(
-                self.mechanism, self, cloud, self.estimator, measured=self.measured
+                self.mechanism,
+                self,
+                thinned(cloud),
+                self.estimator,
+                measured=self.measured,
+                anywhere=cloud,
             )
         except SymkinError:  # as `joint` without a noise of redundant readings
             return None

@@ -10,7 +10,8 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.analysis.observability import ExpectedAccuracy, RowKind
+from symkin.analysis.observability import RowKind
+from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import SymkinError
 from symkin.estimate.options import Estimator, PoseUse
@@ -19,7 +20,7 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
-from symkin.planning.accuracy import predict_accuracy, require_joint, thinned
+from symkin.planning.accuracy import predict_accuracy, require_joint
 from symkin.planning.making import default_design, make_plan
 from symkin.planning.observing import is_probing, probing_unknowns
 from symkin.planning.plan import Plan
@@ -33,6 +34,7 @@ _POINTS = 25  # of a curve
 _LARGEST = 10  # times as many poses as parameters, of a curve
 _MOST = 50  # the same, when an accuracy asks for them
 _LEAST_HELP = 0.01  # share of the error that a remedy takes away
+_OF_PREDICTION = ("estimator", "poses", "confidence")  # settings that choose no poses
 
 
 @record
@@ -53,9 +55,11 @@ class PoseCountCurve(Result):
     measured : ndarray of int, shape (k,)
         Poses to measure in all.
     position : ndarray, shape (k,)
-        Expected root mean square position error, m.
+        Mean root mean square position error, m: about half of all robots exceed it.
     orientation : ndarray, shape (k,)
         The same of the orientation, rad.
+    position_bound, orientation_bound : ndarray, shape (k,)
+        Root mean square errors that `confidence` of all such robots are within.
     efficiency : ndarray, shape (k,)
         Of the selection's determinant against the bound for distinct poses, the least of all legs'.
     least_gain : float
@@ -73,6 +77,8 @@ class PoseCountCurve(Result):
     measured: NDArray[np.intp]
     position: NDArray[np.float64]
     orientation: NDArray[np.float64]
+    position_bound: NDArray[np.float64]
+    orientation_bound: NDArray[np.float64]
     efficiency: NDArray[np.float64]
     least_gain: float
     enough: int | None
@@ -89,7 +95,8 @@ class PoseCountCurve(Result):
         Parameters
         ----------
         position, orientation : float, optional
-            Root mean square end-effector error that is wanted, m and rad; at least one of them.
+            Root mean square end-effector error that the curve's confidence of all robots shall be
+            within, m and rad; at least one of them.
 
         Raises
         ------
@@ -106,12 +113,12 @@ class PoseCountCurve(Result):
                 points[orbits] = _predicted(
                     self.mechanism, self.candidates, orbits * size, self.settings
                 )
-            accuracy = points[orbits].accuracy
-            return bool((np.array([accuracy.position, accuracy.orientation]) <= limits).all())
+            return bool((bounds_of(points[orbits].accuracy) <= limits).all())
 
         p = _least(self.mechanism, self.candidates, self.settings)
         fewest = -(-p // size)
-        met = np.flatnonzero((self.position <= limits[0]) & (self.orientation <= limits[1]))
+        bounds = np.column_stack([self.position_bound, self.orientation_bound])
+        met = np.flatnonzero((bounds <= limits).all(axis=1))
         if len(met):
             low = int(self.counts[met[0] - 1]) // size if met[0] else fewest - 1
             high = int(self.counts[met[0]]) // size
@@ -133,9 +140,20 @@ class PoseCountCurve(Result):
             count=high * size if reached else None,
             tried=high * size,
             measured=len(points[high].plan.poses),
-            expected=points[high].accuracy,
+            expected=predict_accuracy(
+                self.mechanism,
+                points[high].plan,
+                thinned(self.candidates),
+                anywhere=self.candidates,
+                **{name: self.settings[name] for name in _OF_PREDICTION},
+            ),
             remedies=() if reached else _remedies(self, points[high], limits),
         )
+
+    @property
+    def confidence(self) -> float:
+        """Share of all such robots that the bounds are for."""
+        return float(self.settings["confidence"])
 
     @property
     def survey(self) -> Survey | None:
@@ -149,6 +167,8 @@ class PoseCountCurve(Result):
             "poses": self.measured,
             "position_rms_m": self.position,
             "orientation_rms_rad": self.orientation,
+            "position_bound_rms_m": self.position_bound,
+            "orientation_bound_rms_rad": self.orientation_bound,
             "efficiency": self.efficiency,
         }
 
@@ -158,6 +178,7 @@ class PoseCountCurve(Result):
             "mechanism": self.mechanism.name,
             "settings": plain(dict(self.settings)),
             **{name: np.asarray(column).tolist() for name, column in self.columns().items()},
+            "confidence": self.confidence,
             "least_gain": self.least_gain,
             "enough": self.enough,
             "held_by_priors": self.held and self.held.to_dict(),
@@ -192,7 +213,7 @@ class NeededPoses(Result):
     curve : PoseCountCurve
         What more poses bring.
     position, orientation : float or None
-        Root mean square error wanted, m and rad.
+        Root mean square error wanted of the curve's confidence of all robots, m and rad.
     count : int or None
         Poses that each leg is identified from; None if not even `tried` are enough.
     tried : int
@@ -216,14 +237,13 @@ class NeededPoses(Result):
 
     @property
     def excess(self) -> float:
-        """How many times the expected error is what is wanted; at most 1 if it is reached.
+        """How many times the bound of the error is what is wanted; at most 1 if it is reached.
 
         Without priors all errors are to first order proportional to the noise: so many times
         smaller it must be.
         """
-        wanted, expected = (self.position, self.orientation), self.expected
-        errors = zip((expected.position, expected.orientation), wanted, strict=True)
-        return max(error / limit for error, limit in errors if limit is not None)
+        errors = zip(bounds_of(self.expected), (self.position, self.orientation), strict=True)
+        return max(float(error) / limit for error, limit in errors if limit is not None)
 
     def columns(self) -> Mapping[str, Any]:
         """Return the curve."""
@@ -257,6 +277,7 @@ def pose_count_curve(
     estimator: Estimator | None = None,
     poses: PoseUse = "all",
     least_gain: float = 0.02,
+    confidence: float = 0.95,
     observe: Observing | None = None,
     **unknowns: Unpack[Unknowns],
 ) -> PoseCountCurve:
@@ -279,6 +300,8 @@ def pose_count_curve(
         See `predict_accuracy`.
     least_gain : float
         Share of the position error that another pose must save to be worth while.
+    confidence : float
+        Share of all such robots that the bounds are for.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`.
 
@@ -302,6 +325,7 @@ def pose_count_curve(
         "criterion": criterion,
         "estimator": estimator or ("joint" if surveyed else "implicit"),
         "poses": poses,
+        "confidence": confidence,
         "seed": mechanism.protocol.seed if seed is None else seed,
         **asked,
     }
@@ -309,7 +333,7 @@ def pose_count_curve(
     points = [_predicted(mechanism, cloud, count, settings) for count in numbers]
     errors = {
         kind: np.array([getattr(point.accuracy, kind) for point in points])
-        for kind in ("position", "orientation")
+        for kind in ("position", "orientation", "position_bound", "orientation_bound")
     }
     (first, _), *_ = mechanism.space.errors
     return PoseCountCurve(
@@ -339,11 +363,10 @@ class _Point:
 def _predicted(
     mechanism: Mechanism, cloud: NDArray[np.float64], count: int, settings: Mapping[str, Any]
 ) -> _Point:
-    made_by = {k: v for k, v in settings.items() if k not in ("estimator", "poses")}
+    made_by = {k: v for k, v in settings.items() if k not in _OF_PREDICTION}
     plan = make_plan(mechanism, cloud, count, spares=0, **made_by)
-    accuracy = predict_accuracy(
-        mechanism, plan, thinned(cloud), settings["estimator"], poses=settings["poses"]
-    )
+    asked = {name: settings[name] for name in _OF_PREDICTION}
+    accuracy = predict_accuracy(mechanism, plan, thinned(cloud), **asked)
     basis = plan.basis
     assert basis is not None  # it was made, not read
     certificates = [choice.selection.certificate for choice in basis.choices]
@@ -375,20 +398,25 @@ def _remedies(
     if settings["estimator"] != "joint":
         joint = {"estimator": "joint", "poses": "all"}
         changes.append(("the estimator joint", mechanism, joint))
-    before = np.array([point.accuracy.position, point.accuracy.orientation])
+    before = bounds_of(point.accuracy)
     binding = np.isfinite(limits)
     found = []
     for change, changed, other in changes:
-        made = {"estimator": settings["estimator"], "poses": settings["poses"], **other}
+        made = {**{name: settings[name] for name in _OF_PREDICTION}, **other}
         try:
             expected = predict_accuracy(changed, point.plan, thinned(curve.candidates), **made)
         except SymkinError:  # as `joint` without a noise of redundant readings
             continue
-        after = np.array([expected.position, expected.orientation])
+        after = bounds_of(expected)
         excess = float((after / limits)[binding].max())
         if excess < (1 - _LEAST_HELP) * (before / limits)[binding].max():
             found.append((excess, Remedy(change, expected, excess <= 1)))
     return tuple(remedy for _, remedy in sorted(found, key=lambda each: each[0]))
+
+
+def bounds_of(accuracy: ExpectedAccuracy) -> NDArray[np.float64]:
+    """The position and orientation error that its confidence of all robots are within."""
+    return np.array([accuracy.position_bound, accuracy.orientation_bound])
 
 
 def check_wanted(mechanism: Mechanism, position: float | None, orientation: float | None) -> None:

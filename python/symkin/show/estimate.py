@@ -40,7 +40,9 @@ from symkin.show.wording import (
     left_by_priors,
     milli,
     on_paper,
+    percent,
     plural,
+    promise,
     quoted,
     ratio,
     significant,
@@ -94,7 +96,7 @@ def estimate_summary(found: Estimate) -> Page:
         judgement=words,
         doubts=tuple(map(str, found.doubts)),
         notes=tuple(map(str, found.notes)),
-        paragraphs=[_done(found), _degrees(found), *_left_out(found)],
+        paragraphs=[_done(found), _degrees(found), *_promise(found), *_left_out(found)],
         next_step=_next_step(found),
         next_command=_next_command(found),
         inputs=sources(found.nominal.source, found.measurements.source),
@@ -108,6 +110,17 @@ def judgement(found: Estimate) -> tuple[Verdict, str]:
     if found.doubts:
         return "doubtful", "Converged, with doubts."
     return "good", "Converged; nothing speaks against the estimate."
+
+
+def _promise(found: Estimate) -> list[str]:
+    """What may be relied on, if the estimate may."""
+    expected = found.expected
+    if not found.converged or expected is None:
+        return []
+    told = promise(found.nominal.space, expected)
+    if found.doubts:
+        return [f"If noise and model were as they are taken to be: {told}"]
+    return [f"By what is uncertain of the unknowns, to first order: {told}"]
 
 
 def _known_before(found: Estimate) -> str:
@@ -161,12 +174,24 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         yield from heights_headlines(found.heights)
     else:
         yield from _error_headlines(found)
+        yield from _promised_headlines(found)
     if found.degrees_of_freedom > 0:
         low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
         remark = f"{significant(low)} to {significant(high)} if noise and model are as declared"
         if found.options.noise == "estimate":
             remark = "by construction, since the noise was estimated"
         yield "Chi-square per degree of freedom", significant(found.chi_square_ratio), remark
+
+
+def _promised_headlines(found: Estimate) -> Iterator[Headline]:
+    """What such robots are within over the workspace, if nothing speaks against the estimate."""
+    expected = found.expected
+    if expected is None or not found.trustworthy:
+        return
+    for kind, unit in found.nominal.space.errors:
+        bound = milli(getattr(expected, f"{kind}_bound"), unit)
+        remark = f"{percent(expected.confidence)} of robots"
+        yield f"{kind.capitalize()} error to rely on, rms", bound, remark
 
 
 def _error_headlines(found: Estimate) -> Iterator[Headline]:
@@ -415,8 +440,14 @@ def _expected_table(found: Estimate) -> list[Table]:
     if expected is None:
         return []
     space = found.nominal.space
+    share = percent(expected.confidence)
     rows = [
-        (f"{kind}, root mean square", milli(getattr(expected, kind), unit))
+        (f"{kind}{words}", milli(getattr(expected, f"{kind}{name}"), unit))
+        for words, name in (
+            (", root mean square, mean of such robots", ""),
+            (f", root mean square, {share} of them within", "_bound"),
+            (f" at every pose, {share} of them within", "_anywhere"),
+        )
         for kind, unit in space.errors
     ]
     if space.moves:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from symkin.analysis.evaluation import AlignedErrors, Evaluation
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.precision import Heights, in_words
 from symkin.present import Group, Headline, Image, Page, Section, Table

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import named_legs
@@ -33,8 +33,11 @@ from symkin.show.wording import (
     left_by_priors,
     milli,
     on_paper,
+    percent,
     plural,
+    promise,
     quantity,
+    quoted,
     setting,
     significant,
 )
@@ -75,8 +78,7 @@ def plan_page(plan: Plan) -> Page:
             "The poses are proven optimal" if proven else "The poses come with a certificate"
         )
     if expected is not None:
-        remark = f"expected, rms ({plan.estimator}, all poses)"
-        headlines += _expected_headlines(mechanism, expected, remark)
+        headlines += _expected_headlines(mechanism, expected)
     doubts, remark = _held(mechanism, basis.survey if basis else None, plan.held, expected)
     if plan.unseen and expected is None:
         doubts = ["what priors alone hold, these observations will not show; see the notes"]
@@ -107,9 +109,10 @@ def plan_page(plan: Plan) -> Page:
     if isinstance(plan.candidates, WorkspaceSample):
         sections.append(workspace_section(mechanism, plan.candidates, plan))
     sections += [mechanism_section(mechanism, plan.poses[:1]), _sheet_section(plan)]
+    promised = "" if expected is None else promise(mechanism.space, expected)
     errors = (
-        "Expected errors are those of the end effector over the workspace after identification "
-        "with all poses, for the declared noise."
+        f"{promised} Errors are those of the end effector over the workspace after identification "
+        f"with all poses and the estimator {quoted(plan.estimator)}, for the declared noise."
     )
     if surveyed:
         errors += " They are of the target in the device's frame; what is held has none."
@@ -162,13 +165,25 @@ def _priors(survey: Survey) -> str:
     return "the drawing's tolerances" if drawn.all() else "the priors"
 
 
-def _expected_headlines(
-    mechanism: Mechanism, expected: ExpectedAccuracy, remark: str
-) -> Sequence[Headline]:
+def _expected_headlines(mechanism: Mechanism, expected: ExpectedAccuracy) -> Sequence[Headline]:
     """Expected errors as headlines; of those that the platform has."""
-    return [
-        (f"{kind.capitalize()} error", milli(getattr(expected, kind), unit), remark)
+    share = percent(expected.confidence)
+    found = [
+        (
+            f"{kind.capitalize()} error",
+            milli(getattr(expected, f"{kind}_bound"), unit),
+            f"rms in {share} of such robots; mean {milli(getattr(expected, kind), unit)}",
+        )
         for kind, unit in mechanism.space.errors
+    ]
+    return found + [
+        (
+            f"{kind.capitalize()} anywhere",
+            milli(getattr(expected, f"{kind}_anywhere"), unit),
+            f"largest in {share} of such robots",
+        )
+        for kind, unit in mechanism.space.errors
+        if getattr(expected, f"{kind}_anywhere") is not None
     ]
 
 
@@ -310,10 +325,13 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
     )
     most = ExpectedAccuracy(float(curve.position[-1]), float(curve.orientation[-1]), 0, 0)
     doubts, remark = _held(mechanism, curve.survey, curve.held, most)
-    paragraph = ["Errors are predicted to first order from the declared noise."]
+    paragraph = [
+        "Errors are predicted to first order from the declared noise. About half of all robots "
+        f"exceed the mean; {percent(curve.confidence)} are within the bound."
+    ]
     paragraph += [] if curve.survey is None else [_survey_text(curve.survey)]
     ends: list[Headline] = [
-        (name, milli(errors[at], unit), f"{plural(int(curve.counts[at]), 'pose')} a leg")
+        (name, milli(errors[at], unit), f"mean, {plural(int(curve.counts[at]), 'pose')} a leg")
         for name, at in (("Fewest", 0), ("Most", -1))
     ]
     return Page(
@@ -340,7 +358,8 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         if value is not None
     )
     poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
-    judgement = f"{poses}, are {'enough' if reached else 'too few'} for {wanted}"
+    judgement = f"{poses}, are {'enough' if reached else 'too few'} for {wanted} "
+    judgement += f"(rms) in {percent(curve.confidence)} of such robots"
     doubt = (
         f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
         "accuracy that much coarser"
@@ -353,12 +372,17 @@ def needed_poses_page(needed: NeededPoses) -> Page:
     doubts, remark = _held(mechanism, curve.survey, curve.held, expected)
     headlines = [
         ("Needed" if reached else "Tried", str(needed.tried), "poses a leg"),
-        *_expected_headlines(mechanism, expected, "expected, rms"),
+        *_expected_headlines(mechanism, expected),
     ]
     remedies = Section("remedies", "What else would help", [], [_remedies(needed)])
+    page = pose_count_page(curve)
     return dataclasses.replace(
-        pose_count_page(curve),
+        page,
         headlines=headlines,
+        paragraphs=[
+            f"With {plural(needed.tried, 'pose')} a leg {promise(mechanism.space, expected)}",
+            *page.paragraphs,
+        ],
         verdict="bad" if not reached else "doubtful" if doubts else "good",
         judgement=judgement + remark,
         doubts=[*([] if reached else [doubt]), *doubts],
@@ -381,12 +405,13 @@ def _remedies(needed: NeededPoses) -> Table:
     rows = [
         (
             remedy.change,
-            *(milli(getattr(remedy.expected, kind), unit) for kind, unit in kinds),
+            *(milli(getattr(remedy.expected, f"{kind}_bound"), unit) for kind, unit in kinds),
             "yes" if remedy.enough else "no",
         )
         for remedy in needed.remedies
     ]
-    columns = ["Change", *(f"{kind.capitalize()} error, rms" for kind, _ in kinds)]
+    share = percent(needed.curve.confidence)
+    columns = ["Change", *(f"{kind.capitalize()} error, {share}" for kind, _ in kinds)]
     caption = "What else would help, at the same poses"
     return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
 
@@ -401,18 +426,28 @@ def _curve_section(curve: PoseCountCurve, *, brief: bool = True) -> Section:
         "to gain too little.",
         plotted("pose_count", curve),
     )
-    rows = []
-    for at, number in enumerate(curve.counts.tolist()):
-        row = [str(number), str(curve.measured[at])]
-        row += [milli(getattr(curve, kind)[at], unit) for kind, unit in kinds]
-        rows.append([*row, f"{100 * curve.efficiency[at]:.2f}{_PERCENT}"])
-    columns = ["Poses a leg", "In all"]
-    columns += [f"{kind.capitalize()} error, rms" for kind, _ in kinds]
-    table = Table(
-        "What more poses bring",
-        [*columns, "Efficiency"],
-        [Group(rows)],
-        brief=brief,
-        brief_rows=_COUNTED,
-    )
-    return Section("curve", "Number of poses", [], [figure, table])
+    efficiency = ("Efficiency", [f"{100 * each:.2f}{_PERCENT}" for each in curve.efficiency])
+    share, tables = percent(curve.confidence), []
+    for of, end, told in ((share, "_bound", [efficiency]), ("mean", "", [])):
+        found = [
+            (f"{kind.capitalize()}, {of}", [milli(each, unit) for each in values])
+            for kind, unit in kinds
+            for values in (getattr(curve, f"{kind}{end}"),)
+        ]
+        columns = [
+            ("Poses a leg", map(str, curve.counts.tolist())),
+            ("In all", map(str, curve.measured.tolist())),
+            *found,
+            *told,
+        ]
+        rows = list(zip(*(values for _, values in columns), strict=True))
+        tables.append(
+            Table(
+                f"What more poses bring, {of if end == '' else f'{of} of such robots'}",
+                [name for name, _ in columns],
+                [Group(rows)],
+                brief=brief and bool(end),
+                brief_rows=_COUNTED,
+            )
+        )
+    return Section("curve", "Number of poses", [], [figure, *tables])

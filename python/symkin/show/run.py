@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 
 from symkin.analysis.evaluation import Evaluation
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult

@@ -10,7 +10,16 @@ from statistics import NormalDist
 
 from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
-from symkin.show.wording import NONE, count, fixed, milli, plural, setting, significant
+from symkin.show.wording import (
+    NONE,
+    count,
+    fixed,
+    milli,
+    percent,
+    plural,
+    setting,
+    significant,
+)
 from symkin.study.asymmetry import LOSSES, OFF, Curve
 from symkin.study.cost import TASKS, CostResult
 from symkin.study.definition import Cell
@@ -212,8 +221,9 @@ def _recommendation(found: Recommendation) -> Section:
             _protocol(each.cell),
             count(each.measured_poses) if each.enough else f"more than {each.measured_poses}",
             count(each.pose_count),
+            milli(each.position_bound, "m"),
+            milli(each.orientation_bound, "rad") if each.orientation else NONE,
             milli(each.position, "m"),
-            milli(each.orientation, "rad") if each.orientation else NONE,
             f"{fixed(100 * (each.trust - 1), 1)}{_PERCENT}" if math.isfinite(each.trust) else NONE,
         ]
         for each in found.protocols
@@ -225,16 +235,18 @@ def _recommendation(found: Recommendation) -> Section:
         if best is not None and best.enough
         else "No protocol of the study reaches it."
     )
+    share = percent(found.confidence)
+    bounds = [f"{kind}, {share}" for kind in ("Position", "Orientation")]
     table = Table(
         f"{found.mechanism}: poses that {wanted} need, the cheapest protocol first",
-        ["Protocol", "Measured poses", "Poses a leg", "Position", "Orientation", "Prediction off"],
+        ["Protocol", "Measured poses", "Poses a leg", *bounds, "Position, mean", "Prediction off"],
         [Group(rows)],
         brief=True,
     )
     paragraphs = [
-        f"Wanted are {wanted} (root mean square). {text} The numbers of poses are predicted to "
-        "first order; the last column says how far the simulated robots of the study were from the "
-        "predictions of the protocol at the most."
+        f"Wanted are {wanted} (root mean square) of {share} of all such robots. {text} The numbers "
+        "of poses are predicted to first order; the last column says how far the simulated robots "
+        "of the study were from the predictions of the protocol at the most."
     ]
     anchor = f"recommendation-{found.mechanism}"
     return Section(anchor, f"{found.mechanism}: the cheapest protocol", paragraphs, [table])

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.errors import printable
 from symkin.estimate.precision import Expected
 from symkin.model.mechanism import Mechanism
@@ -83,6 +83,28 @@ def left_by_priors(
         for kind, unit in mechanism.space.errors
         if getattr(held, kind) > _MUCH * getattr(expected, kind)
     ]
+
+
+def percent(share: float) -> str:
+    """A share in percent: ``95 %``."""
+    return f"{100 * share:.5g}{_SPACE}%"
+
+
+def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
+    """What robots keep, in a sentence: most of them, on average, and anywhere."""
+
+    def figures(name: str) -> str:
+        values = [(getattr(accuracy, f"{kind}{name}"), f"m{unit}") for kind, unit in space.errors]
+        return " and ".join(quantity(1e3 * value, unit) for value, unit in values)
+
+    share = percent(accuracy.confidence)
+    words = (
+        f"{share} of such robots are within {figures('_bound')}, on average {figures('')} (root "
+        "mean square over the workspace)"
+    )
+    if accuracy.position_anywhere is not None:
+        words += f"; anywhere in the workspace {share} are within {figures('_anywhere')}"
+    return f"{words}."
 
 
 def ratio(before: float, after: float) -> str:

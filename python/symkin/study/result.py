@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import CONFIDENCE, ExpectedAccuracy
 from symkin.errors import SymkinError, did_you_mean
+from symkin.options import checked
 from symkin.planning import Plan, predict_accuracy
 from symkin.planning.prediction import check_wanted, pose_count_curve
 from symkin.results import FolderResult
@@ -43,7 +44,9 @@ class StudyResult(FolderResult):
         The mechanisms, plans and poses of the cells.
     wanted : (float or None, float or None)
         Root mean square error of position (m) and orientation (rad) for which `recommendations`
-        look.
+        look, and
+    confidence : float
+        the share of robots that shall be within it.
     extension_parts : sequence, optional
         What the calls of its `StudyExtension` returned to who ran it, for `findings`.
     """
@@ -52,6 +55,7 @@ class StudyResult(FolderResult):
     table: Mapping[str, NDArray[Any]]
     job: Job
     wanted: tuple[float | None, float | None] = (None, None)
+    confidence: float = CONFIDENCE
     extension_parts: Sequence[Any] | None = field(default=None, private=True, compare=False)
 
     @property
@@ -127,7 +131,10 @@ class StudyResult(FolderResult):
         return PairedComparison(first, second, int(both.sum()), *ratios)
 
     def for_accuracy(
-        self, position: float | None = None, orientation: float | None = None
+        self,
+        position: float | None = None,
+        orientation: float | None = None,
+        confidence: float = CONFIDENCE,
     ) -> StudyResult:
         """Return it with recommendations for a wanted accuracy.
 
@@ -135,15 +142,18 @@ class StudyResult(FolderResult):
         ----------
         position, orientation : float, optional
             Root mean square end-effector error that is wanted, m and rad; at least one of them.
+        confidence : float
+            Share of all such robots that shall be within it.
 
         Raises
         ------
         SymkinError
             For nothing wanted, an error that is not positive, or the orientation of a point.
         """
+        checked(confidence=confidence)
         for mechanism in self.definition.loaded.values():
             check_wanted(mechanism, position, orientation)
-        return dataclasses.replace(self, wanted=(position, orientation))
+        return dataclasses.replace(self, wanted=(position, orientation), confidence=confidence)
 
     @cached_property
     def recommendations(self) -> tuple[Recommendation, ...]:
@@ -303,7 +313,9 @@ class Protocol(Value):
     enough : bool
         Whether they are.
     position, orientation : float
-        Root mean square error that is predicted with them, m and rad.
+        Mean root mean square error that is predicted with them, m and rad, and
+    position_bound, orientation_bound : float
+        what the wanted share of all robots is within.
     trust : float
         Of its simulated cells, how far the position error was from the prediction at the most: 1.03
         is 3% larger or smaller; NaN where none could be simulated.
@@ -315,6 +327,8 @@ class Protocol(Value):
     enough: bool
     position: float = field(unit="m")
     orientation: float = field(unit="rad")
+    position_bound: float = field(unit="m")
+    orientation_bound: float = field(unit="rad")
     trust: float
 
 
@@ -327,7 +341,9 @@ class Recommendation(Value):
     mechanism : str
         Its name.
     wanted_position, wanted_orientation : float or None
-        Root mean square error wanted, m and rad.
+        Root mean square error wanted, m and rad, of
+    confidence : float
+        this share of all robots.
     protocols : tuple of Protocol
         Those that reach it first, the fewest measured poses first; then the others, the smallest
         error first.
@@ -336,6 +352,7 @@ class Recommendation(Value):
     mechanism: str
     wanted_position: float | None = field(unit="m")
     wanted_orientation: float | None = field(unit="rad")
+    confidence: float
     protocols: tuple[Protocol, ...]
 
 
@@ -370,10 +387,10 @@ def recommend(
         key=lambda each: (
             not each.enough,
             each.measured_poses if each.enough else 0,
-            each.position,
+            each.position_bound,
         ),
     )
-    return Recommendation(mechanism, position, orientation, tuple(protocols))
+    return Recommendation(mechanism, position, orientation, result.confidence, tuple(protocols))
 
 
 def _protocol(
@@ -396,6 +413,7 @@ def _protocol(
             criterion=cell.criterion,
             estimator=cell.estimator,
             poses=cell.use,
+            confidence=result.confidence,
         ).for_accuracy(position, orientation)
     except SymkinError:
         if position is None and orientation is None:
@@ -410,5 +428,7 @@ def _protocol(
         enough=needed.count is not None,
         position=needed.expected.position,
         orientation=needed.expected.orientation,
+        position_bound=needed.expected.position_bound,
+        orientation_bound=needed.expected.orientation_bound,
         trust=max(off, default=math.nan),
     )

@@ -23,28 +23,28 @@ def curve(paper, sample):
 
 def expected_of(mechanism, sample, count, **demands):
     plan = symkin.make_plan(mechanism, sample, count, spares=0, **demands)
-    return predict_accuracy(mechanism, plan, sample)
+    return predict_accuracy(mechanism, plan, sample, anywhere=sample)
 
 
 @pytest.mark.parametrize("beyond", [0.9, 0.7])
 def test_the_count_is_enough_and_one_less_is_not(paper, sample, curve, beyond):
     # Within the curve, and beyond its end.
-    wanted = beyond * curve.position[1 if beyond == 0.9 else -1]
+    wanted = beyond * curve.position_bound[1 if beyond == 0.9 else -1]
     needed = curve.for_accuracy(wanted)
     assert needed.expected == expected_of(paper, sample, needed.count)
-    assert needed.expected.position <= wanted
-    assert expected_of(paper, sample, needed.count - 1).position > wanted
+    assert needed.expected.position_bound <= wanted
+    assert expected_of(paper, sample, needed.count - 1).position_bound > wanted
     assert needed.measured == 3 * needed.count
     assert needed.excess <= 1
     assert needed.remedies == ()
 
 
 def test_an_orientation_may_ask_for_more_poses_than_the_position(curve):
-    position, orientation = curve.position[1], curve.orientation[-1]
+    position, orientation = curve.position_bound[1], curve.orientation_bound[-1]
     both = curve.for_accuracy(position, orientation)
     alone = curve.for_accuracy(position)
     assert both.count == curve.for_accuracy(orientation=orientation).count > alone.count
-    assert both.expected.orientation <= orientation
+    assert both.expected.orientation_bound <= orientation
 
 
 def test_the_fewest_poses_are_those_of_a_leg_s_parameters(curve):
@@ -62,16 +62,17 @@ def test_an_accuracy_out_of_reach_says_what_else_would_help(paper, sample, curve
     needed = curve.for_accuracy(2e-6)
     assert needed.count is None
     assert needed.tried == 50 * 8
-    assert needed.excess == pytest.approx(needed.expected.position / 2e-6)
-    errors = [remedy.expected.position for remedy in needed.remedies]
+    assert needed.excess == pytest.approx(needed.expected.position_bound / 2e-6)
+    errors = [remedy.expected.position_bound for remedy in needed.remedies]
     assert errors == sorted(errors)
-    assert errors[-1] < needed.expected.position
+    assert errors[-1] < needed.expected.position_bound
     assert needed.remedies[0].change == "half the noise of the measured positions"
     # The noise that the answer asks for is just enough.
     noise = dataclasses.asdict(paper.noise)
     quiet = {name: value / needed.excess for name, value in noise.items()}
     quieter = paper.replace(noise=NoiseSettings(**quiet))
-    assert expected_of(quieter, sample, needed.tried).position == pytest.approx(2e-6, rel=1e-3)
+    promised = expected_of(quieter, sample, needed.tried)
+    assert promised.position_bound == pytest.approx(2e-6, rel=1e-3)
 
 
 def test_what_helps_says_whether_it_is_enough(paper):
@@ -81,7 +82,7 @@ def test_what_helps_says_whether_it_is_enough(paper):
     assert 8 < most.tried <= 60
     changes = {remedy.change: remedy for remedy in most.remedies}
     joint = changes["the estimator joint"]
-    answer = curve.for_accuracy(1.001 * joint.expected.position)
+    answer = curve.for_accuracy(1.001 * joint.expected.position_bound)
     assert answer.count is None
     assert {each.change: each.enough for each in answer.remedies}["the estimator joint"]
     assert "every leg identified from all poses" in changes

@@ -311,7 +311,7 @@ def test_counts_are_for_what_is_observed(paper, sample):
     assert curve.position[-1] == pytest.approx(expected.position, rel=1e-9)
     assert curve.settings["estimator"] == "joint"
     assert curve.to_dict()["settings"]["observe"] == "position"
-    needed = curve.for_accuracy(float(curve.position.mean()))
+    needed = curve.for_accuracy(float(curve.position_bound.mean()))
     assert 20 < needed.count <= 40
     with pytest.raises(SymkinError, match='expected "joint"'):
         symkin.pose_count_curve(paper, sample, [20], estimator="inverse", **asked)

@@ -150,7 +150,9 @@ def test_the_table_of_a_curve_has_a_row_a_count(results, framed):
     frame = framed(results["PoseCountCurve"])
     assert frame["poses_per_leg"].tolist() == [8, 10]
     assert frame["poses"].tolist() == [24, 30]
-    assert list(frame)[2:] == ["position_rms_m", "orientation_rms_rad", "efficiency"]
+    errors = ["position_rms_m", "orientation_rms_rad"]
+    bounds = ["position_bound_rms_m", "orientation_bound_rms_rad"]
+    assert list(frame)[2:] == [*errors, *bounds, "efficiency"]
     assert list(framed(results["NeededPoses"])) == list(frame)
 
 

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.evaluation import Evaluation
-from symkin.analysis.observability import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.outliers import blunder_limit, blunders_of
@@ -100,16 +100,21 @@ def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> Fi
     -------
     Figure or SubFigure
     """
-    panels = [
-        (_MILLI * getattr(curve, kind), f"expected {kind} error, m{unit}", True)
+    panels: list[tuple[tuple[Array, ...], str, bool]] = [
+        (
+            (_MILLI * getattr(curve, kind), _MILLI * getattr(curve, f"{kind}_bound")),
+            f"{kind} error, mean and {100 * curve.confidence:.5g}%, m{unit}",
+            True,
+        )
         for kind, unit in curve.mechanism.space.errors
     ]
-    panels.append((100 * curve.efficiency, "efficiency, %", False))
+    panels.append(((100 * curve.efficiency,), "efficiency, %", False))
     figure = new_figure(0.6 + 3.0 * len(panels), 3.4, figure)
     places = figure.add_gridspec(1, len(panels))
     for column, (values, label, logarithmic) in enumerate(panels):
         axes = flat_axes(figure, places[column], x="poses a leg", y=label)
-        axes.plot(curve.counts, values, "o-", color=AFTER, markersize=3.5, linewidth=1.2)
+        for each, style in zip(values, ("o-", "^--"), strict=False):
+            axes.plot(curve.counts, each, style, color=AFTER, markersize=3.5, linewidth=1.2)
         if logarithmic:
             axes.set_yscale("log")
             _plain_ticks(axes)

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+"""What end-effector error uncertain parameters lead to: on average, and in most of all robots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, field, record
+
+__all__ = [
+    "CONFIDENCE",
+    "ExpectedAccuracy",
+    "anywhere",
+    "examined",
+    "parameter_effects",
+    "promised",
+    "thinned",
+]
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+_RANK = 1e-9  # of the largest singular value
+_AVERAGED = 2000  # poses over which an expected error is averaged,
+_EXAMINED = 4000  # and among which its largest is looked for
+
+
+@record
+class ExpectedAccuracy(Value):
+    """End-effector error to expect after identification, to first order.
+
+    Errors are root mean squares over poses of the workspace. Robots differ: the mean says what they
+    have on average, about half of them have more; the bounds are kept by a share of them.
+
+    Attributes
+    ----------
+    position : float
+        The mean: root mean square over robots, too, m.
+    orientation : float
+        The same, rad; zero for a point platform.
+    evaluated, failed : int
+        Poses in the figures, and poses left out because they are out of reach or singular.
+    confidence : float
+        Share of such robots that are within
+    position_bound, orientation_bound : float
+        these, m and rad.
+    position_anywhere, orientation_anywhere : float
+        What the same share of such robots is within at every pose, m and rad; None if nobody asked.
+    """
+
+    position: float = field(unit="rms_m")
+    orientation: float = field(unit="rms_rad")
+    evaluated: int
+    failed: int
+    confidence: float = CONFIDENCE
+    position_bound: float = field(unit="rms_m", default=math.nan)
+    orientation_bound: float = field(unit="rms_rad", default=math.nan)
+    position_anywhere: float | None = field(unit="m", default=None)
+    orientation_anywhere: float | None = field(unit="rad", default=None)
+
+
+def promised(
+    forms: tuple[Array, Array],
+    covariance: Array,
+    poses: tuple[int, int],
+    confidence: float = CONFIDENCE,
+    noise_degrees: float = math.inf,
+) -> ExpectedAccuracy:
+    """Return what mean squared errors, quadratic forms of those of the parameters, come to.
+
+    `poses` are those in the forms and those left out; `noise_degrees` the degrees of freedom of a
+    noise that was estimated and scales the covariance.
+    """
+    means, bounds = [], []
+    for form in forms:
+        means.append(math.sqrt(max(float(np.sum(form * covariance)), 0.0)))
+        known = bool(np.isfinite(covariance).all())
+        squares = _core.QuadraticForm.of(form, covariance) if known else None
+        bound = squares.quantile(confidence, noise_degrees) if squares else math.nan
+        bounds.append(math.sqrt(bound))
+    return ExpectedAccuracy(means[0], means[1], *poses, confidence, bounds[0], bounds[1])
+
+
+def anywhere(
+    effects: Array, covariance: Array, confidence: float, noise_degrees: float = math.inf
+) -> tuple[float, float]:
+    """Return what the largest position and orientation error over poses are within, m and rad.
+
+    `effects`, shape (n, 6, parameters), are tangents of the poses by the parameters.
+    """
+    if not len(effects) or not np.isfinite(covariance).all():
+        return math.nan, math.nan
+    found = []
+    for part in (effects[:, :3], effects[:, 3:]):
+        rows = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
+        found.append(
+            _core.largest_error(rows, 3, covariance, confidence, noise_degrees)
+            if rows.any()
+            else 0.0
+        )
+    return found[0], found[1]
+
+
+def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """How the platform moves in the robot's own frame with the parameters, at given readings.
+
+    Returns
+    -------
+    ndarray, shape (n, 6, legs, p + 3)
+        Tangents of the poses that are neither out of reach nor singular, by the parameters of each
+        leg and by the terms of curved sensors;
+    ndarray of bool, shape (N,)
+        which poses those are.
+    """
+    p, k = len(mechanism.parameter_names), mechanism.closures
+    offset = mechanism.parameter_names.index("sensor_offset")
+    readings = mechanism.inverse_kinematics(poses)
+    by_pose, by_leg = [], []
+    for leg, psi in enumerate(readings.T):
+        rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
+        terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
+        bent = rows.by_parameters[:, [offset]] * np.repeat(terms, k, axis=0)
+        by_pose.append(rows.by_pose.reshape(len(poses), k, -1))
+        by_leg.append(np.hstack([rows.by_parameters, bent]).reshape(len(poses), k, -1))
+    by_poses = np.concatenate(by_pose, axis=1)
+    by_legs = np.stack(by_leg, axis=1)  # poses, legs, closures, scalars
+    reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
+    singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
+    good = reached & (singular[:, -1] > _RANK * singular[:, 0])
+    inverse = np.linalg.pinv(by_poses[good])
+    of_rows = inverse.reshape(len(inverse), -1, len(readings.T), k)
+    moves = np.zeros((len(inverse), 6, len(readings.T), p + 3))
+    moves[:, mechanism.space.components] = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])
+    return moves, good
+
+
+def thinned(poses: Array, most: int = _AVERAGED) -> Array:
+    """At most so many of the poses, by default those over which an expected error is averaged."""
+    return poses[:: -(-len(poses) // most)]
+
+
+def examined(poses: Array) -> Array:
+    """The poses among which the largest error is looked for."""
+    return thinned(poses, _EXAMINED)

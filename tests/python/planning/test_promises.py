@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""What is promised is kept by the share of robots that it is promised of."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import symkin
+from symkin.analysis.promises import anywhere, parameter_effects, promised
+from symkin.cli import app
+from symkin.cli.options import share_of
+from symkin.errors import SymkinError
+from symkin.estimate.fit import as_mechanism
+
+ROBOTS = 4000
+
+
+@pytest.fixture(scope="module")
+def case(paper):
+    """Effects at some poses, and a covariance of the parameters as noisy poses leave it."""
+    poses = symkin.sample_workspace(paper, 400, seed=3).poses
+    plan = symkin.make_plan(paper, poses, 24, spares=0)
+    found = symkin.identify(paper, symkin.simulate(paper, plan, 5))
+    effects, _ = parameter_effects(paper, poses)
+    moves = effects[..., : len(paper.parameter_names)].reshape(len(effects), 6, -1)
+    return moves, found.parameter_covariance
+
+
+def forms_of(moves):
+    return tuple(
+        np.einsum("nij,nik->jk", part, part) / len(part) for part in (moves[:, :3], moves[:, 3:])
+    )
+
+
+def errors_of_robots(case, scale=1.0):
+    """Position errors of robots at the poses, shape (robots, poses)."""
+    moves, covariance = case
+    values, vectors = np.linalg.eigh(covariance)
+    half = vectors * np.sqrt(np.maximum(values, 0))
+    drawn = np.random.default_rng(1).normal(size=(ROBOTS, len(half))) @ half.T
+    scale = np.broadcast_to(scale, ROBOTS)[:, None]
+    return np.linalg.norm(np.einsum("nij,rj->rni", moves[:, :3], scale * drawn), axis=2)
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.9, 0.95, 0.99])
+def test_so_many_robots_are_within_the_bound(case, confidence):
+    moves, covariance = case
+    found = promised(forms_of(moves), covariance, (len(moves), 0), confidence)
+    rms = np.sqrt(np.mean(errors_of_robots(case) ** 2, axis=1))
+    error = 4 * np.sqrt(confidence * (1 - confidence) / ROBOTS)
+    assert np.mean(rms < found.position_bound) == pytest.approx(confidence, abs=error)
+    assert np.sqrt(np.mean(rms**2)) == pytest.approx(found.position, rel=0.02)
+
+
+def test_so_many_robots_are_within_the_bound_where_the_noise_was_estimated(case):
+    moves, covariance = case
+    found = promised(forms_of(moves), covariance, (len(moves), 0), 0.95, 6.0)
+    spread = np.sqrt(np.random.default_rng(2).chisquare(6.0, ROBOTS) / 6.0)
+    rms = np.sqrt(np.mean(errors_of_robots(case) ** 2, axis=1))
+    assert np.mean(rms < found.position_bound * spread) == pytest.approx(0.95, abs=0.014)
+
+
+def test_so_many_robots_are_within_the_bound_at_every_pose(case):
+    largest, _ = anywhere(*case, 0.95)
+    assert np.mean(errors_of_robots(case).max(axis=1) < largest) == pytest.approx(0.95, abs=0.014)
+    spread = np.sqrt(np.random.default_rng(2).chisquare(6.0, ROBOTS) / 6.0)
+    estimated, _ = anywhere(*case, 0.95, 6.0)
+    kept = errors_of_robots(case).max(axis=1) < estimated * spread
+    assert np.mean(kept) == pytest.approx(0.95, abs=0.014)
+
+
+def test_half_of_the_robots_exceed_what_they_have_on_average(case):
+    moves, covariance = case
+    found = promised(forms_of(moves), covariance, (len(moves), 0), 0.5)
+    assert 0.9 < found.position_bound / found.position < 1
+
+
+def test_more_confidence_needs_more_poses(paper):
+    sample = symkin.sample_workspace(paper, 800, seed=1)
+    counts = [
+        symkin.pose_count_curve(paper, sample, [12, 24, 48], confidence=confidence)
+        .for_accuracy(9e-5)
+        .count
+        for confidence in (0.5, 0.95, 0.99)
+    ]
+    assert counts[0] < counts[1] < counts[2]
+
+
+def test_estimated_noise_makes_the_promise_larger(paper):
+    simulation = symkin.simulate(paper, symkin.plan(paper, 10, candidates=800, seed=1), 5)
+    known = symkin.identify(paper, simulation, estimator="joint")
+    unknown = symkin.identify(paper, simulation, estimator="joint", noise="estimate")
+    assert unknown.noise_degrees == unknown.degrees_of_freedom
+    assert unknown.interval > known.interval == pytest.approx(1.96, abs=1e-3)
+    ratios = [
+        each.expected_accuracy().position_bound / each.expected_accuracy().position
+        for each in (known, unknown)
+    ]
+    assert ratios[1] > ratios[0]
+
+
+def test_an_estimate_says_what_may_be_relied_on(paper):
+    simulation = symkin.simulate(paper, symkin.plan(paper, 24, candidates=800, seed=1), 5)
+    found = symkin.identify(paper, simulation)
+    expected = found.expected
+    assert expected.position < expected.position_bound < expected.position_anywhere
+    assert expected.confidence == 0.95
+    told = " ".join(found.page().paragraphs)
+    assert "95\N{NO-BREAK SPACE}% of such robots are within" in told
+    assert "anywhere in the workspace" in told
+    assert "Position error to rely on" in found.text()
+
+
+def test_a_share_may_be_typed_in_percent():
+    assert share_of("95%", "confidence") == share_of(" 0.95 ", "confidence") == 0.95
+
+
+@pytest.mark.parametrize("text", ["95", "0%", "95 % of them", "0.3", "much"])
+def test_a_confidence_that_is_none_is_refused(text):
+    told = CliRunner().invoke(app, ["pose-count", "3RRR", "--confidence", text])
+    assert told.exit_code == 2
+
+
+def test_a_confidence_that_is_none_is_refused_in_python(paper):
+    with pytest.raises(SymkinError, match=r"confidence is 95; expected a number from 0\.5"):
+        symkin.pose_count_curve(paper, paper.home[None], confidence=95)
+
+
+@pytest.mark.parametrize(("name", "estimator"), [("3RRR", "implicit"), ("linear_delta", "joint")])
+def test_so_many_simulated_robots_keep_what_a_plan_promises(name, estimator):
+    # As `benchmarks/promises_kept.py`, with fewer robots.
+    mechanism, robots = symkin.load(name), 150
+    sample = symkin.sample_workspace(mechanism, 1500, seed=1)
+    plan, poses = symkin.make_plan(mechanism, sample, 24), sample.poses[::5]
+    promise = symkin.predict_accuracy(mechanism, plan, poses, estimator)
+    made = {str(seed): symkin.simulate(mechanism, plan, seed) for seed in range(robots)}
+    measured = {seed: each.measurements for seed, each in made.items()}
+    fleet = symkin.identify_many(mechanism, measured, estimator)
+    errors = [
+        symkin.evaluate(
+            as_mechanism(mechanism, parameters, np.zeros_like(parameters)),
+            actual=each.actual,
+            poses=poses,
+        ).position_rms
+        for parameters, each in zip(fleet.parameters, made.values(), strict=True)
+    ]
+    assert 0.89 <= np.mean(np.array(errors) <= promise.position_bound) <= 0.995
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(promise.position, rel=0.08)
+
+
+@pytest.mark.parametrize("name", ["rotary_delta", "linear_delta"])
+def test_legs_with_held_parameters_are_promised_too(name):
+    mechanism = symkin.load(name)
+    sample = symkin.sample_workspace(mechanism, 300, seed=1)
+    plan = symkin.make_plan(mechanism, sample, 12)
+    found = symkin.predict_accuracy(mechanism, plan, sample, anywhere=sample)
+    assert found.position < found.position_bound < found.position_anywhere
