@@ -304,6 +304,7 @@ void bind_joint(py::module_& module) {
       .def_readonly("setup", &JointFit::setup)
       .def_readonly("change", &JointFit::change)
       .def_readonly("covariance", &JointFit::covariance)
+      .def_readonly("model_covariance", &JointFit::model_covariance)
       .def_readonly("poses", &JointFit::poses)
       .def_readonly("reading_errors", &JointFit::reading_errors)
       .def_readonly("rows", &JointFit::rows)

@@ -210,8 +210,8 @@ double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
 
 // What is said of ranks and covariances at the problem's present state.
 void determine(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
-               const Vector& tolerances, const Vector& scale, BlockLosses& losses, JointFit& fit,
-               RowMatrix& unscaled) {
+               const Vector& tolerances, const Vector& scale, BlockLosses& losses, JointFit& fit) {
+  RowMatrix& unscaled = fit.model_covariance;
   const Index columns = layout.columns();
   const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
   Index priors = 0;
@@ -293,11 +293,10 @@ void describe(const LatentProblem& problem, const RowMatrix& information, const 
   }
   fit.chi_square_data = fit.chi_squares.sum();
   fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
-  RowMatrix unscaled;
-  determine(problem, information, layout, tolerances, scale, losses, fit, unscaled);
+  determine(problem, information, layout, tolerances, scale, losses, fit);
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
     if (!problem.aside()[static_cast<std::size_t>(pose)]) {
-      add_rows(pose, problem.as_eliminated(pose), unscaled, fit.rows);
+      add_rows(pose, problem.as_eliminated(pose), fit.model_covariance, fit.rows);
     }
   }
 }

@@ -48,6 +48,7 @@ struct JointFit {
   // Of the columns; scaled by goodness.spread() but for the priors' share, or with a loss by what
   // its weights and residuals ask for.
   RowMatrix covariance;
+  RowMatrix model_covariance;  // of noise and priors as declared, whatever the residuals are
   // Of Student's t, which errors over their deviations follow; infinite without a loss.
   double student_degrees = std::numeric_limits<double>::infinity();
   std::vector<Index> unguarded;  // poses at which the loss would not see a gross error

@@ -57,9 +57,10 @@ class Estimate(Examined[M], FolderResult):
     names : tuple of str
         Of what was estimated: the columns of
     covariance : ndarray, shape (columns, columns)
-        Where the residuals are larger than the declared noise explains, it is scaled up but for the
-        priors' share; leg by leg it is the jackknife's then, from the residuals of all legs. With a
-        loss it follows the residuals that the loss keeps.
+        What deviations and promises rest on: `model_covariance` times the larger of `noise_factor`
+        and `conflict_factor`. Leg by leg it is the jackknife's where the residuals are larger than
+        the declared noise explains, from those of all legs. With a loss it follows the residuals
+        that the loss keeps.
     goodness : tuple of GoodnessOfFit
         Chi-square of each fit: of each leg, or one of all. `chi_square`, `degrees_of_freedom`,
         `chi_square_ratio`, `limit` and `least` are of all together.
@@ -90,6 +91,17 @@ class Estimate(Examined[M], FolderResult):
         Of Student's t, which errors over their standard deviations follow; infinite without a loss.
     unguarded : tuple of int
         Rows, from 0, at which the robust loss would not see a gross error.
+    model_covariance : ndarray, shape (columns, columns)
+        Of noise and priors as they are declared; with a loss as that has it.
+    conflict : DrawingConflict or None
+        How far the estimate is from the drawing, against priors and tolerances; None where nothing
+        can be said.
+    noise_factor : float
+        Chi-square per degree of freedom where that is larger than the declared noise explains,
+        else 1.
+    conflict_factor : float
+        On variances that rest on priors: how much further from the drawing the robot is than they
+        say, at least 1; 1 without priors.
     cross_validation : CrossValidation or None
         If it was asked for, see `cross_validated`.
     """

@@ -12,6 +12,7 @@ from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import with_combinations
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, MechanismError, NotIdentifiableError, named_legs
+from symkin.estimate.conflict import DrawingConflict, after_priors, conflict_of
 from symkin.estimate.found import Found, GoodnessOfFit, LegFit
 from symkin.estimate.options import EstimateOptions, PoseUse
 from symkin.estimate.parameters import unknowns_of
@@ -88,7 +89,7 @@ def by_leg(mechanism: Mechanism, measurements: Measurements, options: EstimateOp
         measurements=measurements,
         options=options,
         noise=noise,
-        unknowns=unknowns_of(alone, layout, values, deviations, np.zeros((0, 0))),
+        unknowns=unknowns_of(alone, layout, values, deviations, deviations, np.zeros((0, 0))),
         names=layout.names,
         covariance=covariance,
         goodness=tuple(map(GoodnessOfFit.of, result.goodness)),
@@ -106,7 +107,22 @@ def by_leg(mechanism: Mechanism, measurements: Measurements, options: EstimateOp
         ),
         student_degrees=min(leg.student_degrees for leg in fits),
         unguarded=tuple(sorted({row for leg in fits for row in leg.unguarded})),
+        model_covariance=covariance,
+        conflict=_conflict(mechanism, calibrated, covariance) if result.converged else None,
     )
+
+
+def _conflict(
+    mechanism: Mechanism, calibrated: Mechanism, covariance: Array
+) -> DrawingConflict | None:
+    """Of parameters that were estimated without priors."""
+    own = mechanism.is_estimated
+    change = (calibrated.parameters - mechanism.parameters)[own]
+    tolerances = parameter_tolerances(mechanism)[own]
+    if not np.isfinite(covariance).all():
+        return None
+    nothing = np.full(len(change), np.inf)
+    return conflict_of(*after_priors(change, covariance, nothing, tolerances))
 
 
 def _failure(result: _core.Identification) -> str:

@@ -21,8 +21,10 @@ from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
 from symkin.estimate.fleet_doubts import doubts_of, impossible, suspects
 from symkin.estimate.fleet_jobs import Job, Robots, identified
 from symkin.estimate.fleet_together import surroundings_of
+from symkin.estimate.identification import identify
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, with_file_settings
+from symkin.estimate.workshop import MadeWithin, workshop_tolerances
 from symkin.model.canonical import canonical
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
@@ -75,6 +77,8 @@ class Fleet(Result):
         That it took.
     notes : tuple of str
         What to know of the tables, such as columns that nothing was read from.
+    made_within : tuple of MadeWithin
+        The tolerances that the workshop keeps, if that was asked for.
     """
 
     robots: tuple[str, ...]
@@ -93,6 +97,7 @@ class Fleet(Result):
     options: EstimateOptions
     seconds: float = field(private=True)
     notes: tuple[str, ...] = field(compare=False, default=())
+    made_within: tuple[MadeWithin, ...] = ()
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
@@ -196,6 +201,7 @@ class Fleet(Result):
         robots: Robots,
         options: EstimateOptions,
         *,
+        tolerances: Literal["estimate"] | None = None,
         threads: int = 0,
         workers: int = 1,
         scheduler: str | None = None,
@@ -242,6 +248,7 @@ class Fleet(Result):
             options=options,
             seconds=time.perf_counter() - start,
             notes=_notes(robots),
+            made_within=_made_within(nominal, robots, options, failures) if tolerances else (),
         )
 
 
@@ -264,6 +271,7 @@ def identify_many(
     sensor: Sensor | None = None,
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
+    tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
     ignore: Sequence[str] = (),
     threads: int = 0,
@@ -285,6 +293,9 @@ sensor, gauge, loss_per
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
+    tolerances : {"estimate"}, optional
+        Whether to estimate the tolerances that the workshop keeps, `Fleet.made_within`: all robots
+        are identified once more, in this process.
     columns : MeasurementColumns, optional
         Which columns of the table hold what.
     ignore : sequence of str
@@ -326,6 +337,7 @@ sensor, gauge, loss_per
         sensor=sensor,
         gauge=gauge,
         loss_per=loss_per,
+        tolerances=tolerances,
         threads=threads,
         workers=workers,
         scheduler=scheduler,
@@ -342,6 +354,7 @@ def identify_robots(
     loss_scale: float | None = None,
     noise: NoiseSettings | Literal["estimate"] | None = None,
     max_iterations: int = 100,
+    tolerances: Literal["estimate"] | None = None,
     threads: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
@@ -367,6 +380,7 @@ def identify_robots(
         mechanism,
         robots,
         options,
+        tolerances=tolerances,
         threads=threads,
         workers=workers,
         scheduler=scheduler,
@@ -408,6 +422,21 @@ def _asked(nominal: Mechanism, options: EstimateOptions) -> dict[str, Any]:
     if not (further or noise):
         return {}
     return {name: wanted[name] for name in wanted if name in further | said} | noise
+
+
+def _made_within(
+    nominal: Mechanism, robots: Robots, options: EstimateOptions, failures: Sequence[str]
+) -> tuple[MadeWithin, ...]:
+    """From the robots that were identified, each once more with its covariance."""
+    by_leg = options.estimator != "joint"
+    own = {"estimator", "poses", "loss", "loss_scale", "noise", "max_iterations"}
+    how = vars(options) if not by_leg else {name: getattr(options, name) for name in own}
+    told = [
+        identify(nominal, measured, **how)
+        for measured, failure in zip(robots.values(), failures, strict=True)
+        if not failure and not isinstance(measured, str)
+    ]
+    return workshop_tolerances(told)
 
 
 def _notes(robots: Robots) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from typing_extensions import TypeVar
 
 from symkin import _core
 from symkin.data.measurements import Measurements
+from symkin.estimate.conflict import DrawingConflict
 from symkin.estimate.options import EstimateOptions, Estimator
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import Rows
@@ -201,6 +202,10 @@ class Found(Value, Generic[M]):
     aside: tuple[int, ...] = field(private=True, default=())
     student_degrees: float = field(private=True, default=math.inf)
     unguarded: tuple[int, ...] = field(private=True, default=())
+    model_covariance: Array = field(private=True, default_factory=lambda: np.zeros((0, 0)))
+    conflict: DrawingConflict | None = None
+    noise_factor: float = 1.0
+    conflict_factor: float = 1.0
 
     @property
     def seen(self) -> Latent:
@@ -316,6 +321,11 @@ class Found(Value, Generic[M]):
         """Standard deviations of the parameters, shape (legs, p); NaN of those that are held."""
         found = self.mechanism.deviations
         return np.full(self.nominal.parameters.shape, np.nan) if found is None else found
+
+    @property
+    def widened(self) -> float:
+        """Times the deviations of the model are those that are printed."""
+        return math.sqrt(max(self.noise_factor, self.conflict_factor))
 
     @property
     def noise_degrees(self) -> float:

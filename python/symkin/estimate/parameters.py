@@ -90,11 +90,17 @@ class Unknown(Value):
 
 
 def unknowns_of(
-    nominal: Mechanism, layout: Layout, values: Array, deviations: Array, unseen: Array
+    nominal: Mechanism,
+    layout: Layout,
+    values: Array,
+    deviations: Array,
+    declared: Array,
+    unseen: Array,
 ) -> tuple[Unknown, ...]:
     """Every scalar of the legs, and of the frames that there are.
 
-    `values` and `deviations` are of the layout's scalars, `unseen` the directions of its columns
+    `values`, `deviations` and `declared`, by the declared noise and priors alone, are of the
+    layout's scalars, `unseen` the directions of its columns
     that the observations alone do not show, one a column.
     """
     # What was not said to be anywhere has no nominal place.
@@ -126,7 +132,7 @@ def unknowns_of(
                 deviation=float(deviations[i]),
                 tolerance=float(tolerance) if tolerance > 0 else float("nan"),
                 prior=float(prior) if np.isfinite(prior) else float("nan"),
-                status=_status(layout, i, deviations[i], hidden),
+                status=_status(layout, i, declared[i], hidden),
                 column=column,
             )
         )

@@ -153,17 +153,22 @@ class Expected(Value):
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
         parts = (effects[:, :3], effects[:, 3:])
         forms = tuple(np.einsum("nij,nik->jk", part, part) / len(part) for part in parts)
-        known = (CONFIDENCE, found.noise_degrees)
+        asked = (CONFIDENCE, found.noise_degrees)
         counts = (len(effects), len(poses) - len(effects))
-        bounds = promised((forms[0], forms[1]), found.covariance, counts, *known)
-        largest = anywhere(effects, found.covariance, *known)
+        bounds = promised((forms[0], forms[1]), found.covariance, counts, *asked)
+        largest = anywhere(effects, found.covariance, *asked)
         worst = int(np.argmax(position))
         held = None
         if found.gauge and found.options.gauge == "prior":
             priors = survey.layout.with_prior("tolerances").prior
             survey = dataclasses.replace(survey, priors=priors)
         if np.isfinite(survey.priors).any():
-            held = survey.held(poses, found.covariance)
+            known = survey.held(poses, found.model_covariance)
+            held = dataclasses.replace(
+                known,
+                position=found.widened * known.position,
+                orientation=found.widened * known.orientation,
+            )
         return cls(
             position=float(np.sqrt(position.mean())),
             orientation=float(np.sqrt(orientation.mean())),

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +14,14 @@ from symkin import _core
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import name_combination
 from symkin.data.measurements import Measurements
-from symkin.errors import FailedFitError, SymmetryError
+from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.estimate.blunders import estimated_noise, without_blunders
+from symkin.estimate.conflict import (
+    LIMIT,
+    DrawingConflict,
+    after_priors,
+    conflict_of,
+)
 from symkin.estimate.fit import as_mechanism
 from symkin.estimate.found import Found, GoodnessOfFit, Latent
 from symkin.estimate.options import EstimateOptions
@@ -26,7 +34,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.symmetry import verify_declared
 
-__all__ = ["settled", "together"]
+__all__ = ["computed_from_drawing", "settled", "together"]
 
 Array = NDArray[np.float64]
 
@@ -39,8 +47,10 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         problem, fit, rejected = without_blunders(problem)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
-    values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit)
+    known = _Known.of(problem, fit)
+    values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, known.covariance)
     unseen, layout = np.asarray(fit.unseen) * signs[:, None], problem.layout
+    mirrored = np.outer(signs, signs)
     every = tuple(range(len(mechanism.legs)))
     conditions = np.array(fit.conditions, dtype=np.intp)
     return Found(
@@ -49,9 +59,11 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         measurements=measurements,
         options=options,
         noise=problem.noise,
-        unknowns=unknowns_of(mechanism, layout, values, deviations, unseen),
+        unknowns=unknowns_of(
+            mechanism, layout, values, deviations, deviations / known.widened, unseen
+        ),
         names=layout.names,
-        covariance=fit.covariance * np.outer(signs, signs),
+        covariance=known.covariance * mirrored,
         goodness=(replace(GoodnessOfFit.of(fit.goodness), legs=every),),
         converged=fit.converged,
         failure=fit.failure or ("" if fit.converged else "the solver made no more progress"),
@@ -66,7 +78,45 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         aside=tuple(fit.aside),
         student_degrees=fit.student_degrees,
         unguarded=tuple(fit.unguarded),
+        model_covariance=known.model * mirrored,
+        conflict=known.conflict,
+        noise_factor=known.noise_factor,
+        conflict_factor=known.conflict_factor,
     )
+
+
+class _Known(NamedTuple):
+    """How far the unknowns are known: as declared, and as residuals and drawing say."""
+
+    model: Array
+    covariance: Array
+    conflict: DrawingConflict | None
+    noise_factor: float
+    conflict_factor: float
+
+    @property
+    def widened(self) -> float:
+        """Times the deviations of the model are those that are printed."""
+        return math.sqrt(max(self.noise_factor, self.conflict_factor))
+
+    @classmethod
+    def of(cls, problem: Problem, fit: _core.JointFit) -> _Known:
+        """Of a fit: the larger of both factors widens all variances."""
+        layout = problem.layout
+        has_loss = problem.options.loss != "none" or math.isfinite(fit.student_degrees)
+        model = fit.covariance if has_loss else fit.model_covariance
+        noise = 1.0
+        if not has_loss and fit.goodness.chi_square > fit.goodness.limit:
+            noise = fit.goodness.chi_square / fit.goodness.degrees_of_freedom
+        told = held = None
+        if fit.converged and not fit.gauge_directions:
+            held = conflict_of(fit.change, model, layout.prior)
+            known = model * noise if held is None else model
+            told = conflict_of(
+                *after_priors(fit.change, known, layout.prior, layout.column_tolerances)
+            )
+        factor = held.variance_factor if held else 1.0
+        return cls(model, model * max(noise, factor), told, noise, factor)
 
 
 def settled(robot: Mechanism, noise: NoiseSettings, measurements: Measurements) -> Problem:
@@ -75,14 +125,27 @@ def settled(robot: Mechanism, noise: NoiseSettings, measurements: Measurements) 
     return Problem.of(robot.replace(identification=None, noise=noise), measurements, held)
 
 
+def computed_from_drawing(found: Found) -> bool:
+    """Whether the drawing itself explains the observations better than noise would let it."""
+    drawn = found.nominal.replace(frames=None if found.legs else found.mechanism.frames)
+    try:
+        fit = settled(drawn, found.noise, found.measurements).fit()
+    except SymkinError:
+        return False
+    conditions = int(np.sum(fit.conditions))
+    if not fit.converged or not conditions or fit.aside:
+        return False
+    return 1 - _core.chi_square_tail(fit.chi_square_data, conditions) < LIMIT
+
+
 def _calibrated(
-    nominal: Mechanism, problem: Problem, fit: _core.JointFit
+    nominal: Mechanism, problem: Problem, fit: _core.JointFit, known: Array
 ) -> tuple[Array, Array, Array, Mechanism]:
     """Values and deviations of all scalars, signs of the columns, and the mechanism."""
     setup, layout = fit.setup, problem.layout
     values = scalar_values(setup)
     with np.errstate(invalid="ignore"):
-        of_columns = np.append(np.sqrt(np.diag(fit.covariance)), np.nan)
+        of_columns = np.append(np.sqrt(np.diag(known)), np.nan)
     deviations = of_columns[layout.column]
     legs, count = len(nominal.legs), len(nominal.parameter_names)
     parameters, signs = canonical(nominal, setup.parameters)
@@ -91,7 +154,7 @@ def _calibrated(
     by_value[:, :count] = parameters
     made = as_mechanism(nominal.replace(curvature=None), parameters, by_leg[:, :count])
     of_legs = layout.column[: legs * (count + 3)].reshape(legs, count + 3)[:, :count].ravel()
-    covariance = np.pad(fit.covariance, (0, 1))  # the column of what is held
+    covariance = np.pad(known, (0, 1))  # the column of what is held
     made = with_correlations(made, covariance[np.ix_(of_legs, of_legs)] * np.outer(signs, signs))
     made = _with_symmetry(made, nominal)
     latent = fit.poses[np.isfinite(fit.poses).all(axis=1)]

@@ -134,6 +134,9 @@ _ALL = (
     Option("max_iterations", int, default=100, metavar="N", least=1, most=10**9, seldom=_FITTING,
            help="Steps after which a solver gives up."),
     # Of single commands
+    Option("tolerances", Literal["estimate"],
+           help="Estimate what the workshop really makes: by which factors the robots deviate from "
+                "the drawing, over its tolerances, by kind and by name."),
     Option("resolution", int, default=201, metavar="N", least=2, most=4000,
            help="Grid cells a side."),
     Option("count", int, default=100_000, metavar="N", least=1, most=10**8,

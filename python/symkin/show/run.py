@@ -207,5 +207,29 @@ def fleet_page(fleet: Fleet) -> Page:
             "of a single one.",
             *fleet.notes,
         ],
-        sections=[Section("robots", "Robots to look at", [], [table])] if rows else [],
+        sections=[
+            *([Section("robots", "Robots to look at", [], [table])] if rows else []),
+            *_workshop(fleet),
+        ],
     )
+
+
+def _workshop(fleet: Fleet) -> list[Section]:
+    """What the workshop really makes, if that was asked for."""
+    if not fleet.made_within:
+        return []
+    rows = [
+        (
+            each.what,
+            significant(each.factor, 2) if each.is_seen else "not seen",
+            f"{significant(each.low, 2)} to {significant(each.high, 2)}" if each.is_seen else NONE,
+        )
+        for each in fleet.made_within
+    ]
+    caption = "What the workshop makes, over the tolerances of the drawing"
+    table = Table(caption, ("Of", "Factor", "95% interval"), [Group(rows)], brief=True)
+    told = (
+        "Standard deviations of the robots about the drawing, over the tolerances of the "
+        "mechanism's file, most likely for all robots together."
+    )
+    return [Section("workshop", "What the workshop makes", [told], [table])]

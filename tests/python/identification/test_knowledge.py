@@ -33,7 +33,7 @@ def test_leaving_a_pose_out_is_what_a_refit_without_it_does(paper, measured, fou
     lost = found.chi_square - refit.chi_square
     told = found.influence.residual[pose] ** 2 * found.conditions[pose]
     assert told == pytest.approx(lost, rel=5e-3, abs=0.01)  # of first order
-    deviations = np.sqrt(np.diag(found.covariance))
+    deviations = np.sqrt(np.diag(found.model_covariance))
     values = [{u.name: u.value for u in each.unknowns} for each in (found, refit)]
     moved = np.array([values[1][name] - values[0][name] for name in found.names]) / deviations
     assert found.influence.by[pose] == pytest.approx(np.abs(moved).max(), abs=0.01)

@@ -229,7 +229,7 @@ def add_turn_to_some(_, readings):
     return readings
 
 
-MOVED = ("moved-together", "frame-not-as-drawn", "parameters-far", "all-far")
+MOVED = ("moved-together", "frame-not-as-drawn", "parameters-far", "far-from-drawing")
 SILENT_ERRORS = [
     SilentError("all legs in the other working mode", flipped(None), ("working-mode",), has_modes),
     SilentError("one leg in the other working mode", flipped([0]), ("working-mode",), has_modes),

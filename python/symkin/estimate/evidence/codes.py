@@ -184,9 +184,21 @@ DOUBTS: Mapping[str, Code] = {
         "the parameters of all legs moved together: {movement}, which explains {share:.0%} of "
         "their distance from the drawing"
     ),
-    "all-far": Code(
-        "all parameters together are further from the drawing than their tolerances make plausible "
-        "(chi-square {size:.3g} for {count} parameters)"
+    "far-from-drawing": Code(
+        "the robot is further from the drawing than its tolerances or priors say (chi-square "
+        "{size:.3g} for {count} combinations that the observations show): they would have to be "
+        "{factor:.2g} times as wide",
+        "look at drawing, units and frames, or give wider tolerances",
+    ),
+    "near-drawing": Code(
+        "the robot is nearer to the drawing than robots are made (chi-square {size:.3g} for "
+        "{count} combinations that the observations show): the tolerances are {factor:.2g} times "
+        "too wide, "
+        "or these numbers were computed from the drawing"
+    ),
+    "computed-from-drawing": Code(
+        "these numbers were computed from the drawing: it explains the observations better than "
+        "noise lets a real robot's be explained"
     ),
     "parameters-far": Code("parameters are further from the drawing than is plausible: {names}"),
 }

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import named_legs
+from symkin.estimate.conflict import LIMIT
 from symkin.estimate.evidence.findings import Doubt, Note, few
 from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.precision import Expected
+from symkin.estimate.solution import computed_from_drawing
 from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.model.tolerances import parameter_tolerances
 
@@ -45,13 +47,14 @@ _MOVEMENTS = {
 def implausible_parameters(found: Found) -> Iterator[Doubt]:
     """Name parameters, and movements of all of them, that the tolerances make implausible.
 
-    Those without a prior: with one, chi-square says it.
+    Single parameters are those without a prior: with one, chi-square says it.
     """
     moved = [each for each in found.unknowns if _has_tolerance(each) and math.isnan(each.prior)]
-    if not moved or not all(math.isfinite(each.deviation) for each in moved):
+    known = bool(moved) and all(math.isfinite(each.deviation) for each in moved)
+    movements = list(_common_movements(found)) if found.legs and known else []
+    yield from movements or _against_tolerances(found)
+    if not known:
         return
-    if found.legs:
-        yield from _common_movements(found)
     share = {
         each.name: abs(each.change) / math.hypot(each.tolerance, each.deviation)
         for each in moved
@@ -70,6 +73,25 @@ def implausible_parameters(found: Found) -> Iterator[Doubt]:
         ]
         figures = {"names": few(named, _NAMED)}
         yield Doubt("parameters-far", _legs(far), size=share[far[0].name], figures=figures)
+
+
+def _against_tolerances(found: Found) -> Iterator[Doubt]:
+    """All parameters together, further or nearer than robots are made; or made from the drawing.
+
+    Each is doubted in one of 2000 sound robots.
+    """
+    conflict = found.conflict
+    if computed_from_drawing(found):
+        yield Doubt("computed-from-drawing")
+        return
+    if conflict is None or min(conflict.p_large, conflict.p_small) >= LIMIT:
+        return
+    figures = {"count": conflict.directions, "factor": conflict.factor}
+    if conflict.p_large < LIMIT:
+        yield Doubt("far-from-drawing", size=conflict.q, p=conflict.p_large, figures=figures)
+    else:
+        figures["factor"] = 1 / max(conflict.factor, 1e-3)
+        yield Doubt("near-drawing", size=conflict.q, p=conflict.p_small, figures=figures)
 
 
 def unknown_parameters(found: Found) -> Iterator[Doubt]:
@@ -173,10 +195,6 @@ def _common_movements(found: Found) -> Iterator[Doubt]:
         best = p_value, Doubt("moved-together", every, size=size, p=p_value, figures=figures)
     if best is not None:
         yield best[1]
-        return
-    p_value = _core.chi_square_tail(distance, z.size)
-    if p_value < FALSE_ALARMS / 8:
-        yield Doubt("all-far", size=distance, p=p_value, figures={"count": z.size})
 
 
 def _directions(found: Found, kind: str) -> Array:

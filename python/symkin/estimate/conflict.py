@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""Whether an estimate is as far from the drawing as tolerances and priors say."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.values import Value, record
+
+__all__ = ["LIMIT", "DrawingConflict", "after_priors", "conflict_of"]
+
+Array = NDArray[np.float64]
+
+LIMIT = 5e-4  # share of sound robots that are doubted for being too far, and for being too near
+_NEVER = 1e-12  # of the largest eigenvalue of a covariance that is inverted
+
+
+@record
+class DrawingConflict(Value):
+    """How far an estimate is from the drawing, against what tolerances or priors say.
+
+    The way from the drawing has independent components, of which each is standard normal if the
+    robot is one of those that are made within the tolerances.
+
+    Attributes
+    ----------
+    directions : int
+        Components that the observations show, k.
+    q : float
+        The sum of their squares: chi-square of k for a sound robot.
+    p_large, p_small : float
+        Probabilities of a robot so far from its drawing, and so near.
+    ratio : float
+        q / k.
+    factor : float
+        By which the tolerances would have to be multiplied, most likely.
+    """
+
+    directions: int
+    q: float
+    p_large: float
+    p_small: float
+    ratio: float
+    factor: float
+
+    derived: ClassVar[tuple[str, ...]] = ("variance_factor",)
+
+    @property
+    def variance_factor(self) -> float:
+        """On variances that rest on priors, so that they hold for robots of wider tolerances."""
+        return max(1.0, self.ratio)
+
+
+def conflict_of(change: Array, covariance: Array, priors: Array) -> DrawingConflict | None:
+    """Compare the change of unknowns from the drawing with their priors' standard deviations.
+
+    An unknown without a prior, infinite, takes no part. None if none is left, or nothing of them is
+    known.
+    """
+    kept = np.isfinite(priors) & (priors > 0)
+    inner = covariance[np.ix_(kept, kept)]
+    if not kept.any() or not np.isfinite(inner).all() or not np.isfinite(change[kept]).all():
+        return None
+    found = _core.drawing_conflict(change[kept], inner, priors[kept])
+    if not found.directions:
+        return None
+    return DrawingConflict(
+        found.directions, found.q, found.p_large, found.p_small, found.ratio, found.factor
+    )
+
+
+def after_priors(
+    change: Array, covariance: Array, priors: Array, tolerances: Array
+) -> tuple[Array, Array, Array]:
+    """Return change, covariance and priors as if tolerances had been priors where there are none.
+
+    By the rules for normal errors, from an estimate without them; priors stay infinite where there
+    is no tolerance either.
+    """
+    new = ~np.isfinite(priors) & (tolerances > 0)
+    if not new.any():
+        return change, covariance, priors
+    across = covariance[:, new]
+    gain = np.linalg.solve(covariance[np.ix_(new, new)] + np.diag(tolerances[new] ** 2), across.T).T
+    return (
+        change - gain @ change[new],
+        covariance - gain @ across.T,
+        np.where(new, tolerances, priors),
+    )

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""By how much the robots of a workshop really deviate from their drawing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.estimate.found import Found
+from symkin.values import Value, record
+
+__all__ = ["MadeWithin", "workshop_tolerances"]
+
+Array = NDArray[np.float64]
+
+_SEEN = 0.7  # standard deviation of a factor's logarithm, beyond which the fleet does not show it
+_LEAST = 1e-9  # eigenvalue of a covariance in tolerances that is inverted
+_NORMAL_95 = 1.959964
+_KINDS = {"m": "lengths", "rad": "angles"}
+
+
+@record
+class MadeWithin(Value):
+    """How a kind of parameter is made, over the tolerance that the drawing's file has for it.
+
+    Attributes
+    ----------
+    what : str
+        Such as ``base_radius``, or all ``lengths``, ``angles`` or ``numbers``.
+    factor : float
+        On the tolerance, most likely.
+    low, high : float
+        Its 95% interval; 0 and infinity if the fleet does not show it.
+    """
+
+    what: str
+    factor: float
+    low: float
+    high: float
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the fleet shows it."""
+        return math.isfinite(self.high)
+
+
+def workshop_tolerances(robots: Sequence[Found]) -> tuple[MadeWithin, ...]:
+    """Estimate the tolerances that robots of one drawing were made within.
+
+    First of all lengths, angles and numbers, then of each parameter by its name, each with the
+    others of its list unknown too. Maximum likelihood from what the observations alone say of each
+    robot, in tolerances; whether these were priors does not matter.
+
+    Raises
+    ------
+    SymkinError
+        For no robot, or robots of which other parameters were estimated.
+    """
+    told = [each for each in robots if each.converged]
+    if not told:
+        raise SymkinError("no robot was identified, so that nothing says how they are made")
+    names, kinds, own = _parameters(told[0])
+    if any(_parameters(each)[0] != names for each in told):
+        raise SymkinError("other parameters were estimated of some robots than of others")
+    shown = [_shown(each, own) for each in told]
+    information = np.concatenate([each for each, _ in shown])
+    scores = np.array([each for _, each in shown])
+    found: list[MadeWithin] = []
+    for groups in (kinds, tuple(name.partition(".")[2] for name in names)):
+        labels = list(dict.fromkeys(groups))
+        numbers = [labels.index(each) for each in groups]
+        estimate = _core.fleet_tolerances(information, scores, numbers)
+        for label, factor, deviation in zip(
+            labels, estimate.factors, estimate.log_deviations, strict=True
+        ):
+            found.append(_made_within(label, float(factor), float(deviation)))
+    return tuple(found)
+
+
+def _made_within(what: str, factor: float, deviation: float) -> MadeWithin:
+    if not deviation <= _SEEN:
+        return MadeWithin(what, factor, 0.0, math.inf)
+    reach = math.exp(_NORMAL_95 * deviation)
+    return MadeWithin(what, factor, factor / reach, factor * reach)
+
+
+def _parameters(found: Found) -> tuple[tuple[str, ...], tuple[str, ...], NDArray[np.intp]]:
+    """Names and kinds of the legs' parameters with a tolerance, and their columns."""
+    own = [
+        (each.name, _KINDS.get(each.unit, "numbers"), column)
+        for column, each in enumerate(found.first_unknowns)
+        if each.name.startswith("leg") and each.tolerance > 0
+    ]
+    names, kinds, columns = zip(*own, strict=True) if own else ((), (), ())
+    return tuple(names), tuple(kinds), np.array(columns, dtype=np.intp)
+
+
+def _shown(found: Found, own: NDArray[np.intp]) -> tuple[Array, Array]:
+    """What the observations alone say of a robot in tolerances: information, and what it asks."""
+    unknowns = [found.first_unknowns[column] for column in own]
+    tolerances = np.array([each.tolerance for each in unknowns])
+    moved = np.array([each.value - each.nominal for each in unknowns]) / tolerances
+    covariance = found.model_covariance[np.ix_(own, own)] / np.outer(tolerances, tolerances)
+    values, vectors = np.linalg.eigh(covariance)
+    inverse = vectors / np.maximum(values, _LEAST) @ vectors.T
+    priors = np.array([each.prior for each in unknowns]) / tolerances
+    held = np.where(np.isfinite(priors), 1 / priors**2, 0.0)
+    shown, directions = np.linalg.eigh(inverse - np.diag(held))
+    return directions * np.maximum(shown, 0) @ directions.T, inverse @ moved
