@@ -178,5 +178,30 @@ TEST(JointFit, OfLevelPosesBeginsWithTheTargetNearWhereItIsDrawn) {
   }
 }
 
+// Each end of a leg may move with the other as far as the poses are level. Along that valley the
+// ends' angles bend it, and steps that only follow its slope took hundreds.
+TEST(JointFit, OfLevelPosesWithoutPriorsFollowsTheCurvedValley) {
+  const Mechanism nominal = testing::hexapod();
+  const MeasurementNoise noise{2e-5, 2e-5, 5e-6};
+  const Tolerances tolerance{5e-3, 1e-2, 1e-2};
+  RowMatrix poses(108, 7);
+  for (Index k = 0; k < 108; ++k) {
+    poses.row(k) << 0.06 * static_cast<double>(k % 6) - 0.15,
+        0.06 * static_cast<double>(k / 6 % 6) - 0.15, 0.64 + 0.06 * static_cast<double>(k / 36), 0,
+        0, 0, 1;
+  }
+  Unknowns unknowns(nominal, tolerance, true, true);
+  unknowns.layout.prior.setConstant(kNone);
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    const Mechanism actual = disturb(nominal, tolerance, seed);
+    const MeasurementSet measured =
+        simulate(actual, nominal, {{-1, poses, 108}}, noise, seed).measurements;
+    const JointFit found = fit(nominal, observed(nominal, measured, noise), unknowns, poses, true);
+    EXPECT_TRUE(found.converged) << "seed " << seed << ": " << found.failure;
+    EXPECT_LE(found.iterations, 80) << "seed " << seed;
+    EXPECT_LT(found.goodness.chi_square, 1.2 * found.goodness.degrees_of_freedom);
+  }
+}
+
 }  // namespace
 }  // namespace symkin

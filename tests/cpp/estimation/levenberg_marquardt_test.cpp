@@ -64,6 +64,21 @@ class HardlyShown final : public Curved {
   }
 };
 
+// Rosenbrock's valley, steep; a step may be led back into it.
+class SteepValley : public Curved {
+ public:
+  using Curved::Curved;
+  void residuals(RowMatrix& jacobian, Vector& residual) const override {
+    residual << 1e4 * (at_[1] - at_[0] * at_[0]), 1 - at_[0];
+    jacobian << -2e4 * at_[0], 1e4, -1, 0;
+  }
+};
+class SteepValleyWithReturn final : public SteepValley {
+ public:
+  using SteepValley::SteepValley;
+  void correct(const Vector& d) { at_ += d; }
+};
+
 // Shows the sum of the parameters alone.
 class Sum final : public Curved {
  public:
@@ -91,6 +106,17 @@ TEST(LevenbergMarquardt, FollowsACurvedValleyThatTheDataHardlyShow) {
   EXPECT_TRUE(outcome.converged) << outcome.failure;
   EXPECT_LE(outcome.iterations, 20);
   EXPECT_NEAR(problem.at()[0] - problem.at()[1], 1, 1e-7);
+}
+
+TEST(LevenbergMarquardt, GoesFurtherAlongAValleyWhereStepsMayBeLedBackIntoIt) {
+  SteepValley alone(-3, 9);
+  SteepValleyWithReturn led(-3, 9);
+  const SolverOutcome crawled = minimise(alone, {10000});
+  const SolverOutcome outcome = minimise(led);
+  ASSERT_TRUE(crawled.converged) << crawled.failure;
+  ASSERT_TRUE(outcome.converged) << outcome.failure;
+  EXPECT_LT(10 * outcome.iterations, crawled.iterations);
+  EXPECT_NEAR(led.at()[0], 1, 1e-9);
 }
 
 TEST(LevenbergMarquardt, DoesNotMoveWhatTheDataDoesNotShow) {

@@ -184,6 +184,12 @@ void LatentProblem::step(const Vector& d) {
   state_.change += d;
 }
 
+void LatentProblem::correct(const Vector& d) {
+  State before = std::move(saved_);
+  step(d);
+  saved_ = std::move(before);
+}
+
 void LatentProblem::undo() {
   state_ = saved_;
   // Steps that fail are rare: what they cost is less than to keep two linearisations.

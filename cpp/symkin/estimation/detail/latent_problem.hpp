@@ -29,6 +29,7 @@ class LatentProblem {
   Index size() const { return layout_.columns(); }
   bool linearise(NormalEquations& equations);
   void step(const Vector& d);
+  void correct(const Vector& d);
   void undo();
   double extent(const Vector& d) const {
     return d.size() == 0 ? 0 : d.cwiseQuotient(sizes_).cwiseAbs().maxCoeff();

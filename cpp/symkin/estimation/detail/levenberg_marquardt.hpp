@@ -83,6 +83,13 @@ template <typename Problem>
 struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().orthogonal_step(
                                       std::declval<Vector&>()))>> : std::true_type {};
 
+template <typename Problem, typename = void>
+struct HasCorrect : std::false_type {};
+template <typename Problem>
+struct HasCorrect<
+    Problem, std::void_t<decltype(std::declval<Problem&>().correct(std::declval<const Vector&>()))>>
+    : std::true_type {};
+
 }  // namespace detail
 
 // Minimises a nonlinear least-squares problem by Levenberg-Marquardt, to the last useful digit and
@@ -95,6 +102,7 @@ struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().
 //   bool still() const;                     whether the last step left what the state holds beside
 //                                           the parameters where it was
 // and may have
+//   void correct(const Vector& d);          moves on from a step; `undo` takes back both
 //   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
 //                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
@@ -115,6 +123,12 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
   // and soon much more, where the start is far.
   constexpr double kLeastDamping = 1e-8;
   constexpr double kGrowth = 8;
+  constexpr double kNoDamping = 1e-12;  // less than this is none
+  // A step along a curved valley ends beside it. Others from there, damped more, lead back down and
+  // hardly along: most of the rise has to go by each one's own prediction.
+  constexpr int kCorrections = 5;
+  constexpr double kCorrectionDamping = 100;  // of the step's
+  constexpr double kReturn = 0.5;
   SolverOutcome outcome;
   NormalEquations& now = room.now;
   NormalEquations& next = room.next;
@@ -187,9 +201,31 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       problem.step(step);
       return problem.linearise(next) && (next.cost - next.by_new_weights <= now.cost + slack);
     };
+    const auto corrected = [&](double slack) {
+      if constexpr (detail::HasCorrect<Problem>::value) {
+        for (int i = 0; i < kCorrections && std::isfinite(next.cost); ++i) {
+          const double before = next.cost;
+          const double predicted = steps.solve(next, kCorrectionDamping * damping, step).decrease;
+          if (!(predicted > kReturn * (before - now.cost))) {
+            return false;
+          }
+          problem.correct(step);
+          if (!problem.linearise(next) || !(next.cost < before)) {
+            return false;
+          }
+          if (next.cost <= now.cost + slack) {
+            return true;
+          }
+        }
+      }
+      return false;
+    };
     failed = !take((there ? kSettling : near ? kNearSlack : kSlack) * (now.cost + 1));
     const bool unsettled = near && !settling && !problem.still();
     settling = failed && unsettled;
+    if (failed && !settling) {
+      failed = !corrected(kSlack * (now.cost + 1));
+    }
     if (settling) {
       // Where the rest of the state is far from its optimum the cost is known to first order only,
       // and may seem lower than any that can be had.
@@ -207,7 +243,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       ++outcome.iterations;
       growth = kGrowth;
       damping /= 10;
-      if (damping < kLeastDamping / 10) {
+      if (damping < kNoDamping) {
         damping = 0;
         undamped = true;
       }
