@@ -11,7 +11,6 @@
 #include "symkin/estimation/detail/latent_problem.hpp"
 #include "symkin/kinematics/continuation.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
-#include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
@@ -20,28 +19,16 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// The setup's robot with sensors that show the active joints themselves, and what they show.
-struct Joints {
-  Mechanism mechanism;
-  RowMatrix values;  // N x legs
-};
-
-Joints joints_of(const Mechanism& mechanism, const Setup& setup, const Observations& observations) {
-  RowMatrix parameters = setup.parameters;
-  RowMatrix values = observations.readings.values;
-  for (Index leg = 0; leg < parameters.rows(); ++leg) {
-    const CurvedSensor sensor = setup.sensor(leg);
-    for (Index i = 0; i < values.rows(); ++i) {
-      values(i, leg) = sensor.active_joint(values(i, leg));
+// Poses of the setup's robot along its readings.
+RowMatrix continued_poses(const Mechanism& mechanism, const Setup& setup,
+                          const Observations& observations, ConstVector home) {
+  RowMatrix readings = observations.readings.values;
+  for (Index leg = 0; leg < readings.cols(); ++leg) {
+    for (Index i = 0; i < readings.rows(); ++i) {
+      readings(i, leg) = setup.model_reading(leg, readings(i, leg));
     }
   }
-  parameters.rightCols(2).col(0).setOnes();
-  parameters.rightCols(2).col(1).setZero();
-  return {mechanism.with_parameters(parameters), values};
-}
-
-RowMatrix continued(const Joints& joints, ConstVector home) {
-  return continued(joints.mechanism, joints.values, home);
+  return continued(mechanism.with_parameters(setup.parameters), readings, home);
 }
 
 // Poses whose every coordinate was observed, NaN otherwise.
@@ -63,7 +50,7 @@ RowMatrix robot_poses(const Mechanism& mechanism, const Setup& setup,
   if (poses.allFinite()) {
     return poses;
   }
-  const RowMatrix computed = continued(joints_of(mechanism, setup, observations), home);
+  const RowMatrix computed = continued_poses(mechanism, setup, observations, home);
   for (Index i = 0; i < poses.rows(); ++i) {
     if (!poses.row(i).allFinite()) {
       poses.row(i) = computed.row(i);
@@ -138,7 +125,7 @@ RowMatrix starting_poses(const Mechanism& mechanism, const Setup& setup,
     }
   }
   if (!poses.allFinite()) {
-    const RowMatrix computed = continued(joints_of(mechanism, setup, observations), home);
+    const RowMatrix computed = continued_poses(mechanism, setup, observations, home);
     for (Index i = 0; i < count; ++i) {
       if (!poses.row(i).allFinite()) {
         poses.row(i) = computed.row(i);

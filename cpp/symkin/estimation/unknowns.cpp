@@ -11,6 +11,12 @@
 namespace symkin {
 namespace {
 
+bool has_straight_sensor(const ChainInfo& chain) {
+  return std::count_if(chain.parameters.begin(), chain.parameters.end(), [](const auto& parameter) {
+           return is_sensor(parameter.role.kind);
+         }) == LinearSensor::kParameters;
+}
+
 constexpr const char* kAxes[] = {"x", "y", "z", "rx", "ry", "rz"};
 
 }  // namespace
@@ -28,6 +34,14 @@ CurvedSensor Setup::sensor(Index leg) const {
   const Index gain = parameters.cols() - LinearSensor::kParameters;
   return {LinearSensor(&parameters(leg, gain)), curvature(leg, 0), curvature(leg, 1),
           curvature(leg, 2)};
+}
+
+double Setup::model_reading(Index leg, double reading) const {
+  if (curvature.row(leg).isZero(0)) {
+    return reading;
+  }
+  const CurvedSensor curved = sensor(leg);
+  return (curved.active_joint(reading) - curved.straight.offset) / curved.straight.gain;
 }
 
 UnknownList::UnknownList(const Setup& setup)
@@ -155,6 +169,17 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   }
   if (std::find(used.begin(), used.end(), false) != used.end()) {
     throw InvalidInput("a column of the layout moves no scalar");
+  }
+  const UnknownList list(setup);
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const auto first = column.begin() + list.curvature(leg);
+    const bool curved = !setup.curvature.row(leg).isZero(0) ||
+                        std::any_of(first, first + UnknownList::kCurvature,
+                                    [](Index column) { return column >= 0; });
+    if (curved && !has_straight_sensor(mechanism.model(leg).info())) {
+      throw InvalidInput("the sensor of leg " + std::to_string(leg + 1) +
+                         " has a law of its own; curvature belongs to a straight one");
+    }
   }
   if (!(prior.array() > 0).all()) {
     throw InvalidInput("a prior's standard deviation is not positive");

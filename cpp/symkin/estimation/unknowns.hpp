@@ -25,7 +25,11 @@ struct Setup {
   // The drawing: straight sensors, the device in the robot's own frames, nothing else.
   static Setup of(const Mechanism& mechanism);
 
+  // Of a leg with a straight sensor.
   CurvedSensor sensor(Index leg) const;
+  // The reading at which the leg's model, which knows no curvature, has the joint where the sensor
+  // shows `reading`.
+  double model_reading(Index leg, double reading) const;
 };
 
 // Every scalar of a setup, in one order: of each leg its parameters and the three terms of its

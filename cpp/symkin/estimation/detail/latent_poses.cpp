@@ -136,30 +136,23 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
   const Index n = observations_.count();
   const Index closures = model.info().closures;
   const Index parameters = mechanism_.parameter_count();
-  const CurvedSensor sensor = setup.sensor(leg);
-  Vector straight = setup.parameters.row(leg);
+  const Vector own_parameters = setup.parameters.row(leg);
   Vector readings = observations_.readings.values.col(leg) + errors.col(leg);
   readings = readings.unaryExpr([](double value) { return std::isfinite(value) ? value : 0; });
-  if (width_ == parameters && setup.curvature.row(leg).isZero(0)) {
-    model.linearise(straight, poses, readings, rows);
-  } else {
-    // By the rows of a sensor that shows q itself.
+  const Vector shown =
+      readings.unaryExpr([&](double psi) { return setup.model_reading(leg, psi); });
+  model.linearise(own_parameters, poses, shown, rows);
+  if (width_ > parameters || !setup.curvature.row(leg).isZero(0)) {
+    const CurvedSensor sensor = setup.sensor(leg);
     const Index geometry = parameters - LinearSensor::kParameters;
-    straight.tail<LinearSensor::kParameters>() << 1, 0;
-    ClosureRows own;
-    model.linearise(straight, poses,
-                    readings.unaryExpr([&](double psi) { return sensor.active_joint(psi); }), own);
-    rows.closure = own.closure;
-    rows.by_pose = own.by_pose;
-    rows.by_reading.resize(n * closures);
-    rows.by_parameters.resize(n * closures, width_);
-    rows.by_parameters.leftCols(geometry) = own.by_parameters.leftCols(geometry);
+    rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
     for (Index at = 0; at < n * closures; ++at) {
       const double psi = readings[at / closures];
+      const double by_joint = rows.by_reading[at] / sensor.straight.gain;
       const auto by_sensor = CurvedSensor::by_parameters(psi);
-      rows.by_reading[at] = own.by_reading[at] * sensor.by_reading(psi);
+      rows.by_reading[at] = by_joint * sensor.by_reading(psi);
       for (Index i = geometry; i < width_; ++i) {
-        rows.by_parameters(at, i) = own.by_reading[at] * by_sensor[at_index(i - geometry)];
+        rows.by_parameters(at, i) = by_joint * by_sensor[at_index(i - geometry)];
       }
     }
   }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "symkin/estimation/joint.hpp"
-#include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
@@ -146,13 +145,12 @@ Vector aspect_of(const Mechanism& mechanism, const Observations& observations, c
       all = false;
       continue;
     }
-    const CurvedSensor sensor = setup.sensor(leg);
-    Vector straight = setup.parameters.row(leg);
-    straight.tail<2>() << 1, 0;
+    const LegModel& model = mechanism.model(leg);
+    const Vector parameters = setup.parameters.row(leg);
+    const Vector shown = Vector::Constant(1, setup.model_reading(leg, reading));
     ClosureRows rows;
-    mechanism.model(leg).linearise_pose(straight, at,
-                                        Vector::Constant(1, sensor.active_joint(reading)), rows);
-    signs[leg] = rows.by_reading[0] < 0 ? -1 : 1;
+    model.linearise_pose(parameters, at, shown, rows);
+    signs[leg] = rows.by_reading[0] / model.sensor_gain(parameters, shown[0]) < 0 ? -1 : 1;
     by_pose.middleRows(leg * closures, closures) = rows.by_pose;
   }
   if (all) {
